@@ -40,6 +40,9 @@ pub enum ArmingRefusal {
     /// The throttle stick asks for a climb.
     #[error("Arming denied: throttle above center")]
     ThrottleAboveCenter,
+    /// AUTO.MISSION is to be flown, and there is no mission that can be.
+    #[error("Arming denied: no valid mission")]
+    NoMission,
     /// A failsafe has stopped the motors for good; not even a forced arming starts them.
     #[error("Arming denied: flight terminated, start the autopilot again")]
     Terminated,
@@ -90,6 +93,14 @@ pub fn check_arming(
     }
     let up_ned = rotate_ned_from_body(measurement.q_ned_from_body, -Vector3::z());
     if -up_ned.z < math::cos(ARMING_TILT_RAD) { Err(ArmingRefusal::Tilted) } else { Ok(()) }
+}
+
+/// The check of the mode before arming: AUTO.MISSION needs a mission that can be flown.
+///
+/// # Errors
+/// [`ArmingRefusal::NoMission`].
+pub fn check_mission(mode: FlightMode, feasible: bool) -> Result<(), ArmingRefusal> {
+    if mode == FlightMode::AutoMission && !feasible { Err(ArmingRefusal::NoMission) } else { Ok(()) }
 }
 
 #[cfg(test)]

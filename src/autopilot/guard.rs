@@ -5,6 +5,7 @@ use super::estimator::{Estimator, NotAligned};
 use super::failsafe::{Condition, Seen};
 use super::fence::{Fence, Rule};
 use super::health::ATTITUDE_LIFETIME_US;
+use super::mission_flight::Progress;
 use super::settings::Action;
 use super::sticks::{StickInput, StickSource, Sticks, Taken};
 use super::{Autopilot, FlightMode, Navigator, OffboardSetpoint, Severity, StickHistory};
@@ -262,8 +263,12 @@ impl Autopilot {
             self.say(Severity::Info, "Landing detected");
         }
         let since = self.land_detector.landed_for_us(now_us).map(seconds);
+        // As PX4: a mission that is not at its end takes off again.
+        let amid_mission =
+            self.mode == FlightMode::AutoMission && self.mission.progress() != Progress::Complete;
         if let (Some(since_s), Some(delay_s)) = (since, self.settings.disarm_after_landing_s)
             && since_s >= delay_s
+            && !amid_mission
         {
             self.say(Severity::Info, "Disarmed by landing");
             // It stands: not refused.

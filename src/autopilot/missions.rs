@@ -1,5 +1,6 @@
 //! Missions, fences and rally points as they are kept: three plans of items, which items may stand in which,
-//! and the areas of a fence. No mission is flown; the areas are watched ([`super::fence`]).
+//! and the areas of a fence. The areas are watched by [`super::fence`], missions are flown by
+//! [`super::mission_flight`].
 
 use std::sync::Arc;
 
@@ -74,7 +75,7 @@ const CIRCLE_OUT: u16 = 5004;
 const MOST_CORNERS: f32 = 1000.0;
 const RALLY_POINT: u16 = 5100;
 /// Commands at a place that PX4 takes in a mission.
-const AT_A_PLACE: [u16; 14] = [16, 17, 18, 19, 20, 21, 22, 31, 80, 84, 85, 195, 201, 4501];
+const AT_A_PLACE: [u16; 13] = [16, 17, 19, 20, 21, 22, 31, 80, 84, 85, 195, 201, 4501];
 /// Commands at no place that PX4 takes in a mission.
 const AT_NO_PLACE: [u16; 37] = [
     20, 21, 80, 93, 112, 114, 115, 177, 178, 179, 183, 187, 189, 195, 196, 197, 200, 201, 203, 204, 205, 206,

@@ -9,6 +9,7 @@
 //! | [`navigator`] | where HOLD, TAKEOFF, LAND and RETURN go |
 //! | [`sticks`] | the pilot's sticks: whose count, whether they are lost or moved |
 //! | [`manual`] | what sticks mean in POSCTL, ALTCTL and STABILIZED |
+//! | [`mission_flight`], `mission_orders` | a mission as it is flown; the mission on board |
 //! | [`land_detector`] | whether it stands on something |
 //! | `orders` | what a crew may order: modes, places, arming |
 //! | `alignment` | whether the estimate is good enough, and how that is reported |
@@ -27,11 +28,11 @@
 //! simulator is answered by [`Autopilot::restart`]). The state comes with each step, the simulator's truth or
 //! an estimate; with an estimate comes whether it is good enough ([`Autopilot::watch_alignment`]).
 //!
-//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD, TAKEOFF or STABILIZED
-//! has been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a takeoff: before
-//! that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy must. From
-//! then on every mode flies. HOLD is also what a loss of setpoints leads to, unless COM_OBL_RC_ACT says
-//! otherwise.
+//! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD, TAKEOFF, a mission or
+//! STABILIZED has been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a
+//! takeoff: before that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy
+//! must. From then on every mode flies. HOLD is also what a loss of setpoints leads to, unless
+//! COM_OBL_RC_ACT says otherwise.
 //!
 //! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with
 //! each switch between velocity, attitude and rates.
@@ -48,6 +49,8 @@ mod guard;
 pub mod health;
 pub mod land_detector;
 pub mod manual;
+pub mod mission_flight;
+mod mission_orders;
 pub mod missions;
 pub mod modes;
 pub mod navigator;
@@ -85,6 +88,7 @@ use flight::{ControlLoops, StepState};
 use health::Health;
 use land_detector::{LandDetector, Look};
 use manual::{Circumstances, ManualFlight, wants_takeoff};
+use mission_flight::MissionFlight;
 use navigator::Situation;
 use setpoint::SetpointStore;
 use sticks::StickReceiver;
@@ -134,6 +138,7 @@ pub struct Autopilot {
     manual: ManualFlight,
     /// A mode has been chosen since the start.
     mode_chosen: bool,
+    mission: MissionFlight,
     land_detector: LandDetector,
     /// Finds the release by the fall, where nothing else reports it.
     fall: Option<FreeFallDetector>,
@@ -178,6 +183,7 @@ impl Autopilot {
             sticks_optional: true,
             manual: ManualFlight::default(),
             mode_chosen: false,
+            mission: MissionFlight::default(),
             land_detector: LandDetector::default(),
             fall: None,
             watch: Watch::default(),
@@ -201,9 +207,11 @@ impl Autopilot {
         self.loops.controller.reset();
         let ControlLoops { controller, settings, .. } = self.loops.clone();
         let (events, fence) = (std::mem::take(&mut self.events), self.fence.clone());
+        let mut mission = std::mem::take(&mut self.mission);
+        mission.restart();
         let fall = self.fall.map(|detector| FreeFallDetector::new(*detector.settings()));
         let fresh = Self::with_controller(controller, settings);
-        *self = Self { events, fence, fall, settings: self.settings, ..fresh };
+        *self = Self { events, fence, mission, fall, settings: self.settings, ..fresh };
     }
 
     /// One control step at `now_us` with the position [m, NED] and state of that time: the throttle of each
@@ -212,6 +220,7 @@ impl Autopilot {
         let state = StepState { p_ned: *p_ned, measurement, dt_s: self.period_s(now_us) };
         self.state = Some((now_us, *measurement));
         self.p_ned = *p_ned;
+        self.check_mission();
         self.watch_setpoints(now_us);
         self.watch_sticks(now_us);
         self.watch_conditions(now_us);
@@ -226,6 +235,7 @@ impl Autopilot {
                 }
             }
             mode if mode.takes_sticks() => self.fly_by_sticks(now_us, &state),
+            FlightMode::AutoMission if self.engaged => self.navigate(now_us, &state),
             // Down: nothing to carry any more.
             _ if self.land_detector.is_landed() && self.is_landing() => self.loops.switch_off(),
             _ if self.engaged => self.navigate(now_us, &state),
@@ -320,19 +330,34 @@ impl Autopilot {
     }
 
     fn navigate(&mut self, now_us: u64, state: &StepState<'_>) {
+        let settings = self.settings;
         let situation = Situation {
             now_us,
             p_ned: state.p_ned,
             v_ned: state.measurement.v_ned,
+            heading_rad: yaw(state.measurement.q_ned_from_body),
             home_ned: *self.home_ned.get_or_insert(state.p_ned),
-            settings: &self.settings,
+            settings: &settings,
         };
+        if self.mode == FlightMode::AutoMission {
+            return self.fly_mission(&situation, state);
+        }
         let (guidance, arrived) = self.navigator.step(&situation);
         if arrived && self.mode == FlightMode::AutoTakeoff {
+            self.follow_takeoff();
+        }
+        self.loops.follow(state, &guidance, &self.settings);
+    }
+
+    /// COM_TAKEOFF_ACT: a takeoff is followed by the mission, if there is one that can be flown, or by HOLD.
+    fn follow_takeoff(&mut self) {
+        if self.settings.mission.follows_takeoff && self.mission.is_feasible() {
+            self.say(Severity::Info, "takeoff done: AUTO.MISSION");
+            self.enter(FlightMode::AutoMission, Navigator::default());
+        } else {
             self.mode = FlightMode::AutoLoiter;
             self.say(Severity::Info, "takeoff done: HOLD");
         }
-        self.loops.follow(state, &guidance, &self.settings);
     }
 
     fn fresh_setpoint(&self, now_us: u64) -> Option<OffboardSetpoint> {
@@ -361,7 +386,20 @@ impl Autopilot {
 
     /// Whether the mode takes it to the ground.
     pub fn is_landing(&self) -> bool {
-        matches!(self.mode, FlightMode::AutoLand | FlightMode::AutoRtl) && self.navigator.is_landing()
+        match self.mode {
+            FlightMode::AutoLand | FlightMode::AutoRtl => self.navigator.is_landing(),
+            FlightMode::AutoMission => self.mission.is_landing(),
+            _ => false,
+        }
+    }
+
+    /// Whether the mode takes it straight up.
+    pub fn is_taking_off(&self) -> bool {
+        match self.mode {
+            FlightMode::AutoTakeoff => true,
+            FlightMode::AutoMission => self.mission.is_climbing(),
+            _ => false,
+        }
     }
 
     /// Whether a failsafe has chosen the mode, or something holds that wants at least a warning: being in

@@ -2,8 +2,8 @@
 //!
 //! All of PX4's modes are known by name, so that a refusal can say what was asked. Flown are **OFFBOARD**
 //! (setpoints from a companion), the automatic modes HOLD, TAKEOFF, LAND and RETURN ([`super::navigator`]),
-//! and with sticks POSCTL, ALTCTL, STABILIZED and MANUAL ([`super::manual`]). HOLD is where the vehicle wakes
-//! up.
+//! and missions ([`super::mission_flight`]), and with sticks POSCTL, ALTCTL, STABILIZED and MANUAL
+//! ([`super::manual`]). HOLD is where the vehicle wakes up.
 
 use crate::units::US_PER_S;
 
@@ -23,7 +23,7 @@ pub enum FlightMode {
     /// Hold: flown.
     #[default]
     AutoLoiter,
-    /// Mission from waypoints.
+    /// A mission, item after item: flown.
     AutoMission,
     /// Return to launch: flown.
     AutoRtl,
@@ -97,7 +97,8 @@ impl FlightMode {
 
     /// Whether arming in it, or entering it armed, sets the motors going.
     pub fn lifts_off(self) -> bool {
-        matches!(self, Self::Offboard | Self::AutoTakeoff) || (self.takes_sticks() && !self.holds_height())
+        matches!(self, Self::Offboard | Self::AutoTakeoff | Self::AutoMission)
+            || (self.takes_sticks() && !self.holds_height())
     }
 
     /// Whether it is an automatic mode.
@@ -117,8 +118,8 @@ impl FlightMode {
 
     /// Whether this autopilot flies it.
     pub fn is_flown(self) -> bool {
-        matches!(self, Self::Offboard | Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl)
-            || self.takes_sticks()
+        let automatic = matches!(self, Self::AutoLoiter | Self::AutoTakeoff | Self::AutoLand | Self::AutoRtl);
+        automatic || matches!(self, Self::Offboard | Self::AutoMission) || self.takes_sticks()
     }
 }
 
@@ -140,6 +141,9 @@ pub enum ModeRefusal {
     /// A mode that is flown with sticks, and there are none.
     #[error("{} refused: no manual control input", .0.name())]
     NoSticks(FlightMode),
+    /// AUTO.MISSION without a mission that can be flown.
+    #[error("AUTO.MISSION refused: no valid mission")]
+    NoMission,
     /// A failsafe has stopped the motors for good.
     #[error("{} refused: flight terminated, start the autopilot again", .0.name())]
     Terminated(FlightMode),

@@ -1,5 +1,5 @@
 //! Where the automatic modes go: HOLD, TAKEOFF, LAND and RETURN as position and velocity setpoints, from
-//! where the vehicle is.
+//! where the vehicle is. Missions are [`super::mission_flight`]'s.
 //!
 //! | mode | what it does |
 //! |---|---|
@@ -15,7 +15,7 @@
 //! jerk on the way, lets RETURN climb less the closer home is (RTL_CONE_ANG), turns the nose to where it
 //! flies, and slows LAND down in two steps.)
 
-use nalgebra::Vector3;
+use nalgebra::{Vector2, Vector3};
 
 use super::settings::Settings;
 use super::{FlightMode, YawSetpoint};
@@ -27,7 +27,7 @@ const STOPPED_M_S: f64 = 0.3;
 /// Longest braking [us].
 const BRAKING_US: u64 = 10_000_000;
 /// A height is reached within this [m]; PX4's NAV_MC_ALT_RAD.
-const HEIGHT_REACHED_M: f64 = 0.8;
+pub(super) const HEIGHT_REACHED_M: f64 = 0.8;
 /// Home is reached within this [m].
 const HOME_REACHED_M: f64 = 1.0;
 /// RETURN from closer to home than this [m] does not climb to its height first; PX4's RTL_MIN_DIST.
@@ -42,6 +42,8 @@ pub struct Situation<'a> {
     pub p_ned: Vector3<f64>,
     /// Velocity, NED [m/s].
     pub v_ned: Vector3<f64>,
+    /// Heading [rad].
+    pub heading_rad: f64,
     /// Home, NED [m].
     pub home_ned: Vector3<f64>,
     /// Speeds and heights.
@@ -63,20 +65,21 @@ pub struct Guidance {
 
 /// A place to stop at.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Stop {
+pub(super) struct Stop {
     since_us: Option<u64>,
     at: Option<Vector3<f64>>,
 }
 
 impl Stop {
-    const BRAKING: Self = Self { since_us: None, at: None };
+    /// Where the vehicle comes to a stop.
+    pub const BRAKING: Self = Self { since_us: None, at: None };
 
     fn at(place: Vector3<f64>) -> Self {
         Self { since_us: None, at: Some(place) }
     }
 
     /// The place, once it has stopped; `level` looks at the horizontal speed only.
-    fn place(&mut self, s: &Situation<'_>, level: bool) -> Option<Vector3<f64>> {
+    pub fn place(&mut self, s: &Situation<'_>, level: bool) -> Option<Vector3<f64>> {
         let since = *self.since_us.get_or_insert(s.now_us);
         let speed = if level { s.v_ned.xy().norm() } else { s.v_ned.norm() };
         if self.at.is_none() && (speed < STOPPED_M_S || s.now_us.saturating_sub(since) >= BRAKING_US) {
@@ -159,7 +162,7 @@ impl Navigator {
     /// The next step; true when a takeoff has arrived.
     pub fn step(&mut self, s: &Situation<'_>) -> (Guidance, bool) {
         let mut limits = s.settings.automatic;
-        limits.level_m_s = self.speed_m_s.unwrap_or(limits.level_m_s);
+        limits.level_m_s = self.speed_m_s.unwrap_or(limits.level_m_s).min(s.settings.greatest.level_m_s);
         let still = Guidance { p_ned: [None; 3], v_ned: Vector3::zeros(), limits, yaw: YawSetpoint::Keep };
         match &mut self.task {
             Task::Hold { stop, yaw } => {
@@ -182,7 +185,7 @@ impl Navigator {
                 }
                 (Guidance { p_ned, limits, ..still }, arrived)
             }
-            Task::Land { stop } => (landing(still, stop.place(s, true), s), false),
+            Task::Land { stop } => (descent(still, stop.place(s, true).map(|p| p.xy()), s), false),
             Task::Descend => (descending(still, s), false),
             Task::Return { down_m, leg } => {
                 let down = *down_m.get_or_insert_with(|| return_down_m(s));
@@ -192,11 +195,11 @@ impl Navigator {
     }
 }
 
-/// Sinks over a place, or over where it comes to a stop.
-fn landing(still: Guidance, place: Option<Vector3<f64>>, s: &Situation<'_>) -> Guidance {
+/// Sinks over a place, north and east [m]; without one it brakes.
+pub(super) fn descent(still: Guidance, ne: Option<Vector2<f64>>, s: &Situation<'_>) -> Guidance {
     let speed = s.settings.land_speed_m_s;
     Guidance {
-        p_ned: [place.map(|p| p.x), place.map(|p| p.y), None],
+        p_ned: [ne.map(|p| p.x), ne.map(|p| p.y), None],
         v_ned: Vector3::new(0.0, 0.0, speed),
         limits: VelocityLimits { down_m_s: speed, ..still.limits },
         ..still
@@ -252,5 +255,5 @@ fn returning(leg: &mut Leg, down: f64, s: &Situation<'_>, still: Guidance) -> Gu
         }
         *leg = Leg::Land;
     }
-    landing(still, Some(home), s)
+    descent(still, Some(home.xy()), s)
 }

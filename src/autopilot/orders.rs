@@ -26,6 +26,8 @@ impl Autopilot {
             Some(ModeRefusal::NoSetpoint { timeout_us: self.settings.setpoint_timeout_us })
         } else if self.is_in_air() && self.lacks_position_for(now_us, mode) {
             Some(ModeRefusal::NoPosition(mode))
+        } else if mode == FlightMode::AutoMission {
+            self.check_has_mission().err()
         } else {
             None
         };
@@ -87,12 +89,18 @@ impl Autopilot {
 
     /// Changes the horizontal speed of the automatic mode, until the next one [m/s]; `None` is MPC_XY_CRUISE.
     pub fn set_speed(&mut self, speed_m_s: Option<f64>) {
-        self.navigator.set_speed(speed_m_s);
+        match self.mode {
+            FlightMode::AutoMission => self.mission.set_speed(speed_m_s),
+            _ => self.navigator.set_speed(speed_m_s),
+        }
     }
 
     pub(super) fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
         if mode != self.mode {
             self.manual = ManualFlight::default();
+        }
+        if mode == FlightMode::AutoMission {
+            self.mission.begin(self.mode == FlightMode::AutoLoiter);
         }
         (self.mode, self.mode_chosen) = (mode, true);
         self.navigator = navigator;
@@ -111,7 +119,8 @@ impl Autopilot {
             (true, _) => Err(ArmingRefusal::Terminated),
             (false, true) => Ok(()),
             (false, false) => arming::check_arming(now_us, self.alignment.now(), self.state)
-                .and_then(|()| arming::check_sticks(self.mode, self.sticks(now_us))),
+                .and_then(|()| arming::check_sticks(self.mode, self.sticks(now_us)))
+                .and_then(|()| arming::check_mission(self.mode, self.mission.is_feasible())),
         };
         if let Err(refusal) = checked {
             self.say(Severity::Critical, refusal.to_string());
@@ -124,6 +133,9 @@ impl Autopilot {
         // What an automatic mode has seen before does not count.
         if !matches!(self.mode, FlightMode::AutoTakeoff) {
             self.navigator = Navigator::begin(self.mode);
+        }
+        if self.mode == FlightMode::AutoMission {
+            self.mission.begin(false);
         }
         self.say(Severity::Info, if force { "armed (forced)" } else { "armed" });
         Ok(())
@@ -146,6 +158,7 @@ impl Autopilot {
         (self.land_detector, self.watch) = (LandDetector::default(), Watch::default());
         self.health.disarmed();
         self.navigator = Navigator::begin(self.mode);
+        self.mission.disarmed();
         self.loops.switch_off();
         self.say(Severity::Info, text);
         Ok(())

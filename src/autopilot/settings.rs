@@ -28,6 +28,8 @@ pub struct Settings {
     pub takeoff_speed_m_s: f64,
     /// MPC_LAND_SPEED [m/s].
     pub land_speed_m_s: f64,
+    /// What missions go by.
+    pub mission: MissionSettings,
     /// COM_DISARM_LAND: time from landing to disarming [s]; `None` never.
     pub disarm_after_landing_s: Option<f64>,
     /// RTL_RETURN_ALT: height above home of the way back [m].
@@ -109,6 +111,48 @@ impl HealthSettings {
     /// What follows from a failure of the attitude, but soon after arming.
     pub fn attitude_failure(&self) -> Action {
         if self.termination_breaker == NO_TERMINATION { Action::Warn } else { Action::Terminate }
+    }
+}
+
+/// What missions go by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MissionSettings {
+    /// NAV_ACC_RAD: a place is reached within this [m]. PX4's default for multirotors (rc.mc_defaults).
+    pub reached_within_m: f64,
+    /// NAV_LOITER_RAD: how far from a place NAV_LOITER_TO_ALT is over it, beyond NAV_ACC_RAD [m].
+    pub loiter_radius_m: f64,
+    /// MIS_YAW_ERR: a heading is reached within this [deg].
+    pub yaw_within_deg: f64,
+    /// MIS_PD_TO: how long the acknowledgement of a release is waited for [s].
+    pub release_timeout_s: f64,
+    /// MIS_DIST_1WP: greatest horizontal distance to the first place [m]; 0 and less is any.
+    pub first_place_within_m: f64,
+    /// MIS_TKO_LAND_REQ: what a mission must have.
+    pub requirement: Requirement,
+    /// COM_TAKEOFF_ACT: whether a mission, if there is a valid one, follows a TAKEOFF; otherwise HOLD.
+    pub follows_takeoff: bool,
+}
+
+/// MIS_TKO_LAND_REQ: what a mission must have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Requirement {
+    /// 0: nothing.
+    Nothing,
+    /// 1: a takeoff.
+    Takeoff,
+    /// 2: a landing.
+    Landing,
+    /// 3: both.
+    Both,
+    /// 4: both or neither.
+    BothOrNeither,
+}
+
+impl Requirement {
+    fn from_code(code: f64) -> Option<Self> {
+        [Self::Nothing, Self::Takeoff, Self::Landing, Self::Both, Self::BothOrNeither]
+            .into_iter()
+            .find(|requirement| f64::from(*requirement as i32) == code)
     }
 }
 
@@ -194,6 +238,15 @@ impl Settings {
             takeoff_height_m: 2.5,
             takeoff_speed_m_s: 1.5,
             land_speed_m_s: 0.7,
+            mission: MissionSettings {
+                reached_within_m: 2.0,
+                loiter_radius_m: 80.0,
+                yaw_within_deg: 12.0,
+                release_timeout_s: 5.0,
+                first_place_within_m: 900.0,
+                requirement: Requirement::Nothing,
+                follows_takeoff: false,
+            },
             disarm_after_landing_s: Some(2.0),
             return_height_m: 60.0,
             descend_height_m: 30.0,
@@ -231,6 +284,8 @@ impl Settings {
             "MPC_THR_CURVE" => f64::from(self.manual.linear_thrust),
             "COM_LOW_BAT_ACT" => f64::from(self.battery as i32),
             "COM_ACT_FAIL_ACT" => code(&MOTOR_FAILURE, self.health.motor_failure),
+            "COM_TAKEOFF_ACT" => f64::from(u8::from(self.mission.follows_takeoff)),
+            "MIS_TKO_LAND_REQ" => f64::from(self.mission.requirement as i32),
             "COM_DISARM_LAND" => self.disarm_after_landing_s.unwrap_or(-1.0),
             "RTL_LAND_DELAY" => self.land_delay_s.unwrap_or(-1.0),
             // number() gives a place to write to: read it from a copy.
@@ -255,6 +310,10 @@ impl Settings {
             "MPC_THR_CURVE" => bits(value, 1).map(|curve| self.manual.linear_thrust = curve == 1),
             "COM_LOW_BAT_ACT" => battery_policy(value).map(|p| self.battery = p),
             "COM_ACT_FAIL_ACT" => action(&MOTOR_FAILURE).map(|a| self.health.motor_failure = a),
+            "COM_TAKEOFF_ACT" => {
+                [0.0, 1.0].contains(&value).then(|| self.mission.follows_takeoff = value == 1.0)
+            }
+            "MIS_TKO_LAND_REQ" => Requirement::from_code(value).map(|r| self.mission.requirement = r),
             "COM_DISARM_LAND" => {
                 self.disarm_after_landing_s = (value > 0.0).then_some(value);
                 Some(())
@@ -281,6 +340,11 @@ impl Settings {
             "MIS_TAKEOFF_ALT" => &mut self.takeoff_height_m,
             "MPC_TKO_SPEED" => &mut self.takeoff_speed_m_s,
             "MPC_LAND_SPEED" => &mut self.land_speed_m_s,
+            "NAV_ACC_RAD" => &mut self.mission.reached_within_m,
+            "NAV_LOITER_RAD" => &mut self.mission.loiter_radius_m,
+            "MIS_YAW_ERR" => &mut self.mission.yaw_within_deg,
+            "MIS_PD_TO" => &mut self.mission.release_timeout_s,
+            "MIS_DIST_1WP" => &mut self.mission.first_place_within_m,
             "RTL_RETURN_ALT" => &mut self.return_height_m,
             "RTL_DESCEND_ALT" => &mut self.descend_height_m,
             "COM_DL_LOSS_T" => &mut self.data_link_timeout_s,
@@ -368,6 +432,9 @@ mod tests {
             ("COM_DISARM_LAND", -1.0),
             ("RTL_LAND_DELAY", -1.0),
             ("RTL_LAND_DELAY", 0.0),
+            ("MIS_TKO_LAND_REQ", 4.0),
+            ("COM_TAKEOFF_ACT", 1.0),
+            ("MIS_DIST_1WP", -1.0),
             ("BAT_EMERGEN_THR", 0.04),
             ("COM_ACT_FAIL_ACT", 2.0),
             ("CBRK_FLIGHTTERM", 0.0),
@@ -393,6 +460,7 @@ mod tests {
             ("COM_RCL_EXCEPT", 8.0),
             ("MPC_THR_CURVE", 2.0),
             ("GF_ACTION", 1.5),
+            ("COM_TAKEOFF_ACT", 2.0),
             ("NONE", 1.0),
         ] {
             assert!(!settings.set(name, value));

@@ -4,6 +4,7 @@ mod arming;
 mod automatic;
 mod failsafes;
 mod falling;
+mod missions;
 mod offboard;
 mod random;
 mod sticks;
@@ -93,6 +94,19 @@ fn level(collective: f64) -> OffboardSetpoint {
 fn velocity(v_down_m_s: f64, yaw: YawSetpoint) -> OffboardSetpoint {
     let v = Vector3::new(0.0, 0.0, v_down_m_s);
     OffboardSetpoint::Velocity { frame: VelocityFrame::Ned, v, a_ff: Vector3::zeros(), yaw }
+}
+
+/// A point mass under the cascade's wanted acceleration, which turns to the wanted heading at once: enough to
+/// see where modes go.
+fn drift(bench: &mut Bench, seconds: f64) {
+    let dt = STEP_US as f64 * 1e-6;
+    for _ in 0..(seconds / dt).round() as usize {
+        bench.step();
+        if bench.autopilot.output().collective_n > 0.0 || bench.autopilot.is_in_air() {
+            bench.measurement.v_ned += bench.autopilot.output().acceleration_sp_ned * dt;
+            bench.p_ned += bench.measurement.v_ned * dt;
+        }
+    }
 }
 
 const OFF: PerRotor = [0.0; MAX_ROTORS];

@@ -1,12 +1,12 @@
-"""What a ground station's buttons and joystick do: take off, go there, return, land, release; and a drop that ends
-in HOLD and LAND."""
+"""What a ground station's buttons and joystick do: take off, go there, return, land, release; a drop that ends in HOLD and LAND, and
+one that a mission releases."""
 
 import math
 
 import pytest
 
 from drop import AUTOPILOT, mavlink
-from ground_station import set_parameter
+from ground_station import set_parameter, upload
 from missions import x500_over_ground
 
 POSITION, HOLD, LAND = (3, 0), (4, 3), (4, 6)
@@ -135,3 +135,29 @@ def test_the_gripper_button_releases(samara, vehicle, mission):
     # QGroundControl's button: to the autopilot, gripper 0.
     vehicle.command(AUTOPILOT, mavlink.MAV_CMD_DO_GRIPPER, 0, mavlink.GRIPPER_ACTION_RELEASE)
     assert vehicle.sees_the_release() == pytest.approx(vehicle.now_s, abs=1.0)
+
+
+def test_a_mission_releases_the_drop_and_flies_on(samara, vehicle, mission):
+    path = mission("x500_drop", x500_over_ground)
+    samara.sim("--speed", 5, path)
+    autopilot = samara.autopilot("--once", path)
+    vehicle.connect()
+    here = vehicle.wait("GLOBAL_POSITION_INT")
+    # Released, a second of fall, then to a place 10 m north, 25 m below where it was armed (home).
+    plan = [
+        (mavlink.MAV_CMD_DO_GRIPPER, 1, here.lat, here.lon, 0),
+        (mavlink.MAV_CMD_NAV_DELAY, 1, here.lat, here.lon, 0),
+        (mavlink.MAV_CMD_NAV_WAYPOINT, 0, here.lat + 899, here.lon, -25),
+    ]
+    assert upload(vehicle, plan, 0) == mavlink.MAV_MISSION_ACCEPTED
+    vehicle.until(5.0)
+    home = vehicle.wait("GLOBAL_POSITION_INT")
+    vehicle.command(AUTOPILOT, mavlink.MAV_CMD_MISSION_START, 0)
+    assert vehicle.sees_the_release() == pytest.approx(vehicle.now_s, abs=0.5)
+    vehicle.wait("MISSION_ITEM_REACHED", lambda m: m.seq == 2, 40.0)
+    sees(vehicle, HOLD)
+    vehicle.until(vehicle.now_s + 10)
+    there = vehicle.wait("GLOBAL_POSITION_INT")
+    assert (there.alt - home.alt) * 1e-3 == pytest.approx(-25, abs=1.5)
+    assert there.lat == pytest.approx(here.lat + 899, abs=60)
+    assert not autopilot.has_said("refused")

@@ -18,7 +18,7 @@ const HANG_S: f64 = 2.0;
 const DURATION_S: f64 = 35.0;
 const TARGET: Vector3<f64> = Vector3::new(4.0, 0.0, 4.0);
 
-fn under_the_canopy() -> DropSimulation {
+pub fn under_the_canopy() -> DropSimulation {
     let pendulum = Pendulum { amplitude_rad: 0.1, phase_rad: 0.7, omega_rad_s: 2.0, length_m: 1.0 };
     let parachute = Parachute::new(3.0, 0.5, pendulum).unwrap();
     DropSimulation::new(Arc::clone(&TITAN), site(), parachute, HANG_S, Start::Release)
@@ -35,7 +35,7 @@ fn verdict_builder() -> VerdictBuilder {
 }
 
 /// The simulator's part of a step: the state, as ODOMETRY with NED velocities.
-fn observe(bench: &mut Bench, sim: &DropSimulation) {
+pub fn observe(bench: &mut Bench, sim: &DropSimulation) {
     let body = &sim.state().body;
     let (p, v, w) =
         (body.p_ned.map(|x| x as f32), body.v_ned.map(|x| x as f32), body.omega_body.map(|x| x as f32));

@@ -8,6 +8,7 @@ mod closed_loop;
 mod commands;
 mod estimator;
 mod junk;
+mod missions;
 mod parameters;
 mod peers;
 mod qgroundcontrol;

@@ -23,7 +23,7 @@ const NO_CHANNEL: Choices = &[(0, "Unassigned")];
 /// Parameters whose values are choices, each with the values that it takes here in PX4's words: ground
 /// stations offer them as a list (QGroundControl's safety page), and an empty one without them. A `#` stands
 /// for what follows. A fact has the one value that it has.
-const CHOICES: [(&str, Choices); 20] = [
+const CHOICES: [(&str, Choices); 22] = [
     ("BAT1_SOURCE", &[(-1, "Disabled")]),
     ("CA_AIRFRAME", &[(0, "Multirotor")]),
     (
@@ -51,6 +51,7 @@ const CHOICES: [(&str, Choices); 20] = [
             (4, "Stick input disabled"),
         ],
     ),
+    ("COM_TAKEOFF_ACT", &[(0, "Hold"), (1, "Mission (if valid)")]),
     ("EKF2_EN", YES_OR_NO),
     (
         "GF_ACTION",
@@ -65,6 +66,16 @@ const CHOICES: [(&str, Choices); 20] = [
     ),
     ("GF_SOURCE", &[(0, "GPOS")]),
     ("MAV_TYPE", &[(2, "Quadrotor")]),
+    (
+        "MIS_TKO_LAND_REQ",
+        &[
+            (0, "No requirements"),
+            (1, "Require a takeoff"),
+            (2, "Require a landing"),
+            (3, "Require a takeoff and a landing"),
+            (4, "Require both a takeoff and a landing, or neither"),
+        ],
+    ),
     ("MPC_POS_MODE", &[(0, "Simple position control")]),
     ("MPC_THR_CURVE", &[(0, "Rescale to hover thrust"), (1, "No Rescale")]),
     ("NAV_DLL_ACT", &[(0, "Disabled"), (1, "Hold mode"), (2, "Return mode"), (3, "Land mode")]),

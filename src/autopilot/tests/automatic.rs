@@ -2,18 +2,6 @@
 
 use super::*;
 
-/// A point mass under the cascade's wanted acceleration: enough to see where the modes go.
-fn drift(bench: &mut Bench, seconds: f64) {
-    let dt = STEP_US as f64 * 1e-6;
-    for _ in 0..(seconds / dt).round() as usize {
-        bench.step();
-        if bench.autopilot.output().collective_n > 0.0 {
-            bench.measurement.v_ned += bench.autopilot.output().acceleration_sp_ned * dt;
-            bench.p_ned += bench.measurement.v_ned * dt;
-        }
-    }
-}
-
 /// HOLD brakes, and its place is where it came to a stop.
 #[test]
 fn closed_form_hold_keeps_the_place_where_it_stopped() {

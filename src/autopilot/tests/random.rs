@@ -7,9 +7,9 @@ use super::*;
 /// What may happen to an autopilot between two steps.
 fn happen(bench: &mut Bench, what: u8, x: f64) {
     let now = bench.now_us;
-    let mode = FlightMode::all().nth(usize::from(what) % 12).unwrap();
+    let mode = FlightMode::all().nth(usize::from(what / 20) % 12).unwrap();
     let autopilot = &mut bench.autopilot;
-    match what % 18 {
+    match what % 20 {
         0 => drop(autopilot.arm(now, x > 0.0)),
         1 => drop(autopilot.disarm(x > 0.0)),
         2 => drop(autopilot.take_off_to(x)),
@@ -34,6 +34,8 @@ fn happen(bench: &mut Bench, what: u8, x: f64) {
                 OffboardSetpoint::Place { frame, p, v: [None; 3], a: [None; 3], yaw: YawSetpoint::Rate(x) };
             let _ = autopilot.offer_setpoint(now, place);
         }
+        18 => autopilot.load_mission(&missions::some_items(x), None, &missions::site()),
+        19 => drop(autopilot.set_mission_item(what.into())),
         _ => drop(autopilot.request_mode(now, mode)),
     }
 }

@@ -13,7 +13,6 @@ use super::outcome::{Outcome, whole};
 use super::refusals::Missing;
 use super::telemetry::available_modes;
 use crate::autopilot::FlightMode;
-use crate::autopilot::missions::Kind;
 use crate::link::frame::{Command, CommandAck};
 use crate::link::hil::SIMULATOR_COMPONENT;
 use crate::link::parachute::PARACHUTE_COMPONENT;
@@ -59,7 +58,7 @@ impl AutopilotSession {
         let target = (self.system_id(), to);
         let reason = if !self.clock.is_running() {
             "no simulator"
-        } else if !self.relay.pass_on(peer, command, target, &mut self.outbox) {
+        } else if !self.relay.pass_on(Some(peer), command, target, &mut self.outbox) {
             "too many at once"
         } else {
             return None;
@@ -102,17 +101,9 @@ impl AutopilotSession {
                 let gravity_m_s2 = vehicle.environment.gravity_m_s2;
                 self.parameters.store(command, gravity_m_s2, &mut vehicle.autopilot, &mut self.outbox)
             }
-            MavCmd::MAV_CMD_MISSION_START => {
-                let reason = match self.missions.plan(Kind::Mission).count() {
-                    0 => "there is no mission to start",
-                    _ => "the mission is kept and not flown",
-                };
-                Outcome::Unsupported.because(&mut vehicle.autopilot, reason)
-            }
-            MavCmd::MAV_CMD_DO_SET_MISSION_CURRENT => {
-                let seq = command.param(1).and_then(whole).and_then(|seq| u16::try_from(seq).ok());
-                Outcome::Denied.unless(seq.is_some_and(|seq| self.missions.set_current(seq)))
-            }
+            MavCmd::MAV_CMD_MISSION_START => self.start_mission(now, command),
+            MavCmd::MAV_CMD_DO_SET_MISSION_CURRENT => self.set_mission_item(command),
+            MavCmd::MAV_CMD_DO_PAUSE_CONTINUE => self.pause_or_continue(now, command),
             MavCmd::MAV_CMD_DO_PARACHUTE => {
                 let reason = "the parachute is component 161: command that";
                 Outcome::Unsupported.because(&mut vehicle.autopilot, reason)

@@ -8,7 +8,7 @@
 //! | NAV_TAKEOFF | 7: altitude; without it MIS_TAKEOFF_ALT above home |
 //! | NAV_LAND, NAV_RETURN_TO_LAUNCH | none: it lands where it is, it returns home |
 //! | DO_REPOSITION | 1: speed; 2, bit 0: enter HOLD; 4: heading; 5 to 7: place; what is not given stays |
-//! | DO_CHANGE_SPEED | 1: ground speed (0 and 1, of which a multirotor knows one); 2: speed, -2 the default |
+//! | DO_CHANGE_SPEED | 1: 1, ground speed, or nothing; 2: speed, -2 the default |
 //! | DO_SET_HOME | 1: 1 for here, else 5 to 7 |
 //!
 //! Latitude and longitude are degrees in a COMMAND_LONG, degE7 in a COMMAND_INT. Altitudes are above mean sea
@@ -153,9 +153,10 @@ impl Vehicle {
 
     /// DO_CHANGE_SPEED.
     pub(super) fn change_speed(&mut self, command: &Command) -> Outcome {
-        let of_ground = command.param(1).is_none_or(|kind| kind == 0.0 || kind == 1.0);
+        if command.param(1).is_some_and(|kind| kind != 1.0) {
+            return self.refuse(Outcome::Unsupported, "speed refused: a multirotor has a ground speed only");
+        }
         match command.param(2) {
-            _ if !of_ground => return Outcome::Unsupported,
             Some(-2.0) => self.autopilot.set_speed(None),
             Some(-1.0) | None => {}
             Some(speed) if speed > 0.0 && speed.is_finite() => {

@@ -9,14 +9,14 @@
 //! | `hil`, `sensing`, `home` | the simulator's messages as a state and as the estimator's samples; home |
 //! | `clock` | simulated time, TIMESYNC and PING |
 //! | `commands`, `outcome` | COMMAND_LONG and COMMAND_INT, and who obeys each; what becomes of them |
-//! | `relay` | the commands that are the simulator's and the parachute's |
+//! | `relay` | the commands that are the simulator's or the parachute's |
 //! | `refusals` | what is not there, refused in words |
-//! | `flight_commands` | modes, arming, the commands about where to fly |
+//! | `flight_commands`, `mission_commands` | modes, arming, the commands about where to fly; about missions |
 //! | `manual_control` | MANUAL_CONTROL: sticks |
 //! | `setpoints` | SET_ATTITUDE_TARGET, SET_POSITION_TARGET_LOCAL_NED |
 //! | `telemetry`, `streams` | the messages that it sends; how often, on which link |
 //! | `parameters` | parameters listed, read, set, saved |
-//! | `missions` | missions, fences, rally points: kept, not flown |
+//! | `missions` | missions, fences, rally points: kept, and reports of the mission that is flown |
 //! | `files` | the file server: what the parameters mean |
 //! | `outbox`, `logging` | frames by its links, reports to the crew; entries of the flight log |
 //!
@@ -34,6 +34,7 @@ mod hil;
 mod home;
 mod logging;
 mod manual_control;
+mod mission_commands;
 mod missions;
 mod outbox;
 mod outcome;
@@ -53,7 +54,7 @@ use nalgebra::Vector3;
 use self::clock::Clock;
 use self::files::FileServer;
 use self::logging::record;
-use self::missions::Missions;
+use self::missions::{Missions, Reports};
 use self::outbox::{LINKS, Outbox, Peer};
 use self::parameters::ParameterServer;
 use self::refusals::Refusals;
@@ -106,6 +107,7 @@ pub struct AutopilotSession {
     setpoints: SetpointInput,
     parameters: ParameterServer,
     missions: Missions,
+    reports: Reports,
     files: FileServer,
     streams: Streams,
     relay: Relay,
@@ -131,6 +133,7 @@ impl AutopilotSession {
             files: FileServer::new(&parameters),
             parameters: ParameterServer::new(parameters, setup.keeps_parameters),
             missions: Missions::default(),
+            reports: Reports::default(),
             streams: Streams::default(),
             relay: Relay::default(),
             refusals: Refusals::default(),
@@ -239,6 +242,7 @@ impl AutopilotSession {
     /// The times that services wait for were another clock's.
     fn restart_services(&mut self) {
         self.missions.restart();
+        self.reports.restart();
         self.files.restart();
     }
 
@@ -329,6 +333,7 @@ impl AutopilotSession {
             self.outbox.log.push(LogEntry::Step(Box::new(entry)));
         }
         self.send_actuators(now, &throttle);
+        self.follow_mission(now);
         self.report_events();
         self.send_due(now);
     }
@@ -386,6 +391,7 @@ impl AutopilotSession {
         if let Some(fence) = self.missions.take_new_fence(&self.vehicle.environment) {
             self.vehicle.autopilot.set_fence(fence);
         }
+        self.hand_over_mission();
         while let Some(event) = self.missions.poll_event() {
             self.vehicle.autopilot.say(event.severity, event.text);
         }

@@ -1,6 +1,6 @@
-//! Commands to the autopilot that are passed on to the simulator's end, whose answer goes back to who gave
-//! the command: MAV_CMD_INJECT_FAILURE, since what fails is the simulator's to say, and MAV_CMD_DO_GRIPPER,
-//! which is the parachute's.
+//! Commands to the autopilot that others obey, passed on to the simulator's end: MAV_CMD_INJECT_FAILURE, since
+//! what fails is the simulator's to say, and MAV_CMD_DO_GRIPPER, by a peer or by a mission's item, which is the
+//! parachute's. The answer goes back to who gave the command, or to the mission.
 //!
 //! (PX4 keeps both: it changes what its own drivers and its own simulator's sensors report, and has a gripper
 //! of its own.)
@@ -31,17 +31,18 @@ pub(super) struct Relay {
 
 #[derive(Clone, Debug)]
 struct Waiting {
-    peer: Peer,
+    /// Who gave the command; `None`: an item of the mission.
+    peer: Option<Peer>,
     command: Command,
     since: TimeUs,
 }
 
 impl Relay {
-    /// Passes a command on to a component (system and component) at the simulator's end; `false`: too many
-    /// wait already.
+    /// Passes a command of a peer, or of the mission, on to a component (system and component) at the
+    /// simulator's end; `false`: too many wait already.
     pub(super) fn pass_on(
         &mut self,
-        peer: Peer,
+        peer: Option<Peer>,
         command: &Command,
         target: (u8, u8),
         outbox: &mut Outbox,
@@ -71,11 +72,14 @@ impl Relay {
     pub(super) fn take(&mut self, ack: &CommandAck, autopilot: &mut Autopilot, outbox: &mut Outbox) {
         let oldest = self.waiting.iter().position(|waiting| waiting.command.command == ack.command);
         let Some(waiting) = oldest.and_then(|i| self.waiting.remove(i)) else { return };
-        if ack.command == INJECT_FAILURE && ack.result == MavResult::MAV_RESULT_ACCEPTED as u8 {
+        let accepted = ack.result == MavResult::MAV_RESULT_ACCEPTED as u8;
+        if accepted && ack.command == INJECT_FAILURE {
             autopilot.say(Severity::Warning, format!("failure injected: {}", words(&waiting.command)));
             if let Some((motor, is_off)) = motor_off(&waiting.command) {
                 autopilot.note_motor_off(motor, is_off);
             }
+        } else if accepted && waiting.peer.is_none() {
+            autopilot.acknowledge_mission_release();
         }
         waiting.answer(ack.result, outbox);
     }
@@ -101,7 +105,8 @@ impl Relay {
 
 impl Waiting {
     fn answer(&self, result: u8, outbox: &mut Outbox) {
-        let ack = CommandAck::new(&self.command, result, (self.peer.system, self.peer.component));
-        outbox.reply_command_ack(self.peer, &ack);
+        let Some(peer) = self.peer else { return };
+        let ack = CommandAck::new(&self.command, result, (peer.system, peer.component));
+        outbox.reply_command_ack(peer, &ack);
     }
 }

@@ -254,6 +254,21 @@ fn a_gripper_command_cuts_now() {
     assert!(events.contains(&Timed { at: 1_500_000, event: HilEvent::Drop(DropEvent::RotorsFree) }));
 }
 
+/// The autopilot passes on the release of a mission's item by its own link, which is where the answer goes.
+#[test]
+fn a_gripper_command_that_the_autopilot_passes_on_cuts_and_is_answered() {
+    let mut hand = Hand::connected(config());
+    hand.fly(1_000_000, 0.0, true);
+    for (target, answered) in [((1, 200), true), ((1, 1), false), ((1, 161), true)] {
+        hand.command(Link::Simulator, MavCmd::MAV_CMD_DO_GRIPPER, [0.0, 0.0], target);
+        let acks: Vec<_> = hand.drain(Link::Simulator).iter().filter_map(Frame::command_ack).collect();
+        assert_eq!(acks.len(), usize::from(answered), "{target:?}");
+        let cut = target.1 == 161;
+        assert!(acks.iter().all(|ack| (ack.command, ack.result == 0) == (211, cut)), "{target:?}");
+        assert_eq!(hand.session.run().simulation().release_time_s(), cut.then_some(1.0));
+    }
+}
+
 #[test]
 fn the_mission_ends_and_its_log_is_whole() {
     let mut hand = Hand::connected(config());

@@ -1,5 +1,5 @@
-//! Missions, fences and rally points: uploaded, kept, given back, cleared. No mission is flown; fences are
-//! watched ([`crate::autopilot::fence`]).
+//! Missions, fences and rally points: uploaded, kept, given back, cleared. Missions are flown
+//! ([`crate::autopilot::mission_flight`]), fences are watched ([`crate::autopilot::fence`]).
 //!
 //! As PX4 does it: the vehicle asks for item after item and asks again after 250 ms; a peer that has been
 //! silent for 5 s has given up; a second peer that wants to upload meanwhile gets an error; a plan takes the
@@ -8,11 +8,13 @@
 //! an upload whose next item has not come for a second, or that has lasted for ten, gives way to another
 //! peer. Times are the vehicle's.
 
+mod reports;
 #[cfg(test)]
 mod tests;
 mod wire;
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 
 use mavlink::dialects::common::{MavMissionResult as MissionResult, MavMissionType};
 
@@ -21,6 +23,7 @@ use crate::autopilot::missions::{Item, Kind, Plan, areas_of};
 use crate::autopilot::{Event, Severity};
 use crate::model::Environment;
 use crate::time::TimeUs;
+pub(super) use reports::Reports;
 pub(super) use wire::{Answer, Request};
 
 use super::outbox::Peer;
@@ -66,7 +69,12 @@ struct Download {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Missions {
     plans: [Plan; 3],
+    /// The current item of the mission.
     current: u16,
+    /// The mission is new; the item that it says to begin with, if any.
+    new_mission: Option<Option<u16>>,
+    /// The item that a peer wants to be the current one.
+    wanted: Option<u16>,
     fence_is_new: bool,
     upload: Option<Upload>,
     downloads: Vec<Download>,
@@ -82,9 +90,21 @@ impl Missions {
         &self.plans[kind as usize]
     }
 
-    /// The mission item that would be next.
-    pub(super) fn current(&self) -> u16 {
-        self.current
+    /// The mission's items and the item that it says to begin with, if it was uploaded or cleared since the
+    /// last call.
+    pub(super) fn take_new_mission(&mut self) -> Option<(Arc<Vec<Item>>, Option<u16>)> {
+        let start = self.new_mission.take()?;
+        Some((self.plan(Kind::Mission).items.clone(), start))
+    }
+
+    /// The item that a peer wants to be the mission's current one, if one was asked for since the last call.
+    pub(super) fn take_wanted_item(&mut self) -> Option<u16> {
+        self.wanted.take()
+    }
+
+    /// Notes the current item of the mission that is flown.
+    pub(super) fn note_current(&mut self, seq: u16) {
+        self.current = seq;
     }
 
     /// The areas of the fence in the local frame, if it was uploaded or cleared since the last call.
@@ -109,11 +129,11 @@ impl Missions {
         self.downloads.clear();
     }
 
-    /// Makes another mission item the next; false when there is no such item.
+    /// Another mission item is to be the current one; false when there is no such item.
     pub(super) fn set_current(&mut self, seq: u16) -> bool {
         let known = seq < self.plan(Kind::Mission).count();
         if known {
-            self.current = seq;
+            self.wanted = Some(seq);
         } else {
             self.say(Severity::Error, format!("there is no mission item {seq}"));
         }
@@ -311,7 +331,8 @@ impl Missions {
 
     fn replace(&mut self, kind: Kind, items: Vec<Item>) {
         if kind == Kind::Mission {
-            self.current = items.iter().rposition(|item| item.current == 1).unwrap_or(0) as u16;
+            let start = items.iter().rposition(|item| item.current == 1);
+            (self.new_mission, self.wanted) = (Some(start.map(|start| start as u16)), None);
         }
         let plan = Plan::new(items);
         if kind == Kind::Fence {

@@ -76,7 +76,8 @@ fn regress_a_plan_comes_back_as_it_went() {
     let (result, opaque_id) = upload_all(&mut missions, 0, GROUND, 0, &items);
     assert_eq!(result, 0);
     assert_ne!(opaque_id, 0);
-    assert_eq!(missions.current(), 1);
+    assert_eq!(missions.take_new_mission().map(|(items, start)| (items.len(), start)), Some((3, Some(1))));
+    missions.note_current(1);
     let rally = Item { command: 5100, ..waypoint(3.0) };
     assert_eq!(upload_all(&mut missions, 0, GROUND, 1, &[vertex(); 3]).0, 0);
     assert_eq!(upload_all(&mut missions, 0, GROUND, 2, &[rally]).0, 0);

@@ -4,9 +4,10 @@
 use mavlink::dialects::common::*;
 use num_traits::FromPrimitive as _;
 
-use crate::autopilot::FlightMode;
+use crate::autopilot::mission_flight::Progress;
 use crate::autopilot::missions::Kind;
 use crate::autopilot::parameters::component_metadata::GENERAL;
+use crate::autopilot::{Autopilot, FlightMode};
 use crate::link::autopilot::files::FileServer;
 use crate::link::autopilot::missions::Missions;
 use crate::link::streamer::AutopilotVersion;
@@ -42,20 +43,24 @@ pub(super) fn available_modes_monitor() -> MavMessage {
     MavMessage::AVAILABLE_MODES_MONITOR(AVAILABLE_MODES_MONITOR_DATA { seq: 0 })
 }
 
-/// MISSION_CURRENT: the item that would be next; missions are kept and not flown.
-pub(super) fn mission_current(missions: &Missions) -> MavMessage {
-    let mission = missions.plan(Kind::Mission);
+/// MISSION_CURRENT of the mission on board. `mission_state` and what follows it are MAVLink's, later than
+/// PX4 v1.14.
+pub(super) fn mission_current(missions: &Missions, autopilot: &Autopilot) -> MavMessage {
+    let (kept, mission) = (missions.plan(Kind::Mission), autopilot.mission());
+    let flies = autopilot.mode() == FlightMode::AutoMission;
     MavMessage::MISSION_CURRENT(MISSION_CURRENT_DATA {
-        seq: missions.current(),
-        total: mission.count(),
-        mission_state: if mission.count() == 0 {
-            MissionState::MISSION_STATE_NO_MISSION
-        } else {
-            MissionState::MISSION_STATE_NOT_STARTED
+        seq: mission.current(),
+        total: kept.count(),
+        mission_state: match mission.progress() {
+            _ if kept.count() == 0 => MissionState::MISSION_STATE_NO_MISSION,
+            Progress::NotStarted => MissionState::MISSION_STATE_NOT_STARTED,
+            Progress::Begun if flies => MissionState::MISSION_STATE_ACTIVE,
+            Progress::Begun => MissionState::MISSION_STATE_PAUSED,
+            Progress::Complete => MissionState::MISSION_STATE_COMPLETE,
         },
-        // 2: not in mission mode.
-        mission_mode: 2,
-        mission_id: mission.opaque_id,
+        // 1: in mission mode; 2: not.
+        mission_mode: if flies { 1 } else { 2 },
+        mission_id: kept.opaque_id,
         fence_id: missions.plan(Kind::Fence).opaque_id,
         rally_points_id: missions.plan(Kind::Rally).opaque_id,
     })

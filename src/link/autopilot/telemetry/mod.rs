@@ -55,7 +55,7 @@ pub(super) const TABLE: [(u32, f64, f64, Build); 30] = [
     (LOCAL_POSITION_NED_DATA::ID, 50.0, 30.0, |t| Some(t.local_position_ned(&t.state()?))),
     (GLOBAL_POSITION_INT_DATA::ID, 50.0, 50.0, |t| Some(t.global_position_int(&t.state()?))),
     (SERVO_OUTPUT_RAW_DATA::ID, 50.0, 10.0, |t| Some(t.servo_output_raw())),
-    (MISSION_CURRENT_DATA::ID, 1.0, 1.0, |t| Some(mission_current(t.missions))),
+    (MISSION_CURRENT_DATA::ID, 1.0, 1.0, |t| Some(mission_current(t.missions, &t.vehicle.autopilot))),
     (VFR_HUD_DATA::ID, 4.0, 10.0, |t| Some(t.vfr_hud(&t.state()?))),
     (ATTITUDE_TARGET_DATA::ID, 50.0, 10.0, |t| t.attitude_target()),
     (POSITION_TARGET_LOCAL_NED_DATA::ID, 50.0, 10.0, |t| t.position_target()),
@@ -216,11 +216,14 @@ impl Telemetry<'_> {
 
     fn extended_sys_state(&self) -> Option<MavMessage> {
         let autopilot = &self.vehicle.autopilot;
-        let landed_state = match autopilot.mode() {
-            _ if self.vehicle.is_standing(&self.state()?) => MavLandedState::MAV_LANDED_STATE_ON_GROUND,
-            FlightMode::AutoTakeoff if autopilot.is_flying() => MavLandedState::MAV_LANDED_STATE_TAKEOFF,
-            _ if autopilot.is_landing() => MavLandedState::MAV_LANDED_STATE_LANDING,
-            _ => MavLandedState::MAV_LANDED_STATE_IN_AIR,
+        let landed_state = if self.vehicle.is_standing(&self.state()?) {
+            MavLandedState::MAV_LANDED_STATE_ON_GROUND
+        } else if autopilot.is_taking_off() && autopilot.is_flying() {
+            MavLandedState::MAV_LANDED_STATE_TAKEOFF
+        } else if autopilot.is_landing() {
+            MavLandedState::MAV_LANDED_STATE_LANDING
+        } else {
+            MavLandedState::MAV_LANDED_STATE_IN_AIR
         };
         Some(MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA {
             vtol_state: MavVtolState::MAV_VTOL_STATE_UNDEFINED,
