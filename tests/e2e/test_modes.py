@@ -1,5 +1,5 @@
-"""What a ground station's buttons and joystick do: take off, go there, return, land, release; and a drop that ends
-in HOLD and LAND."""
+"""What a ground station's buttons and joystick do: take off, go there, return, land, release; and a drop that
+ends in HOLD and LAND."""
 
 import math
 
