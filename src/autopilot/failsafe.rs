@@ -71,7 +71,7 @@ impl Condition {
     pub fn action(self, settings: &Settings) -> Action {
         match self {
             Self::DataLinkLost => settings.data_link_loss,
-            Self::SticksLost => settings.sticks.loss,
+            Self::SticksLost => settings.stick_loss,
             Self::FenceDistance | Self::FenceHeight | Self::FenceLeft | Self::FenceEntered => settings.fence,
             Self::BatteryLow => Action::Warn,
             Self::BatteryCritical => match settings.battery {

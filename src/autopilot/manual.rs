@@ -4,7 +4,7 @@
 //! | mode | sticks mean |
 //! |---|---|
 //! | POSCTL | a velocity; in the middle, the place where they were let go |
-//! | ALTCTL | a horizontal acceleration, that of a tilt, and a climb rate; in the middle, level at that height |
+//! | ALTCTL | the acceleration of a tilt, and a climb rate; in the middle, level at that height |
 //! | STABILIZED, MANUAL | a tilt and a collective thrust |
 //!
 //! As PX4 v1.14.0 has them: FlightTaskManualPosition, FlightTaskManualAltitude, StickYaw and StickTiltXY

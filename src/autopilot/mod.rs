@@ -275,8 +275,8 @@ impl Autopilot {
         }
     }
 
-    /// Whether thrust is commanded that is meant to lift: in a mode in which the throttle stick is the thrust,
-    /// more than the landing detector takes for unloaded.
+    /// Whether thrust is commanded that is meant to lift: in a mode in which the throttle stick is the
+    /// thrust, more than the landing detector takes for unloaded.
     fn lifts(&self, measurement: &Measurement) -> bool {
         let look = self.look(measurement);
         look.output.collective_n > 0.0 && !(look.idle_n > 0.0 && look.is_unloaded())

@@ -62,8 +62,10 @@ pub struct Settings {
     pub battery_emergency: f64,
     /// When estimates, attitude and motors count as failed, and what follows.
     pub health: HealthSettings,
-    /// Whose sticks count, and what their loss and their movement lead to.
+    /// Whose sticks count, when they are lost, and what they take over from.
     pub sticks: StickSettings,
+    /// NAV_RCL_ACT: what follows from their loss.
+    pub stick_loss: Action,
     /// What sticks mean.
     pub manual: ManualSettings,
 }
@@ -264,6 +266,7 @@ impl Settings {
             battery_emergency: 0.05,
             health: HealthSettings::DEFAULT,
             sticks: StickSettings::DEFAULT,
+            stick_loss: Action::Return,
             manual: ManualSettings::DEFAULT,
         }
     }
@@ -277,7 +280,7 @@ impl Settings {
             "COM_OBL_RC_ACT" => code(&SETPOINT_LOSS, self.setpoint_loss),
             "NAV_DLL_ACT" => code(&DATA_LINK_LOSS, self.data_link_loss),
             "GF_ACTION" => code(&FENCE, self.fence),
-            "NAV_RCL_ACT" => code(&STICK_LOSS, self.sticks.loss),
+            "NAV_RCL_ACT" => code(&STICK_LOSS, self.stick_loss),
             "COM_RC_IN_MODE" => f64::from(self.sticks.input as u8),
             "COM_RC_OVERRIDE" => f64::from(self.sticks.overrides),
             "COM_RCL_EXCEPT" => f64::from(self.sticks.loss_exceptions),
@@ -303,7 +306,7 @@ impl Settings {
             "COM_OBL_RC_ACT" => action(&SETPOINT_LOSS).map(|a| self.setpoint_loss = a),
             "NAV_DLL_ACT" => action(&DATA_LINK_LOSS).map(|a| self.data_link_loss = a),
             "GF_ACTION" => action(&FENCE).map(|a| self.fence = a),
-            "NAV_RCL_ACT" => action(&STICK_LOSS).map(|a| self.sticks.loss = a),
+            "NAV_RCL_ACT" => action(&STICK_LOSS).map(|a| self.stick_loss = a),
             "COM_RC_IN_MODE" => StickInput::from_number(value).map(|input| self.sticks.input = input),
             "COM_RC_OVERRIDE" => bits(value, 2).map(|bits| self.sticks.overrides = bits),
             "COM_RCL_EXCEPT" => bits(value, 3).map(|bits| self.sticks.loss_exceptions = bits),

@@ -6,7 +6,6 @@
 //! one of them has been turning faster than COM_RC_STICK_OV a second, filtered over 0.1 s.
 
 use super::FlightMode;
-use super::settings::Action;
 use crate::time::seconds;
 use crate::units::US_PER_S;
 
@@ -73,8 +72,6 @@ pub struct StickSettings {
     pub overrides: u8,
     /// COM_RC_STICK_OV: speed of a stick that takes over, in percent of its half range a second.
     pub moved_percent: f64,
-    /// NAV_RCL_ACT: what follows from their loss.
-    pub loss: Action,
     /// COM_RCL_EXCEPT: bit 0, their loss means nothing in a mission; bit 1, in HOLD and TAKEOFF; bit 2, in
     /// OFFBOARD.
     pub loss_exceptions: u8,
@@ -87,7 +84,6 @@ impl StickSettings {
         timeout_s: 0.5,
         overrides: OVERRIDES_AUTO,
         moved_percent: 30.0,
-        loss: Action::Return,
         loss_exceptions: 0,
     };
 

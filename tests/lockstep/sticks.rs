@@ -95,7 +95,8 @@ fn closed_form_the_yaw_stick_turns_at_its_rate() {
     }
     wire.fly_with([0, 0, 500, 500], 4.0);
     let rate = wire.body().omega_body.z;
-    assert!((rate - 20f64.to_radians()).abs() < 0.01, "{rate}");
+    // The yaw rate loop has no integral: drag costs it some per cent.
+    assert!((rate - 20f64.to_radians()).abs() < 0.02, "{rate}");
     wire.fly_with(CENTRED, 3.0);
     let heading = samara::frames::yaw(wire.body().q_ned_from_body);
     wire.fly_with(CENTRED, 10.0);

@@ -134,16 +134,18 @@ fn regress_commands_to_others_are_neither_obeyed_nor_acknowledged() {
 #[test]
 fn regress_the_parachutes_commands_to_everybody_are_left_to_the_parachute() {
     let mut bench = Bench::running();
-    let gripper = |target_component| {
+    let to = |command, target_component| {
         MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
-            command: MavCmd::MAV_CMD_DO_GRIPPER,
+            command,
             target_system: VEHICLE,
             target_component,
             ..Default::default()
         })
     };
-    assert!(bench.send(Link::Api, &gripper(0)).is_empty());
-    assert_eq!(result(&mut bench, &gripper(1)), UNSUPPORTED);
+    for command in [MavCmd::MAV_CMD_DO_GRIPPER, MavCmd::MAV_CMD_DO_PARACHUTE] {
+        assert!(bench.send(Link::Api, &to(command, 0)).is_empty());
+    }
+    assert_eq!(result(&mut bench, &to(MavCmd::MAV_CMD_DO_PARACHUTE, 1)), UNSUPPORTED);
 }
 
 #[test]

@@ -87,7 +87,7 @@ fn closed_form_posctl_flies_where_the_stick_points() {
     assert_relative_eq!(v(1.0, 0.0), Vector3::new(0.0, 10.0, 0.0), epsilon = 1e-12);
     assert_relative_eq!(v(0.0, 1.0), Vector3::new(-10.0, 0.0, 0.0), epsilon = 1e-12);
     assert_relative_eq!(v(0.55, 0.0), Vector3::new(0.0, 2.75, 0.0), epsilon = 1e-12);
-    let both = 10.0 * FRAC_PI_4.cos();
+    let both = 10.0 * math::cos(FRAC_PI_4);
     assert_relative_eq!(v(-1.0, 1.0), Vector3::new(-both, -both, 0.0), epsilon = 1e-12);
     assert_eq!(v(0.1, -0.1), Vector3::zeros(), "MPC_HOLD_DZ");
     let slower = ManualSettings { side_speed_m_s: 4.0, back_speed_m_s: 2.0, ..SETTINGS };
@@ -161,7 +161,7 @@ fn closed_form_the_yaw_stick_turns_and_the_heading_is_kept_after_it() {
     }
     let steps = (0..1000).find(|_| turn(0.0, 2.0).rate_rad_s == 0.0).unwrap();
     // From 1.2 rad/s to 0.001 rad/s: ln(0.001/rate)/ln(0.08/0.084) steps.
-    let expected = ((0.001 / rate).ln() / (0.08f64 / 0.084).ln()).floor() as usize;
+    let expected = (math::ln(0.001 / rate) / math::ln(0.08 / 0.084)).floor() as usize;
     assert_eq!(steps, expected);
     assert_eq!(turn(0.0, 2.5).yaw_rad, 2.0);
     // MC_YAWRATE_MAX is the most.
@@ -187,7 +187,7 @@ fn closed_form_altctl_accelerates_as_a_tilt_does() {
     let (pva, heading) = place(flight.step(FlightMode::Altctl, &Sticks { pitch: 0.5, ..CENTRED }, &c));
     let [p, v, a] = pva;
     assert_eq!((p, v), ([None, None, Some(-100.0)], [None, None, Some(0.0)]));
-    let full = 9.81 * (35.0 * RAD_PER_DEG).tan();
+    let full = 9.81 * math::tan(35.0 * RAD_PER_DEG);
     assert_relative_eq!(a[1].unwrap(), 0.5 * full, epsilon = 1e-12);
     assert!(a[0].unwrap().abs() < 1e-12 && a[2].is_none());
     assert_eq!(heading, Heading { yaw_rad: FRAC_PI_2, rate_rad_s: 0.0 });
@@ -238,13 +238,13 @@ fn closed_form_stabilized_tilts_to_where_the_stick_points() {
 /// The thrust axis leans by the tilt into the direction that the heading gives it, whatever the lead.
 #[test]
 fn closed_form_the_attitude_leans_along_the_heading() {
-    let angle: f64 = 0.3;
+    let angle = 0.3;
     let forward = Vector2::new(0.0, -angle);
     for (yaw_rad, rate_rad_s) in [(0.0, 0.0), (1.2, 0.0), (1.2, 0.4), (-2.5, -0.7)] {
         let q = Heading { yaw_rad, rate_rad_s }.attitude(&forward, 2.0);
         let up = rotate_ned_from_body(q, -Vector3::z());
-        let lean = angle.sin();
-        let wanted = Vector3::new(lean * yaw_rad.cos(), lean * yaw_rad.sin(), -angle.cos());
+        let lean = math::sin(angle);
+        let wanted = Vector3::new(lean * math::cos(yaw_rad), lean * math::sin(yaw_rad), -math::cos(angle));
         assert_relative_eq!(up, wanted, epsilon = 1e-12);
     }
     let level = Heading { yaw_rad: 0.0, rate_rad_s: 0.4 }.attitude(&Vector2::zeros(), 2.0);
