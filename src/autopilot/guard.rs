@@ -46,7 +46,8 @@ impl Autopilot {
                 Some(OffboardSetpoint::Place { .. } | OffboardSetpoint::Velocity { .. }) => velocity,
                 _ => false,
             },
-            FlightMode::AutoLoiter
+            FlightMode::Posctl
+            | FlightMode::AutoLoiter
             | FlightMode::AutoTakeoff
             | FlightMode::AutoMission
             | FlightMode::AutoRtl
@@ -177,6 +178,7 @@ impl Autopilot {
         if !(self.armed && self.is_in_air()) {
             return;
         }
+        self.fall_back_from_position_control(now_us);
         let home_ned = self.home_ned.unwrap_or(self.p_ned);
         let heard_us = self.ground_station_heard_us.map_or(self.armed_at_us, |at| at.max(self.armed_at_us));
         let lacks_attitude = self.watch_attitude(now_us);
@@ -227,6 +229,16 @@ impl Autopilot {
                 _ => Navigator::begin(mode),
             };
             self.enter(mode, navigator);
+        }
+    }
+
+    /// Without a position the pilot who flies POSCTL has ALTCTL, as in PX4 with its default of COM_POSCTL_NAVL, 0
+    /// (`checkModeFallback` of failsafe.cpp, v1.14.3).
+    fn fall_back_from_position_control(&mut self, now_us: u64) {
+        if self.mode == FlightMode::Posctl && self.lacks_position_for(now_us, self.mode) {
+            self.failsafe = true;
+            self.say(Severity::Critical, "Failsafe: no valid position estimate, mode ALTCTL");
+            self.enter(FlightMode::Altctl, Navigator::default());
         }
     }
 

@@ -1,6 +1,7 @@
 //! The modes that are flown with sticks: taken up, flown, lost; sticks that take over.
 
 use super::*;
+use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 
 const CENTRED: Sticks = Sticks { pitch: 0.0, roll: 0.0, throttle: 0.0, yaw: 0.0 };
 const LOW: Sticks = Sticks { throttle: -1.0, ..CENTRED };
@@ -303,4 +304,19 @@ fn regress_termination_ends_the_sticks() {
     assert!(bench.autopilot.is_terminated());
     assert_eq!(bench.pilot(FORWARD, 2.0), OFF);
     assert_eq!(bench.autopilot.mode(), FlightMode::Manual);
+}
+
+/// PX4 v1.14.3's `checkModeFallback` with COM_POSCTL_NAVL 0: without a position POSCTL becomes ALTCTL, and is
+/// refused while that lasts.
+#[test]
+fn reference_posctl_falls_back_to_altctl_without_a_position() {
+    let mut bench = Bench::piloted(FlightMode::Posctl);
+    let blind = Estimator::new(EstimatorSettings::at_site(9.81, Vector3::x()));
+    bench.autopilot.watch_accuracy(bench.now_us, &blind);
+    bench.pilot(CENTRED, 0.1);
+    assert_eq!(bench.autopilot.mode(), FlightMode::Altctl);
+    assert!(bench.autopilot.in_failsafe());
+    assert!(bench.said().contains(&"Failsafe: no valid position estimate, mode ALTCTL".to_owned()));
+    let refused = bench.autopilot.request_mode(bench.now_us, FlightMode::Posctl);
+    assert_eq!(refused, Err(ModeRefusal::NoPosition(FlightMode::Posctl)));
 }
