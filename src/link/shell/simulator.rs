@@ -33,12 +33,12 @@ const REST_PATIENCE: Duration = Duration::from_secs(10);
 /// How soon an autopilot that is still at work is looked at again.
 const REST_PERIOD: Duration = Duration::from_micros(100);
 
-/// Purpose of the TCP port.
 /// A client that has not sent one frame for so long since it connected is no autopilot, and holds the place
 /// of one.
 const SILENT_PATIENCE: Duration = Duration::from_secs(10);
 /// An autopilot that has been connected for so long without passing the parachute's frames on does not.
 const ROUTER_PATIENCE: Duration = Duration::from_secs(3);
+/// Purpose of the TCP port.
 const PURPOSE: What = What::Borrowed("simulator, for the autopilot");
 
 struct Shell<'a, O> {
