@@ -108,6 +108,20 @@ fn prop_two_drops_write_the_same_bytes() {
     }
 }
 
+/// The variant of the C library's mathematics that suits the processor makes no difference: one without FMA, as
+/// on an older or masked processor (glibc's `glibc.cpu.hwcaps`), gives the same flight.
+#[test]
+fn regress_the_c_librarys_mathematics_change_no_byte() {
+    let fly = |tunables: &str| {
+        let folder = tempfile::tempdir().unwrap();
+        let mut drop = Command::new(env!("CARGO_BIN_EXE_samara"));
+        drop.args(["drop", "--out", folder.path().to_str().unwrap()]).env("GLIBC_TUNABLES", tunables);
+        assert_eq!(code(&drop.output().unwrap()), 0);
+        fs::read(folder.path().join("flight.csv")).unwrap()
+    };
+    assert!(fly("") == fly("glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX"));
+}
+
 /// The README's figure is the one that the program draws; `scripts/regenerate` makes it.
 #[test]
 fn regress_the_figure_of_the_readme_is_current() {

@@ -20,11 +20,18 @@ pub enum Recipient {
     All,
     /// The peer that asked.
     Peer(PeerId),
+    /// Those that are there by arrangement (default remotes, connections), and these two; nobody else who has
+    /// merely spoken.
+    KeptAnd([PeerId; 2]),
 }
 
 impl Recipient {
-    /// Whether a frame with this recipient goes to `peer`.
+    /// Whether a frame with this recipient goes to `peer`, which is not there by arrangement.
     pub fn includes(self, peer: PeerId) -> bool {
-        self == Self::All || self == Self::Peer(peer)
+        match self {
+            Self::All => true,
+            Self::Peer(one) => one == peer,
+            Self::KeptAnd(two) => two.contains(&peer),
+        }
     }
 }

@@ -100,8 +100,9 @@ pub enum Refusal {
     BadSignature,
     /// It is not newer than what came before.
     Replayed,
-    /// It is signed by our key, but this many seconds ahead of our clock (negative: behind, by a sender that
-    /// is new): the clocks of the two machines differ, or it was recorded.
+    /// It is signed by our key, but this many seconds ahead of our clock, or (negative), by a sender that is
+    /// new, behind our clock or the latest stamp that was believed: the clocks of the machines differ, or it
+    /// was recorded.
     Clock(i64),
 }
 
@@ -210,9 +211,8 @@ impl Signing {
         stamp[..6].copy_from_slice(&bytes[at + 1..at + 7]);
         let stamp = u64::from_le_bytes(stamp);
         let clock = protocol_time(now_unix_us);
-        let ahead_s = (stamp.cast_signed() - clock.cast_signed()) / 100_000;
         if stamp > clock + MOST_AHEAD {
-            return Err(Refusal::Clock(ahead_s));
+            return Err(Refusal::Clock(seconds_ahead(stamp, clock)));
         }
         let (system_id, component_id) = (frame.system_id, frame.component_id);
         let sender =
@@ -221,7 +221,9 @@ impl Signing {
         match self.stamps.streams.iter_mut().find(|s| sender(s)) {
             Some(stream) if stamp <= stream.newest => return Err(Refusal::Replayed),
             Some(stream) => stream.newest = stamp,
-            None if stamp + NEW_STREAM_WINDOW < self.stamps.latest => return Err(Refusal::Clock(ahead_s)),
+            None if stamp + NEW_STREAM_WINDOW < self.stamps.latest => {
+                return Err(Refusal::Clock(seconds_ahead(stamp, self.stamps.latest)));
+            }
             None if stamp <= self.stamps.forgotten => return Err(Refusal::Replayed),
             None => {
                 self.make_room();
@@ -242,6 +244,11 @@ impl Signing {
             self.stamps.forgotten = self.stamps.forgotten.max(self.stamps.streams.swap_remove(i).newest);
         }
     }
+}
+
+/// How many seconds a stamp is ahead of a time of the protocol (negative: behind).
+fn seconds_ahead(stamp: u64, time: u64) -> i64 {
+    (stamp.cast_signed() - time.cast_signed()) / 100_000
 }
 
 /// The protocol's time of a Unix time; 0 before 2015.

@@ -1,8 +1,11 @@
-//! What strangers and a second vehicle send: sound frames without a signature, in whoever's name.
+//! What strangers send, in whoever's name, and what a mad simulator or autopilot sends: sound frames, without
+//! a signature but for one.
 
 use mavlink::dialects::common::*;
-use samara::link::Encoder;
+use samara::link::{Encoder, Hub, HubConfig, Link, Transmit};
 use samara::random::Stream;
+
+use super::process::key;
 
 const VEHICLE: (u8, u8) = (1, 1);
 const PARACHUTE: (u8, u8) = (1, 161);
@@ -141,4 +144,47 @@ pub fn file_open(system: u8, sequence: u16) -> Vec<u8> {
     let (target_system, target_component) = VEHICLE;
     let open = FILE_TRANSFER_PROTOCOL_DATA { target_network: 0, target_system, target_component, payload };
     frame((system, 190), &MavMessage::FILE_TRANSFER_PROTOCOL(open))
+}
+
+/// What a radio on the way reports, which has no key.
+pub fn radio_status() -> Vec<u8> {
+    frame(
+        (51, 68),
+        &MavMessage::RADIO_STATUS(RADIO_STATUS_DATA { rssi: 1, remrssi: 1, ..Default::default() }),
+    )
+}
+
+/// A HEARTBEAT of somebody who has the key and a clock that shows the last moment that stamps can.
+pub fn far_stamp(unix_us: u64) -> Vec<u8> {
+    // 48 bits of 10 us, since 2015.
+    let far_us = 1_420_070_400_000_000 + ((1 << 48) - 2) * 10;
+    let config = HubConfig { own: (254, 190), memory_us: u64::MAX, forwards: false, key: Some(key()) };
+    let (mut hub, mut signed) = (Hub::new(config), Vec::new());
+    let endpoint = hub.add_endpoint(Link::GroundStation);
+    hub.keep(unix_us, endpoint, ());
+    let beat = Transmit::to_all(Link::GroundStation, station_heartbeat(254));
+    hub.send(far_us, &beat, |_, (), bytes| signed = bytes.to_vec());
+    signed
+}
+
+/// An autopilot's commands on the simulator's link, with no motor running.
+pub fn actuators(time_usec: u64, mode: MavModeFlag) -> Vec<u8> {
+    let controls = HIL_ACTUATOR_CONTROLS_DATA { time_usec, mode, ..Default::default() };
+    frame(VEHICLE, &MavMessage::HIL_ACTUATOR_CONTROLS(controls))
+}
+
+/// What a simulator sends whose time jumps to and fro: so many steps.
+pub fn rewinding(dice: &mut Stream, steps: usize) -> Vec<u8> {
+    let mut mad = Encoder::new(1, 200);
+    let mut bytes = Vec::new();
+    for n in 0..steps as u64 {
+        let time_usec = [n * 4_000, 0, 1 << 63, u64::MAX][dice.below(4)];
+        let attitude_quaternion = [1.0, 0.0, 0.0, 0.0];
+        let state = HIL_STATE_QUATERNION_DATA { time_usec, attitude_quaternion, ..Default::default() };
+        let fields_updated = HilSensorUpdatedFlags::from_bits_retain(0x1FFF);
+        let sensor = HIL_SENSOR_DATA { time_usec, zacc: -9.8, fields_updated, ..Default::default() };
+        bytes.extend(mad.encode(&MavMessage::HIL_STATE_QUATERNION(state)));
+        bytes.extend(mad.encode(&MavMessage::HIL_SENSOR(sensor)));
+    }
+    bytes
 }

@@ -1,13 +1,17 @@
 //! What must hold in every run, and what more where the trouble is of a kind that a drop must bear.
 
+use super::seen::Outcome;
 use super::trouble::{Kind, Trouble};
-use super::world::Outcome;
 
 /// Most events that a record of 10 s may have, and most reports of a party in a run.
 const MOST_RECORDED: usize = 300;
 const MOST_REPORTS: usize = 1_000;
 /// Most peers of a hub that has 32 places, one for its router besides.
 const MOST_SERVED: usize = 33;
+/// Most connections of a TCP server: those of peers, and sixteen that wait.
+const MOST_CONNECTIONS: usize = 48;
+/// Clocks that differ by less do no harm [s].
+const CLOCKS_DIFFER_S: f64 = 60.0;
 /// An autopilot that has been out of OFFBOARD for so long has said so by its HEARTBEAT [s], and by one of
 /// three where some are lost.
 const SHOWS_S: f64 = 1.6;
@@ -27,6 +31,10 @@ pub fn broken(trouble: &Trouble, seen: &Outcome) -> Vec<String> {
     must(seen.recorded <= MOST_RECORDED, "a flight's record is bounded");
     must(seen.reports.into_iter().all(|n| n <= MOST_REPORTS), "reports are bounded");
     must(seen.most_served <= MOST_SERVED, "peers are bounded");
+    must(seen.most_connections <= MOST_CONNECTIONS, "connections are bounded");
+    must(seen.strangers_heard == 0, "with a key nobody is heard who has not signed now");
+    must(seen.strangers_told == 0, "with a key nothing goes to who has not signed");
+    must(!seen.other_armed, "the streamer commands no other vehicle");
     must(seen.blind_releases == 0, "no release is commanded while the autopilot was not last heard armed");
     must(!(seen.unarmed && seen.simulator_yes), "a release while disarmed is no success of the simulator");
     must(!(seen.ever_unarmed && seen.streamer_yes), "a release while disarmed is no success of the streamer");
@@ -45,11 +53,19 @@ pub fn broken(trouble: &Trouble, seen: &Outcome) -> Vec<String> {
         "who was not scheduled for a while does not give up",
     );
     // A drop that must bear its trouble.
-    let borne = matches!(trouble.kind, Kind::Calm | Kind::Misled | Kind::Twin);
-    let served = matches!(trouble.kind, Kind::Crowded | Kind::Held);
+    let in_time = trouble.clocks_differ_s() < CLOCKS_DIFFER_S;
+    let borne = match trouble.kind {
+        Kind::Calm | Kind::Misled | Kind::Twin => true,
+        Kind::Clocks => in_time,
+        _ => false,
+    };
+    let served = matches!(trouble.kind, Kind::Crowded | Kind::Held | Kind::Doors | Kind::Keyless);
+    let wishes = served && trouble.kind != Kind::Doors;
+    let good = seen.simulator_yes && seen.streamer_yes;
+    must(trouble.kind != Kind::Clocks || good || seen.other_clock, "clocks that differ are told");
     must(!(borne || served) || seen.simulator_yes, "the drop is good in spite of it");
     must(!(borne || served) || seen.streamer_yes, "the streamer's exit is 0 in spite of it");
     must(!served || seen.unserved_s < UNSERVED_S, "an operator who speaks is served");
-    must(!served || seen.wishes[1] > 0, "an operator's wish is granted");
+    must(!wishes || seen.wishes[1] > 0, "an operator's wish is granted");
     broken
 }

@@ -1,12 +1,18 @@
 //! The whole drop in a seeded network, in memory: simulator with parachute, autopilot, streamer and an
-//! operator, the real sessions behind the real hubs, and between them a network that loses, doubles, delays
-//! and reorders, with stalled and restarted parties, strangers and a second vehicle. One seed is one run.
+//! operator, the real sessions behind the real hubs, with a key or without, and between them a network that
+//! loses, doubles, delays, reorders and holds up, with stalled and restarted parties, strangers, clocks that
+//! differ and a second vehicle. One seed is one run.
 //!
 //! | file | holds |
 //! |---|---|
-//! | `world` | virtual wall time, sockets and connections, and the hosts of the sessions |
+//! | `world` | everything together: events in the order of virtual wall time, and how acts are done |
+//! | `wire` | addresses, hosts, what is on its way |
+//! | `process` | a session with its sockets |
+//! | `turns` | what a host does when it has its turn |
+//! | `operator` | a ground station that speaks and wants something |
 //! | `trouble` | what a seed brings: what the wire does, and who does what when |
-//! | `frames` | what strangers and other vehicles send |
+//! | `frames` | what strangers and mad parties send |
+//! | `seen` | what was seen of a run |
 //! | `judge` | what must hold in every run |
 //!
 //! ```sh
@@ -18,7 +24,12 @@
 
 mod frames;
 mod judge;
+mod operator;
+mod process;
+mod seen;
 mod trouble;
+mod turns;
+mod wire;
 mod world;
 
 #[cfg(test)]
@@ -31,7 +42,7 @@ use samara::config::{Mission, load_mission};
 use samara::plan::{Guess, SolverOptions, plan};
 use samara::trajectory::Trajectory;
 
-use world::Outcome;
+use seen::Outcome;
 
 pub use trouble::{KINDS, Trouble};
 
@@ -54,7 +65,11 @@ pub static FLIGHT: LazyLock<Flight> = LazyLock::new(|| {
 
 /// Runs a seed: what came of it, and the properties that it breaks, in words.
 pub fn run(seed: u64) -> (Trouble, Outcome, Vec<String>) {
-    let trouble = Trouble::of(seed);
+    run_trouble(Trouble::of(seed))
+}
+
+/// Runs a trouble.
+pub fn run_trouble(trouble: Trouble) -> (Trouble, Outcome, Vec<String>) {
     let outcome = world::World::new(&trouble).run();
     let broken = judge::broken(&trouble, &outcome);
     (trouble, outcome, broken)

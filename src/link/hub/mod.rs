@@ -318,7 +318,8 @@ impl<A: Copy + PartialEq> Hub<A> {
         let reached = |p: &&mut Peer<A>| {
             let link = endpoints.get(usize::from(p.endpoint.0)).map(|e| e.0);
             let is_asked = unasked || transmit.to != Recipient::All || p.is_heard(now, memory_us);
-            link == Some(transmit.link) && transmit.to.includes(p.id) && is_asked
+            let by_arrangement = p.kept && matches!(transmit.to, Recipient::KeptAnd(_));
+            link == Some(transmit.link) && (transmit.to.includes(p.id) || by_arrangement) && is_asked
         };
         for peer in peers.iter_mut().filter(reached) {
             let bytes = peer.seal(&transmit.bytes, signing.as_mut(), now);

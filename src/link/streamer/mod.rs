@@ -607,6 +607,7 @@ impl Session for StreamerSession {
     }
 
     fn poll_output(&mut self) -> Option<Transmit> {
-        self.outbox.pop_front().map(|bytes| Transmit::to_all(Link::Api, bytes))
+        let to = self.met.spoken_to();
+        self.outbox.pop_front().map(|bytes| Transmit { link: Link::Api, to, bytes })
     }
 }

@@ -4,7 +4,8 @@
 //! second simulator of the same system, or a stranger. While it waits for a vehicle, the autopilot is the
 //! peer whose HEARTBEAT came last, the parachute the peer that spoke last for it; once clock and HEARTBEAT of
 //! one peer have been heard both stay who they are. The parachute's answers may also come through the
-//! autopilot, which is a router to it.
+//! autopilot, which is a router to it. What the streamer sends goes to them and to its instance's own ports:
+//! another vehicle that speaks to it is commanded nothing.
 //!
 //! **The clock does not jump by one frame's word.** A jump of more than a second counts once a second frame
 //! goes on from it: after an outage, or with a vehicle that has been started anew.
@@ -14,7 +15,7 @@
 //! every HEARTBEAT from the release to the first one after the plan's end, which were no more than 3 s apart.
 
 use crate::link::parachute::PARACHUTE_COMPONENT;
-use crate::link::peer::PeerId;
+use crate::link::peer::{PeerId, Recipient};
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::time::TimeUs;
 
@@ -50,6 +51,14 @@ impl Met {
                 by_router || self.parachute == Some(peer)
             }
             _ => self.autopilot == Some(peer),
+        }
+    }
+
+    /// Whom the streamer speaks to: everybody, until an autopilot has been met.
+    pub(super) fn spoken_to(&self) -> Recipient {
+        match (self.autopilot, self.parachute) {
+            (Some(autopilot), parachute) => Recipient::KeptAnd([autopilot, parachute.unwrap_or(autopilot)]),
+            (None, _) => Recipient::All,
         }
     }
 
@@ -145,6 +154,7 @@ mod tests {
         assert!(met.believes(false, 1, ours, true) && !met.believes(false, 1, other, true));
         assert!(met.believes(false, 161, chute, false) && met.believes(false, 161, ours, false));
         assert!(!met.believes(false, 161, other, false));
+        assert_eq!(met.spoken_to(), Recipient::KeptAnd([ours, chute]));
     }
 
     #[test]

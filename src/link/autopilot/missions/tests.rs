@@ -159,6 +159,25 @@ fn regress_a_second_peer_is_refused_and_the_first_goes_on() {
     assert_eq!(upload_all(&mut missions, 5, SCRIPT, 1, &[vertex(); 3]).0, 0);
 }
 
+/// Items with wrong numbers keep no upload alive: it gives way to another peer once the item that is due has
+/// not come for a second; and one that goes on for ever, after ten.
+#[test]
+fn regress_a_stranger_holds_no_upload() {
+    let mut missions = Missions::default();
+    send(&mut missions, 0, SCRIPT, Request::Count { kind: 0, count: 3 });
+    for now in [400_000, 800_000] {
+        send(&mut missions, now, SCRIPT, upload(0, 7, waypoint(1.0)));
+    }
+    assert_eq!(ack(&send(&mut missions, 900_000, GROUND, Request::Clear { kind: 0 }), GROUND, 0).0, 1);
+    assert_eq!(ack(&send(&mut missions, 1_000_001, GROUND, Request::Clear { kind: 0 }), GROUND, 0).0, 0);
+    send(&mut missions, 2_000_000, SCRIPT, Request::Count { kind: 0, count: 2_000 });
+    for k in 0..=12 {
+        send(&mut missions, 2_000_000 + k * 800_000, SCRIPT, upload(0, k as u16, waypoint(1.0)));
+    }
+    let late = send(&mut missions, 12_000_001, GROUND, Request::Count { kind: 0, count: 1 });
+    assert_eq!(asked(&late, GROUND), (51, 0));
+}
+
 #[test]
 fn regress_a_download_is_of_the_plan_it_began_with() {
     let mut missions = Missions::default();
