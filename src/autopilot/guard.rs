@@ -106,7 +106,7 @@ impl Autopilot {
             (None, StickHistory::There) => {
                 self.stick_history = StickHistory::LostAt(now_us);
                 // In flight the failsafe says so.
-                if !self.misses_sticks(now_us) || !(self.armed && self.is_in_air()) {
+                if !(self.misses_sticks(now_us) && self.armed && self.is_in_air()) {
                     self.say(Severity::Warning, Condition::SticksLost.text());
                 }
             }

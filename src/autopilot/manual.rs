@@ -278,7 +278,7 @@ impl ManualFlight {
         if s.back_speed_m_s >= 0.0 && stick.x < 0.0 {
             stick.x *= s.back_speed_m_s / s.speed_m_s;
         }
-        self.into_ned(stick * s.speed_m_s, c)
+        self.turned_to_ned(stick * s.speed_m_s, c)
     }
 
     /// The place that is kept: where the vehicle had slowed down after the sticks were let go.
@@ -297,11 +297,11 @@ impl ManualFlight {
     fn acceleration(&mut self, ahead: Vector2<f64>, c: &Circumstances<'_>) -> Vector2<f64> {
         let s = c.settings;
         self.tilt += (within_unit(ahead) - self.tilt) * smoothing(c.dt_s, s.tilt_tau_s);
-        self.into_ned(self.tilt, c) * (math::tan(s.tilt_deg * RAD_PER_DEG) * c.gravity_m_s2)
+        self.turned_to_ned(self.tilt, c) * (math::tan(s.tilt_deg * RAD_PER_DEG) * c.gravity_m_s2)
     }
 
     /// From forward and right to north and east, by the heading that is kept, else the present one.
-    fn into_ned(&self, v: Vector2<f64>, c: &Circumstances<'_>) -> Vector2<f64> {
+    fn turned_to_ned(&self, v: Vector2<f64>, c: &Circumstances<'_>) -> Vector2<f64> {
         let (sin, cos) = math::sin_cos(self.yaw_rad.unwrap_or(c.yaw_rad));
         Vector2::new(cos * v.x - sin * v.y, sin * v.x + cos * v.y)
     }
