@@ -96,6 +96,7 @@ def test_params(samara, example):
     assert any(line.endswith("Ok") for line in says("set", "NAV_DLL_ACT", "1"))
     assert any(line.endswith("Ok") for line in says("set", "MIS_TAKEOFF_ALT", "4.5"))
     assert "MIS_TAKEOFF_ALT: 4.5" in says("get", "MIS_TAKEOFF_ALT")
-    # The example gives a whole number as an integer, whatever the parameter is: PX4 refuses that too.
-    assert any("Failed" in line for line in says("set", "MIS_TAKEOFF_ALT", "4"))
+    # A whole number it gives as an integer first, which is refused for its type, then as what the parameter is.
+    assert "Setting 4 as integer...Setting 4 as float...Ok" in says("set", "MIS_TAKEOFF_ALT", "4")
+    assert "MIS_TAKEOFF_ALT: 4.0" in says("get", "MIS_TAKEOFF_ALT")
     assert "NAV_DLL_ACT: 1" in says("get", "NAV_DLL_ACT")

@@ -155,8 +155,13 @@ fn reference_qgroundcontrol_flies_a_plan() {
     assert_eq!(ack_of(&bench.send(STATION, &select)).result, 0);
     assert_eq!(current(&bench.run(0.1), STATION).seq, 2, "reached again at once, and on");
     let (target_system, target_component) = (VEHICLE, 1);
-    let far = MISSION_SET_CURRENT_DATA { seq: 9, target_system, target_component };
-    let sent = bench.send(STATION, &MavMessage::MISSION_SET_CURRENT(far));
+    #[expect(
+        deprecated,
+        reason = "deprecated in MAVLink, sent by ground stations to what has not the command"
+    )]
+    let far =
+        MavMessage::MISSION_SET_CURRENT(MISSION_SET_CURRENT_DATA { seq: 9, target_system, target_component });
+    let sent = bench.send(STATION, &far);
     assert_eq!(texts(&sent, STATION), ["there is no mission item 9"]);
 
     put(&mut bench, [50.0, 50.0, 20.0]);

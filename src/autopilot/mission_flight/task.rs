@@ -186,7 +186,7 @@ impl Task {
 pub struct Step {
     /// The item as it came.
     pub item: Item,
-    /// What it asks for.
+    /// The task that it sets.
     pub task: Task,
 }
 

@@ -31,7 +31,7 @@ pub(super) struct Relay {
 
 #[derive(Clone, Debug)]
 struct Waiting {
-    /// Who gave the command; `None`: an item of the mission.
+    /// The peer that gave the command; `None`: an item of the mission.
     peer: Option<Peer>,
     command: Command,
     since: TimeUs,
