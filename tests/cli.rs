@@ -108,8 +108,8 @@ fn prop_two_drops_write_the_same_bytes() {
     }
 }
 
-/// The variant of the C library's mathematics that suits the processor makes no difference: one without FMA, as
-/// on an older or masked processor (glibc's `glibc.cpu.hwcaps`), gives the same flight.
+/// The variant of the C library's mathematics that suits the processor makes no difference: one without FMA,
+/// as on an older or masked processor (glibc's `glibc.cpu.hwcaps`), gives the same flight.
 #[test]
 fn regress_the_c_librarys_mathematics_change_no_byte() {
     let fly = |tunables: &str| {

@@ -1,5 +1,5 @@
-//! When the autopilot acts on its own: setpoints, ground stations, sticks, fence, battery, and its own health.
-//! What it does is one of PX4's actions, chosen by PX4's parameters ([`Settings`]).
+//! When the autopilot acts on its own: setpoints, ground stations, sticks, fence, battery, and its own
+//! health. What it does is one of PX4's actions, chosen by PX4's parameters ([`Settings`]).
 //!
 //! A condition acts when it arises, not while it lasts: whoever chooses another mode then has it. It can
 //! arise again once it has been over. A failsafe never takes a vehicle that lands or returns to something

@@ -30,8 +30,8 @@
 //!
 //! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD, TAKEOFF, a mission or
 //! STABILIZED has been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a
-//! takeoff: before that an armed vehicle waits with its motors at zero, as one on the ground or under a canopy
-//! must. From then on every mode flies. HOLD is also what a loss of setpoints leads to, unless
+//! takeoff: before that an armed vehicle waits with its motors at zero, as one on the ground or under a
+//! canopy must. From then on every mode flies. HOLD is also what a loss of setpoints leads to, unless
 //! COM_OBL_RC_ACT says otherwise.
 //!
 //! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with

@@ -1,4 +1,5 @@
-//! Hosts and addresses of the network, and what is on its way: events in the order of their virtual wall time.
+//! Hosts and addresses of the network, and what is on its way: events in the order of their virtual wall
+//! time.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;

@@ -57,7 +57,7 @@ pub enum Progress {
 pub struct Contact {
     /// It stands on something, or hangs still.
     pub landed: bool,
-    /// Its motors have carried it since it was armed.
+    /// Whether motors have carried the vehicle since it was armed.
     pub flown: bool,
 }
 

@@ -230,9 +230,9 @@ impl<A: Copy + PartialEq> Hub<A> {
         self.speaks_unasked = speaks;
     }
 
-    /// Behind this endpoint a simulator waits for a companion and keeps step with its setpoints: its peers get
-    /// setpoints that are for us alone, and, when they are first heard, the last HEARTBEAT of who was there
-    /// before them.
+    /// Behind this endpoint a simulator waits for a companion and keeps step with its setpoints: its peers
+    /// get setpoints that are for us alone, and, when they are first heard, the last HEARTBEAT of who was
+    /// there before them.
     pub fn show_companions_to(&mut self, endpoint: EndpointId) {
         self.watcher = Some(endpoint);
     }
