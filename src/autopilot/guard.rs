@@ -232,8 +232,8 @@ impl Autopilot {
         }
     }
 
-    /// Without a position the pilot who flies POSCTL has ALTCTL, as in PX4 with its default of COM_POSCTL_NAVL,
-    /// 0 (`checkModeFallback` of failsafe.cpp, v1.14.3).
+    /// Without a position the pilot who flies POSCTL has ALTCTL, as in PX4 with its default of
+    /// COM_POSCTL_NAVL, 0 (`checkModeFallback` of failsafe.cpp, v1.14.3).
     fn fall_back_from_position_control(&mut self, now_us: u64) {
         if self.mode == FlightMode::Posctl && self.lacks_position_for(now_us, self.mode) {
             self.failsafe = true;

@@ -1,6 +1,6 @@
 //! Commands to the autopilot that others obey, passed on to the simulator's end: MAV_CMD_INJECT_FAILURE,
-//! since what fails is the simulator's to say, and MAV_CMD_DO_GRIPPER, by a peer or by a mission's item, which
-//! is the parachute's. The answer goes back to who gave the command, or to the mission.
+//! since what fails is the simulator's to say, and MAV_CMD_DO_GRIPPER, by a peer or by a mission's item,
+//! which is the parachute's. The answer goes back to who gave the command, or to the mission.
 //!
 //! (PX4 keeps both: it changes what its own drivers and its own simulator's sensors report, and has a gripper
 //! of its own.)
