@@ -250,7 +250,7 @@ impl<'a> World<'a> {
                 let now = self.ours.simulator.session.now();
                 let mad = |i: usize| {
                     let mut mode = MavModeFlag::MAV_MODE_FLAG_CUSTOM_MODE_ENABLED;
-                    mode.set(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED, i % 2 == 0);
+                    mode.set(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED, i & 1 == 0);
                     frames::actuators(now, mode)
                 };
                 let bytes = (0..2 * times).flat_map(mad).collect();
