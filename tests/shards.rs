@@ -1,5 +1,5 @@
-//! `samara assess --shard` and `samara merge` as a user meets them: the bytes of the campaign in one go whatever
-//! the cuts, and nothing lost and nothing counted twice whatever goes wrong.
+//! `samara assess --shard` and `samara merge` as a user meets them: the bytes of the campaign in one go
+//! whatever the cuts, and nothing lost and nothing counted twice whatever goes wrong.
 #![cfg(feature = "shards")]
 
 use std::collections::BTreeMap;
@@ -97,8 +97,8 @@ fn there(out: &Path) -> Vec<String> {
     names
 }
 
-/// One, three and seven parts, with cuts inside blocks and among the trials that are shown, come to every byte
-/// of the campaign in one go - also its manifest, which has the SHA-256 of each file - whatever is kept.
+/// One, three and seven parts, with cuts inside blocks and among the trials that are shown, come to every
+/// byte of the campaign in one go - also its manifest, which has the SHA-256 of each file - whatever is kept.
 #[test]
 fn prop_merged_shards_are_the_campaign_in_one_go() {
     let folder = tempfile::tempdir().unwrap();
@@ -122,12 +122,12 @@ fn prop_merged_shards_are_the_campaign_in_one_go() {
         }
     }
     let lines = |keep: &str| {
-        let name = folder.path().join(keep).join("campaign_step.csv");
+        let name = folder.path().join(keep).join("campaign_optimal.csv");
         fs::read_to_string(name).map_or(0, |text| text.lines().filter(|l| !l.starts_with(['#', 't'])).count())
     };
     let failed: serde_json::Value =
         serde_json::from_slice(&fs::read(folder.path().join("summary/assess.json")).unwrap()).unwrap();
-    let failed = failed["campaigns"][1]["unsafe_trials"].as_u64().unwrap();
+    let failed = failed["campaigns"][0]["unsafe_trials"].as_u64().unwrap();
     assert_eq!([lines("all"), lines("failures"), lines("summary")], [530, failed as usize, 0]);
     assert!(failed > 0);
 }
@@ -172,13 +172,13 @@ fn prop_merged_drops_are_the_campaign_in_one_go() {
     assert_same(&one, &out);
 }
 
-/// A part that is there is not flown again, and its file is not touched; one that was cut short is flown again,
-/// to the same bytes.
+/// A part that is there is not flown again, and its file is not touched; one that was cut short is flown
+/// again, to the same bytes.
 #[test]
 fn a_part_that_is_whole_is_not_flown_again() {
     let out = tempfile::tempdir().unwrap();
     let out = out.path();
-    assert!(stdout(&whole("1/3", out)).contains("14 trials from 13 on: flown"));
+    assert!(stdout(&whole("1/3", out)).contains("13 trials from 13 on: flown"));
     let path = file(out, 1, 3);
     let (bytes, made) = (fs::read(&path).unwrap(), fs::metadata(&path).unwrap().modified().unwrap());
     assert!(stdout(&whole("1/3", out)).contains("there already"));
@@ -214,11 +214,7 @@ fn what_is_not_one_campaign_is_refused() {
     let why = refused(out);
     assert!(why.contains("00001-of-00002.parquet: its trials, 20 to 39, are in"), "{why}");
     let output = run(&["merge", text(out), "--missing"]);
-    assert!(
-        code(&output) == 2 && stderr(&output).contains("one of 2 shards is expected"),
-        "{}",
-        stderr(&output)
-    );
+    assert!(code(&output) == 2 && stderr(&output).contains("found one of 2"), "{}", stderr(&output));
     fs::remove_file(file(out, 1, 2)).unwrap();
     // The same name, another campaign: not flown over, not merged.
     for (more, what) in [
@@ -252,7 +248,8 @@ fn what_is_not_one_campaign_is_refused() {
     }
 }
 
-/// Killed in the middle, flown by two at once, a disk that is full: no file, or the file; nothing else remains.
+/// Killed in the middle, flown by two at once, a disk that is full: no file, or the file; nothing else
+/// remains.
 #[cfg(unix)]
 #[test]
 fn whatever_ends_a_part_leaves_it_whole_or_not_there() {
@@ -316,14 +313,16 @@ fn a_part_ends_with_its_parent() {
         said.push(byte[0]);
     }
     let pid = String::from_utf8(said).unwrap();
-    let process = Path::new("/proc").join(pid.trim());
+    // One that nobody waits for stays as a zombie where there is no init.
+    let status = Path::new("/proc").join(pid.trim()).join("status");
+    let flies = || fs::read_to_string(&status).is_ok_and(|status| !status.contains("State:\tZ"));
     while !out.path().join("shards").exists() || there(out.path()).is_empty() {
         std::thread::yield_now();
     }
     parent.kill().unwrap();
     parent.wait().unwrap();
     let mut waited_ms = 0;
-    while process.exists() {
+    while flies() {
         assert!(waited_ms < 60_000, "it flies on without its parent");
         std::thread::sleep(std::time::Duration::from_millis(20));
         waited_ms += 20;
@@ -331,8 +330,8 @@ fn a_part_ends_with_its_parent() {
     assert!(there(out.path()).is_empty(), "{:?}", there(out.path()));
 }
 
-/// The statistics of trials `first` to `end`, each quantity of which is 0.5, with a tenth of the trials spread
-/// over 5000 bins: made of whole blocks, without flying any.
+/// The statistics of trials `first` to `end`, each quantity of which is 0.5, with a tenth of the trials
+/// spread over 5000 bins: made of whole blocks, without flying any.
 fn made(first: u64, end: u64) -> CampaignSummary {
     const VALUE: f64 = 0.5;
     let values = |from: u64, to: u64| vec![Some(VALUE); (to - from) as usize];

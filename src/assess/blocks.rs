@@ -3,9 +3,9 @@
 //! Sums of floating-point numbers depend on their order. Here it depends on the numbers of the trials alone:
 //! a block is [`BLOCK_TRIALS`] trials, counted from trial 0, summed in their order; two neighbours of 2^k
 //! blocks of which the first begins at a multiple of 2^(k+1) blocks are joined; and what is left of the
-//! campaign at the end is joined from its beginning on. A part keeps the plain values of the trials before its
-//! first whole block and after its last one, so that parts with cuts anywhere come to the sums, to the bit, of
-//! the campaign that was flown in one go.
+//! campaign at the end is joined from its beginning on. A part keeps the plain values of the trials before
+//! its first whole block and after its last one, so that parts with cuts anywhere come to the sums, to the
+//! bit, of the campaign that was flown in one go.
 
 use super::statistics::{Share, Summary};
 
@@ -263,7 +263,10 @@ mod tests {
         /// Parts with cuts anywhere, also inside a block, joined in any grouping, are the whole to the bit;
         /// so they are after having been taken apart.
         #[test]
-        fn prop_any_cut_gives_the_same_bits(end in 1u64..6000, mut cuts in prop::collection::vec(0u64..6000, 0..6)) {
+        fn prop_any_cut_gives_the_same_bits(
+            end in 1u64..6000,
+            mut cuts in prop::collection::vec(0u64..6000, 0..6),
+        ) {
             cuts.retain(|cut| *cut < end);
             cuts.extend([0, end]);
             cuts.sort_unstable();

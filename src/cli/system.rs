@@ -119,8 +119,8 @@ pub fn block_on<F: Future>(
     })
 }
 
-/// Raises a flag when the process that started this one has ended. The system's own signal for that would come
-/// when the thread that started it ends.
+/// Raises a flag when the process that started this one has ended. The system's own signal for that would
+/// come when the thread that started it ends.
 #[cfg(unix)]
 pub fn raise_without_parent(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
     const LOOK_EVERY: Duration = Duration::from_millis(100);

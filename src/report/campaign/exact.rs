@@ -1,5 +1,5 @@
-//! Exact quantiles of a campaign's quantities, where every trial is kept: sorted in memory, or found in passes
-//! over the rows where there are too many.
+//! Exact quantiles of a campaign's quantities, where every trial is kept: sorted in memory, or found in
+//! passes over the rows where there are too many.
 
 use super::{MEASURES, TrialRecord};
 use crate::assess::{QUANTILES, Quantiles, Selection};

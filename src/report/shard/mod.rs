@@ -3,7 +3,7 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`table`] | rows as Parquet columns (<https://parquet.apache.org/docs/file-format/>), written and read in row groups |
+//! | [`table`] | rows as columns of [Parquet](https://parquet.apache.org/docs/file-format/), in row groups |
 //! | [`rows`] | the rows of flights from t = 0 and of whole drops |
 //! | [`summary`] | statistics of a part as JSON, to the last bit |
 //! | this one | what a part belongs to, and where a campaign is cut |

@@ -29,7 +29,8 @@ fn head() -> ShardHead {
     }
 }
 
-/// By hand: ten trials in three parts are 3, 3 and 4; whatever the numbers, parts follow each other, to the end.
+/// By hand: ten trials in three parts are 3, 3 and 4; whatever the numbers, parts follow each other, to the
+/// end.
 #[test]
 fn closed_form_cuts() {
     let cuts = |of: u64, trials: u64| (0..of).map(move |shard| Shard { shard, of }.trials(trials));
@@ -91,8 +92,8 @@ fn study_of(trials: std::ops::Range<u64>) -> (Mission, Vec<StudyRow>) {
     (mission, rows)
 }
 
-/// A property: rows are read as they were written, to the last bit, campaign by campaign; so are the head and a
-/// file without rows.
+/// A property: rows are read as they were written, to the last bit, campaign by campaign; so are the head and
+/// a file without rows.
 #[test]
 fn prop_rows_are_read_as_they_were_written() {
     let (mission, rows) = study_of(10..20);
@@ -116,7 +117,7 @@ fn prop_rows_are_read_as_they_were_written() {
     assert_eq!(empty.tables().count(), 0);
 }
 
-/// The same of whole drops: those that were never released, and those that passed limits.
+/// A property of whole drops too: those that were never released, and those that passed limits.
 #[test]
 fn prop_drops_are_read_as_they_were_written() {
     let mission = Mission::shipped("x500_drop").unwrap();

@@ -126,8 +126,8 @@ impl Campaign<'_> {
         })
     }
 
-    /// Writes table, page and manifest of drops that are over, and reports them; the file of their lines, where
-    /// any are kept, is there.
+    /// Writes table, page and manifest of drops that are over, and reports them; the file of their lines,
+    /// where any are kept, is there.
     pub fn finish(
         &self,
         folder: &OutputFolder,

@@ -1,4 +1,5 @@
-//! `samara merge`: the parts of a campaign put together, to the bytes of the campaign that was flown in one go.
+//! `samara merge`: the parts of a campaign put together, to the bytes of the campaign that was flown in one
+//! go.
 
 use std::path::PathBuf;
 

@@ -1,5 +1,5 @@
-//! `samara assess --shard`: a part of a campaign in a file of its own, flown anywhere, any number of times; and
-//! `samara merge`, which makes of the parts what the campaign in one go makes.
+//! `samara assess --shard`: a part of a campaign in a file of its own, flown anywhere, any number of times;
+//! and `samara merge`, which makes of the parts what the campaign in one go makes.
 //!
 //! | file | holds |
 //! |---|---|
