@@ -3,6 +3,7 @@
 
 use std::fs::File;
 use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use parquet::basic::{LogicalType, Repetition, Type as PhysicalType};
@@ -219,7 +220,7 @@ impl ShardReader {
     /// # Errors
     /// [`ShardError`] where it is not, or is no part of a campaign.
     pub fn new(file: File) -> Result<Self, ShardError> {
-        let file = SerializedFileReader::new(file)?;
+        let file = undamaged(|| Ok(SerializedFileReader::new(file)?))?;
         let head: ShardHead = serde_json::from_str(metadata(&file, HEAD)?)?;
         if head.first > head.end || head.end > head.trials {
             return Err(ShardError::NotAShard("trials of the campaign"));
@@ -242,7 +243,7 @@ impl ShardReader {
 
     /// The rows, a row group at a time, in their order.
     pub fn tables(&self) -> impl Iterator<Item = Result<Table, ShardError>> {
-        (0..self.file.num_row_groups()).map(|group| self.table(group))
+        (0..self.file.num_row_groups()).map(|group| undamaged(|| self.table(group)))
     }
 
     fn table(&self, group: usize) -> Result<Table, ShardError> {
@@ -280,6 +281,12 @@ impl ShardReader {
         };
         Ok(Table { columns: fields.iter().enumerate().map(column).collect::<Result<_, _>>()? })
     }
+}
+
+/// What is read of a file; the reader panics at some files whose bytes are not those that were written.
+fn undamaged<T>(read: impl FnOnce() -> Result<T, ShardError>) -> Result<T, ShardError> {
+    let damaged = |_| Err(ShardError::NotAShard("the bytes that were written"));
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(damaged)
 }
 
 fn metadata<'a>(file: &'a SerializedFileReader<File>, key: &'static str) -> Result<&'a str, ShardError> {

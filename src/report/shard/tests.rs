@@ -74,7 +74,7 @@ fn written(tables: &[Table], columns: &Table) -> std::fs::File {
     file
 }
 
-fn study_of(trials: std::ops::Range<u64>) -> (Mission, Vec<StudyRow>) {
+fn study_of(trials: Range<u64>) -> (Mission, Vec<StudyRow>) {
     let mission = Mission::shipped("x500_drop").unwrap();
     let releases = mission.releases();
     let row = |trial: u64| StudyRow {
