@@ -188,7 +188,10 @@ fn a_part_that_is_whole_is_not_flown_again() {
         assert!(refused(out).contains("fly it again"), "{length}");
         assert_eq!(missing(out), "0-2\n", "{length}");
         let output = whole("1/3", out);
-        assert!(stderr(&output).contains("flown again") && stdout(&output).contains(": flown"), "{length}");
+        assert!(
+            stderr(&output).contains("not whole, flown again") && stdout(&output).contains(": flown"),
+            "{length}"
+        );
         assert_eq!(fs::read(&path).unwrap(), bytes, "{length}");
     }
     assert_eq!(there(out), ["00001-of-00003.parquet"]);

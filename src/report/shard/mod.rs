@@ -131,7 +131,7 @@ impl ShardHead {
 #[derive(Debug, thiserror::Error)]
 pub enum ShardError {
     /// The file cannot be read or written, or is no Parquet file.
-    #[error("a whole Parquet file is expected")]
+    #[error("as a Parquet file")]
     Parquet(#[from] parquet::errors::ParquetError),
     /// The metadata is not what samara writes.
     #[error("the metadata of a shard, as `samara assess --shard` writes it, is expected")]

@@ -199,7 +199,8 @@ pub fn missing(files: &[PathBuf]) -> Result<String, Failure> {
         let head = match open(path) {
             Ok(reader) => reader.map(|reader| reader.head().clone()),
             Err(error) => {
-                print_err(&format!("samara: {}: {error}\n", path.display()));
+                let why = anyhow::Error::from(error);
+                print_err(&format!("samara: {}: not whole: {why:#}\n", path.display()));
                 None
             }
         };

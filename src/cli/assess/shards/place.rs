@@ -46,7 +46,8 @@ impl Place {
             Ok(None) => return Ok(false),
             Ok(Some(reader)) => reader.head().clone(),
             Err(error) => {
-                print_err(&format!("samara: {}: {error}; it is flown again\n", path.display()));
+                let why = anyhow::Error::from(error);
+                print_err(&format!("samara: {}: not whole, flown again: {why:#}\n", path.display()));
                 return Ok(false);
             }
         };
