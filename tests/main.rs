@@ -36,6 +36,7 @@ mod replan;
 mod replay;
 mod report_drop;
 mod rotors;
+mod shards;
 mod swap;
 mod toolchain;
 mod tune;

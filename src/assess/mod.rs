@@ -13,11 +13,14 @@
 //! | [`grid_loss`] | what interpolating plans costs against solving for each release | |
 //! | [`study`] | controllers flown from many releases | V |
 //! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
+//! | [`blocks`] | the same of a campaign whose parts are flown apart | |
+//! | [`quantiles`] | histograms that add up, and exact quantiles | |
 //! | [`chosen`] | bounds on what was chosen among several | |
 //! | [`paper`] | what the paper prints of its study | Table 5, V.A |
 
 pub mod batch;
 pub mod beta;
+pub mod blocks;
 pub mod chosen;
 pub mod drops;
 pub mod envelope;
@@ -25,6 +28,7 @@ pub mod free_fall;
 pub mod grid_loss;
 pub mod paper;
 pub mod power;
+pub mod quantiles;
 pub mod releases;
 pub mod repeats;
 pub mod safety;
@@ -33,13 +37,15 @@ pub mod study;
 pub mod tracking;
 
 pub use batch::{BatchMeasure, Outcome, judge_flights};
+pub use blocks::{BLOCK_TRIALS, BlockError, BlockNode, BlockSummary, Tally};
 pub use chosen::{ChosenAmong, quantile_rank};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
 pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Spread};
 pub use power::PowerUse;
+pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{FlightLimits, TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
-pub use statistics::{CONFIDENCE, Share, Summary, Tally, rate_bound};
+pub use statistics::{CONFIDENCE, Share, Summary, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;
 

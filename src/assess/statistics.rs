@@ -1,9 +1,10 @@
 //! Statistics of a campaign, one trial at a time: mean, standard deviation, extremes, and how sure they are.
 //!
-//! Nothing is kept of the trials, so a campaign may be of any length. The mean and the sum of squares follow
-//! Welford's recurrence, in order of the trials, the mean with what rounding takes from it kept beside it:
-//! the result depends on the trials alone, and its error does not grow with their number. Intervals hold with
-//! [`CONFIDENCE`]: Student's t for a mean, Clopper and Pearson's exact one for a probability.
+//! Nothing is kept of the trials, so a campaign may be of any length. Within a block of trials the mean and
+//! the sum of squares follow Welford's recurrence, in order of the trials, the mean with what rounding takes
+//! from it kept beside it; blocks are joined as a tree ([`super::blocks`]): the result depends on the trials
+//! alone, and its error does not grow with their number. Intervals hold with [`CONFIDENCE`]: Student's t for
+//! a mean, Clopper and Pearson's exact one for a probability.
 
 use super::beta::beta_quantile;
 use crate::math;
@@ -44,6 +45,43 @@ impl Summary {
         self.sum_of_squares += before * ((x - self.mean) - self.mean_rest);
         self.min = self.min.min(x);
         self.max = self.max.max(x);
+    }
+
+    /// This summary with the values of another after its own (Chan, Golub and LeVeque 1979, (2.1)).
+    #[must_use]
+    pub fn joined(&self, other: &Self) -> Self {
+        if self.count == 0 || other.count == 0 {
+            return if self.count == 0 { *other } else { *self };
+        }
+        let count = self.count + other.count;
+        let (here, there, all) = (self.count as f64, other.count as f64, count as f64);
+        let apart = (other.mean - self.mean) + (other.mean_rest - self.mean_rest);
+        let change = apart * (there / all) + self.mean_rest;
+        let mean = self.mean + change;
+        // What the sum rounds away, whichever of the two is larger (Knuth, TAOCP 2, 4.2.2, theorem B).
+        let taken = mean - self.mean;
+        let mean_rest = (self.mean - (mean - taken)) + (change - taken);
+        let sum_of_squares =
+            self.sum_of_squares + other.sum_of_squares + apart * apart * (here * (there / all));
+        Self {
+            count,
+            mean,
+            mean_rest,
+            sum_of_squares,
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
+    }
+
+    /// The numbers that make up the summary: count; mean, what rounding has taken from it, sum of squares of
+    /// the differences from the mean, least and greatest value.
+    pub fn parts(&self) -> (u64, [f64; 5]) {
+        (self.count, [self.mean, self.mean_rest, self.sum_of_squares, self.min, self.max])
+    }
+
+    /// The summary of such numbers, as [`Summary::parts`] gives them.
+    pub fn from_parts(count: u64, [mean, mean_rest, sum_of_squares, min, max]: [f64; 5]) -> Self {
+        Self { count, mean, mean_rest, sum_of_squares, min, max }
     }
 
     /// Number of values.
@@ -102,9 +140,25 @@ impl Share {
         self.hits += u64::from(hit);
     }
 
+    /// The share of so many hits among so many trials; more hits than trials are as many.
+    pub fn of(hits: u64, trials: u64) -> Self {
+        Self { hits: hits.min(trials), trials }
+    }
+
+    /// Takes the trials of another share.
+    pub fn append(&mut self, other: &Self) {
+        self.trials += other.trials;
+        self.hits += other.hits;
+    }
+
     /// Trials.
     pub fn trials(&self) -> u64 {
         self.trials
+    }
+
+    /// Trials in which it held.
+    pub fn hits(&self) -> u64 {
+        self.hits
     }
 
     /// Trials in which it did not hold.
@@ -159,23 +213,6 @@ pub fn rate_bound(events: u64, time: f64) -> f64 {
         if so_few(middle) > left { low = middle } else { high = middle }
     }
     high / time
-}
-
-/// Statistics of a campaign's trials.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Tally {
-    /// J_TPF.
-    pub j_tpf: Summary,
-    /// Trials that stayed below the bound.
-    pub safe: Share,
-}
-
-impl Tally {
-    /// Takes the next trial; it is safe when J_TPF is below `bound`.
-    pub fn push(&mut self, j_tpf: f64, bound: f64) {
-        self.j_tpf.push(j_tpf);
-        self.safe.push(j_tpf < bound);
-    }
 }
 
 #[cfg(test)]
@@ -239,6 +276,25 @@ mod tests {
         let by_sum = rate_bound(500, 1.0);
         let beyond = rate_bound(501, 1.0);
         assert!((beyond - by_sum - 1.037).abs() < 0.003, "{by_sum} {beyond}");
+    }
+
+    /// Joined parts are the whole: count and extremes exactly, mean and deviation as evenly spaced values far
+    /// from zero have them; nothing joined is nothing.
+    #[test]
+    fn closed_form_joined_parts() {
+        let (n, h, a) = (100_000, 1e-3, 1e6);
+        let part = |from: i32, to: i32| summary((from..to).map(|i| a + h * f64::from(i)));
+        let s = part(0, 7).joined(&part(7, 60_000)).joined(&part(60_000, n));
+        let (mean, n) = (a + h * f64::from(n - 1) / 2.0, f64::from(n));
+        assert!((s.mean() / mean - 1.0).abs() < 1e-15, "{}", s.mean() - mean);
+        assert!((s.std() / (h * h * n * (n + 1.0) / 12.0).sqrt() - 1.0).abs() < 1e-9);
+        assert_eq!((s.count(), s.min(), s.max()), (100_000, a, a + h * 99_999.0));
+        let none = Summary::default();
+        assert_eq!((none.joined(&s), s.joined(&none), none.joined(&none)), (s, s, none));
+        let (count, parts) = s.parts();
+        assert_eq!(Summary::from_parts(count, parts), s);
+        let lost = summary([0.5, f64::INFINITY]).joined(&summary([0.25]));
+        assert!(!lost.mean().is_finite() && lost.max() == f64::INFINITY && lost.min() == 0.25);
     }
 
     #[test]

@@ -67,6 +67,8 @@ pub fn run() -> ExitCode {
         Verb::Tune(args) => tune::run(&args),
         Verb::Design(args) => design::run(&args),
         Verb::Assess(args) => assess::run(args),
+        #[cfg(feature = "shards")]
+        Verb::Merge(args) => assess::shards::merge::run(&args),
         Verb::Sim(args) => sim::run(&args),
         Verb::Autopilot(args) => autopilot::run(&args),
         Verb::Stream(args) => stream::run(&args),

@@ -119,6 +119,22 @@ pub fn block_on<F: Future>(
     })
 }
 
+/// Raises a flag when the process that started this one has ended. The system's own signal for that would
+/// come when the thread that started it ends.
+#[cfg(unix)]
+pub fn raise_without_parent(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
+    const LOOK_EVERY: Duration = Duration::from_millis(100);
+    let (raised, parent) = (flag.clone(), std::os::unix::process::parent_id());
+    let watch = move || {
+        while std::os::unix::process::parent_id() == parent {
+            pause(LOOK_EVERY);
+        }
+        raised.store(true, Ordering::Relaxed);
+    };
+    let started = std::thread::Builder::new().name("parent".to_owned()).spawn(watch);
+    started.map(|_| ()).context("a thread that watches the parent").map_err(Failure::from)
+}
+
 /// A flag that Ctrl-C (or a termination signal) raises, for long computations without sockets: they look at
 /// it between pieces of work. From the return on these signals do not kill the program any more, until the
 /// second one does.

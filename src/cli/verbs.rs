@@ -3,6 +3,8 @@
 use clap::{Parser, Subcommand};
 
 use super::assess::AssessArgs;
+#[cfg(feature = "shards")]
+use super::assess::shards::merge::MergeArgs;
 use super::autopilot::AutopilotArgs;
 use super::check::CheckArgs;
 use super::design::DesignArgs;
@@ -51,6 +53,10 @@ pub enum Verb {
     /// Fly the paper's safety study: release cases, Monte Carlo campaigns, figures, one page.
     #[command(after_long_help = include_str!("help/assess.txt"))]
     Assess(AssessArgs),
+    /// Put the shards of a campaign together: the tables and the page of all its trials.
+    #[cfg(feature = "shards")]
+    #[command(after_long_help = include_str!("help/merge.txt"))]
+    Merge(MergeArgs),
     /// Run the simulator alone: a HIL server for the reference autopilot or PX4.
     #[command(after_long_help = include_str!("help/sim.txt"))]
     Sim(SimArgs),

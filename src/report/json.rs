@@ -16,7 +16,8 @@ use crate::replan::ReplanRecord;
 use crate::time::seconds;
 use crate::units::DEG_PER_RAD;
 
-pub(super) const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Version of samara.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// A JSON object, each key once beside its value, in the order of the file. Attributes are serde's; so a key
 /// that may be left out is `#[serde(flatten)] _: value.map(|value| object! { key: value })`.

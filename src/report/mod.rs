@@ -28,6 +28,7 @@
 //! | [`envelope`] | the safe-release envelope: tables, edges |
 //! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the flights, their table |
+//! | `shard` | parts of a campaign that are flown apart: rows as Parquet, statistics (feature `shards`) |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made from its arguments: the same arguments give the same bytes. Wall-clock times
@@ -57,6 +58,8 @@ pub mod px4_gains;
 pub mod repeats;
 pub mod replan;
 pub mod replay;
+#[cfg(feature = "shards")]
+pub mod shard;
 mod shown_drop;
 pub mod study;
 pub mod truth;

@@ -5,8 +5,11 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use samara::assess::{RandomRelease, SafetyStudy, StudyEntry, TrialOutcome, plan_j_tpf, tracking};
 use samara::config::Mission;
+use samara::report::campaign::exact::MeasureValues;
 use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
-use samara::report::campaign::{CampaignReport, CampaignSummary, TrialJudge, TrialRecord, json, tables};
+use samara::report::campaign::{
+    CampaignReport, CampaignSummary, Keep, TrialJudge, TrialRecord, json, tables,
+};
 use samara::report::study::campaign_csv::trial_columns;
 
 use super::plan::converged;
@@ -104,11 +107,14 @@ fn fly_all(
     let (mut campaigns, mut flown) = (Vec::new(), Vec::new());
     for entry in &entries {
         let outcomes = fly(&study, entry, &releases, pool, stop)?;
-        let mut summary = CampaignSummary::default();
+        let (mut summary, mut values) = (CampaignSummary::default(), MeasureValues::default());
         for (release, outcome) in &outcomes {
-            summary.push(&TrialRecord::of_flight(release.trial, outcome, &judge));
+            let record = TrialRecord::of_flight(release.trial, outcome, &judge);
+            summary.push(&record);
+            values.push(&record);
         }
-        campaigns.push(named(entry, summary));
+        summary.exact = Some(values.quantiles());
+        campaigns.push(named(entry, summary, Keep::All));
         flown.push((entry.name, outcomes));
     }
     let cases: Vec<_> = (0..).zip(&mission.study.cases).collect();

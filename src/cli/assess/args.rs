@@ -9,7 +9,11 @@ use crate::cli::args::{
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
 use samara::assess::envelope::EnvelopeAxis;
+use samara::config::Mission;
 use samara::replan::Cadence;
+use samara::report::campaign::Keep;
+#[cfg(feature = "shards")]
+use samara::report::shard::{SHARDS_MOST, Shard};
 
 /// The pairs of `--envelope`, in order, none twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,6 +61,42 @@ fn rays(text: &str) -> Result<usize, String> {
         .ok()
         .filter(|n: &usize| (4..=64).contains(n) && n.is_multiple_of(4))
         .ok_or_else(|| expected.to_owned())
+}
+
+#[cfg(feature = "shards")]
+/// A part of a campaign.
+#[derive(Args, Debug)]
+#[command(next_help_heading = "Parts of a campaign")]
+pub struct ShardArgs {
+    /// Fly part I of N alone, I from 0 to N-1, to a file in --out.
+    ///
+    /// The same trials as in the whole campaign, to DIR/shards/<I>-of-<N>.parquet, by any number of processes
+    /// on any machines; a part that is there is not flown again. `samara merge DIR` puts them together.
+    #[arg(
+        long,
+        value_name = "I/N",
+        value_parser = shard,
+        requires = "out",
+        conflicts_with_all = ["paper", "effects", "envelope", "replan", "free_fall", "only", "resume"]
+    )]
+    pub shard: Option<Shard>,
+}
+
+#[cfg(feature = "shards")]
+fn shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    let fits = |(shard, of): &(u64, u64)| (1..=SHARDS_MOST).contains(of) && shard < of;
+    let shard = parts.filter(fits).map(|(shard, of)| Shard { shard, of });
+    shard.ok_or_else(|| format!("I/N is expected, N from 1 to {SHARDS_MOST}, I from 0 to N-1, such as 0/4"))
+}
+
+fn keep(text: &str) -> Result<Keep, String> {
+    match text {
+        "all" => Ok(Keep::All),
+        "failures" => Ok(Keep::Failures),
+        "summary" => Ok(Keep::Summary),
+        _ => Err("`all`, `failures` or `summary` is expected".to_owned()),
+    }
 }
 
 /// `samara assess`.
@@ -139,6 +179,22 @@ pub struct AssessArgs {
     /// They must be of the same inputs and seed.
     #[arg(long)]
     pub resume: bool,
+    /// Lines to keep of the trials: `all`, those of `failures`, or none.
+    ///
+    /// `summary` keeps the statistics alone: quantiles to half a bin (docs/shards.md), and nothing to go on
+    /// from. [default: all, of more than 1000000 trials summary]
+    #[arg(long, value_name = "LINES", value_parser = keep, conflicts_with_all = ["paper", "only", "effects", "envelope", "replan", "free_fall"])]
+    pub keep: Option<Keep>,
+    /// A part of the campaign.
+    #[cfg(feature = "shards")]
+    #[command(flatten)]
+    pub part: ShardArgs,
+    /// End when the process that started this one ends.
+    ///
+    /// A worker that is killed leaves nothing running.
+    #[cfg(unix)]
+    #[arg(long)]
+    pub with_parent: bool,
     /// Fly trial K alone, with flight log and figures.
     ///
     /// Of each campaign: prints what was drawn and what came of it.
@@ -206,6 +262,16 @@ impl AssessArgs {
             },
             options: self.asked(),
         }
+    }
+
+    /// Trials of each campaign.
+    pub fn trials_of(&self, mission: &Mission) -> u64 {
+        self.trials.unwrap_or(mission.study.monte_carlo.trials as u64)
+    }
+
+    /// Lines that are kept of so many trials.
+    pub fn rows_kept(&self, trials: u64) -> Keep {
+        self.keep.unwrap_or_else(|| Keep::usual(trials))
     }
 
     /// The options asked for that not every autopilot has.

@@ -15,15 +15,19 @@ use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
 use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
+#[cfg(feature = "shards")]
+use samara::assess::BlockError;
 use samara::assess::{
-    RandomRelease, ReleaseDistribution, SafetyStudy, StudyEntry, Summary, Tally, TrialOutcome,
+    BlockSummary, RandomRelease, ReleaseDistribution, SafetyStudy, Selection, StudyEntry, Summary, Tally,
+    TrialOutcome,
 };
 use samara::config::Mission;
-use samara::report::campaign::{CampaignSummary, SHOWN, TrialJudge, TrialRecord};
+use samara::report::campaign::exact::{MeasurePasses, MeasureValues};
+use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialJudge, TrialRecord};
 use samara::report::study::campaign_csv::{file_name, header, parse_row, write_row};
 
 /// Trials between two looks at Ctrl-C and two writes to the disk.
-const BLOCK: u64 = 128;
+pub const BLOCK: u64 = 128;
 /// Trials that a thread takes at a time.
 const PORTION: usize = 8;
 
@@ -38,6 +42,8 @@ pub struct TrialRunner<'a> {
     pub trials: u64,
     /// What makes a trial fail.
     pub judge: TrialJudge,
+    /// The trials whose lines are kept.
+    pub keep: Keep,
     pub folder: &'a OutputFolder,
     /// The threads that trials are spread over.
     pub pool: rayon::ThreadPool,
@@ -51,13 +57,18 @@ impl TrialRunner<'_> {
         self.distribution.draw(self.mission.seed, trial)
     }
 
+    /// Whether the numbers of all trials are sorted, for their quantiles.
+    fn sorts(&self) -> bool {
+        self.keep == Keep::All && self.trials <= Keep::ALL_MOST
+    }
+
     /// Does something for each of `items` on all threads; the results are in the items' order.
     pub fn in_order<T: Sync, R: Send>(&self, items: &[T], f: impl Fn(&T) -> R + Send + Sync) -> Vec<R> {
         self.pool.install(|| items.par_iter().map(f).collect())
     }
 
     /// Warns how long `count` flights take where they are flown one at a time.
-    fn warn_of(&self, entry: &StudyEntry, count: u64) {
+    pub fn warn_of(&self, entry: &StudyEntry, count: u64) {
         let release = self.draw(0);
         let reason = self.study.one_at_a_time(entry, std::slice::from_ref(&release));
         if let Some(reason) = reason.filter(|_| count > 0) {
@@ -66,7 +77,8 @@ impl TrialRunner<'_> {
         }
     }
 
-    fn fly(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
+    /// Flies a trial from each release, on all threads.
+    pub fn fly(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
         let study = &self.study;
         let portions: Vec<Vec<TrialOutcome>> = self
             .pool
@@ -87,22 +99,100 @@ pub struct Campaign {
     pub shown: Vec<(RandomRelease, TrialOutcome)>,
     /// Trials that were flown now, not read.
     pub flown_now: u64,
+    /// The numbers of all trials, where they are few enough to be sorted.
+    values: MeasureValues,
 }
 
 impl Campaign {
-    fn take(&mut self, release: RandomRelease, outcome: TrialOutcome, judge: &TrialJudge) {
+    /// A campaign of no trials yet.
+    pub fn new(entry: StudyEntry) -> Self {
+        let (tally, summary) = (Tally::default(), CampaignSummary::default());
+        Self { entry, tally, summary, shown: Vec::new(), flown_now: 0, values: MeasureValues::default() }
+    }
+
+    /// Takes the next trial; whether its line is kept.
+    fn take(&mut self, release: RandomRelease, outcome: TrialOutcome, runner: &TrialRunner<'_>) -> bool {
+        let (judge, keep) = (&runner.judge, runner.keep);
+        let record = TrialRecord::of_flight(release.trial, &outcome, judge);
         self.tally.push(outcome.j_tpf, judge.bound);
-        self.summary.push(&TrialRecord::of_flight(release.trial, &outcome, judge));
+        self.summary.push(&record);
+        if runner.sorts() {
+            self.values.push(&record);
+        }
         if self.shown.len() < SHOWN {
             self.shown.push((release, outcome));
         }
+        keep.keeps(record.failure.is_some())
+    }
+
+    /// Takes what is known of trials that were flown elsewhere: their statistics, and the first of them.
+    #[cfg(feature = "shards")]
+    pub fn append(
+        &mut self,
+        part: &CampaignSummary,
+        shown: impl IntoIterator<Item = (RandomRelease, TrialOutcome)>,
+    ) -> Result<(), BlockError> {
+        self.shown.extend(shown);
+        self.summary.append(part)
+    }
+
+    /// Takes the number of a trial that was flown elsewhere, for the quantiles; its line.
+    #[cfg(feature = "shards")]
+    pub fn line(
+        &mut self,
+        release: &RandomRelease,
+        outcome: &TrialOutcome,
+        runner: &TrialRunner<'_>,
+    ) -> String {
+        if runner.sorts() {
+            self.values.push(&TrialRecord::of_flight(release.trial, outcome, &runner.judge));
+        }
+        let mut text = String::new();
+        write_row(&mut text, release, outcome);
+        text
+    }
+
+    /// Finds the exact quantiles, where every trial is kept.
+    pub fn find_quantiles(&mut self, runner: &TrialRunner<'_>) -> Result<(), Failure> {
+        let values = std::mem::take(&mut self.values);
+        let summary = &self.summary;
+        let exact = if runner.sorts() {
+            values.quantiles()
+        } else if runner.keep == Keep::All {
+            let mut passes = MeasurePasses::new(summary.measures.each_ref().map(BlockSummary::count));
+            for _ in 0..Selection::PASSES {
+                let mut lines = self.lines(runner)?;
+                for trial in 0..summary.end() {
+                    let (release, outcome) = next_line(&mut lines, runner, trial)?;
+                    passes.push(&TrialRecord::of_flight(release.trial, &outcome, &runner.judge));
+                }
+                passes.end_pass();
+            }
+            passes.quantiles()
+        } else {
+            return Ok(());
+        };
+        self.summary.exact = Some(exact);
+        Ok(())
+    }
+
+    /// The lines of the trials in the campaign's file.
+    fn lines(
+        &self,
+        runner: &TrialRunner<'_>,
+    ) -> Result<impl Iterator<Item = std::io::Result<String>>, Failure> {
+        let name = file_name(&self.entry);
+        let head = header(runner.mission, &self.entry).lines().count();
+        let file = runner.folder.open(&name)?.ok_or_else(|| anyhow!("{name} is gone")).bad_input()?;
+        Ok(file.lines().skip(head))
     }
 
     /// Flies what is missing and appends it to the campaign's file; whether it came to the end.
     fn run(&mut self, kept: u64, runner: &TrialRunner<'_>, progress: &Progress) -> Result<bool, Failure> {
         let name = file_name(&self.entry);
-        let mut file = runner.folder.continued(&name, kept)?;
-        let mut next = self.tally.j_tpf.count();
+        let mut file =
+            (runner.keep != Keep::Summary).then(|| runner.folder.continued(&name, kept)).transpose()?;
+        let mut next = self.summary.end();
         progress.set_message(self.entry.name);
         progress.skip(next);
         while next < runner.trials {
@@ -114,12 +204,15 @@ impl Campaign {
             let outcomes = runner.fly(&self.entry, &releases);
             let mut text = String::new();
             for (release, outcome) in releases.iter().zip(outcomes) {
-                write_row(&mut text, release, &outcome);
-                self.take(*release, outcome, &runner.judge);
+                if self.take(*release, outcome, runner) {
+                    write_row(&mut text, release, &outcome);
+                }
             }
-            file.write_all(text.as_bytes())
-                .with_context(|| format!("cannot write {}", runner.folder.path().join(&name).display()))
-                .bad_input()?;
+            if let Some(file) = &mut file {
+                file.write_all(text.as_bytes())
+                    .with_context(|| format!("cannot write {}", runner.folder.path().join(&name).display()))
+                    .bad_input()?;
+            }
             next += releases.len() as u64;
             self.flown_now += releases.len() as u64;
             progress.inc(releases.len() as u64);
@@ -156,7 +249,7 @@ impl Campaign {
                         line.trim_end()
                     )));
                 }
-                None if self.tally.j_tpf.count() == runner.trials => {
+                None if self.summary.end() == runner.trials => {
                     return Err(Failure::input(format!(
                         "{}: there are more than {} trials in this file; ask for as many with --trials",
                         place(number),
@@ -164,10 +257,10 @@ impl Campaign {
                     )));
                 }
                 None => {
-                    let release = runner.draw(self.tally.j_tpf.count());
+                    let release = runner.draw(self.summary.end());
                     let outcome =
                         parse_row(line.trim_end(), &release).with_context(|| place(number)).bad_input()?;
-                    self.take(release, outcome, &runner.judge);
+                    self.take(release, outcome, runner);
                 }
             }
             kept += line.len() as u64;
@@ -183,14 +276,15 @@ pub fn run_all<const N: usize>(
     narrator: &Narrator,
 ) -> Result<Option<[Campaign; N]>, Failure> {
     let TrialRunner { mission, folder, trials, .. } = *runner;
-    let mut campaigns = entries.clone().map(|entry| Campaign {
-        entry,
-        tally: Tally::default(),
-        summary: CampaignSummary::default(),
-        shown: Vec::new(),
-        flown_now: 0,
-    });
+    let mut campaigns = entries.clone().map(Campaign::new);
     if resume {
+        if runner.keep != Keep::All {
+            return Err(Failure::input(format!(
+                "--resume: it goes on from the lines of all trials, which a campaign of more than {} keeps with `--keep all` \
+                 alone; expected that, or shards (--shard)",
+                Keep::ALL_MOST
+            )));
+        }
         let files = entries.iter().map(|entry| folder.open(&file_name(entry)));
         if files.collect::<Result<Vec<_>, _>>()?.iter().all(Option::is_none) {
             return Err(Failure::input(format!(
@@ -206,13 +300,13 @@ pub fn run_all<const N: usize>(
     for (campaign, kept) in campaigns.iter_mut().zip(&mut kept) {
         let head = header(mission, &campaign.entry);
         *kept = if resume { campaign.read(&head, runner)? } else { 0 };
-        if *kept == 0 {
+        if *kept == 0 && runner.keep != Keep::Summary {
             let name = file_name(&campaign.entry);
             folder.continued(&name, 0)?.write_all(head.as_bytes()).context(name).bad_input()?;
             *kept = head.len() as u64;
         }
     }
-    let left: u64 = campaigns.iter().map(|campaign| trials - campaign.tally.j_tpf.count()).sum();
+    let left: u64 = campaigns.iter().map(|campaign| trials - campaign.summary.end()).sum();
     if let Some(last) = entries.last() {
         runner.warn_of(last, left);
     }
@@ -222,7 +316,7 @@ pub fn run_all<const N: usize>(
             progress.finish();
             narrator.say(&format!(
                 "stopped after {} of {trials} trials of {}; the same command with --resume continues\n",
-                campaign.tally.j_tpf.count(),
+                campaign.summary.end(),
                 campaign.entry.name
             ));
             narrator.check()?;
@@ -236,21 +330,23 @@ pub fn run_all<const N: usize>(
 /// J_TPF of `campaigns[1]` less that of `campaigns[0]`, release by release, read from their files.
 pub fn paired_difference(runner: &TrialRunner<'_>, campaigns: [&Campaign; 2]) -> Result<Summary, Failure> {
     let mut difference = Summary::default();
-    let open = |campaign: &Campaign| {
-        let name = file_name(&campaign.entry);
-        let head = header(runner.mission, &campaign.entry).lines().count();
-        let file = runner.folder.open(&name)?.ok_or_else(|| anyhow!("{name} is gone")).bad_input()?;
-        Ok::<_, Failure>(file.lines().skip(head))
-    };
-    let (mut less, mut more) = (open(campaigns[0])?, open(campaigns[1])?);
-    for trial in 0..campaigns[0].tally.j_tpf.count() {
-        let release = runner.draw(trial);
-        let j_tpf = |lines: &mut dyn Iterator<Item = std::io::Result<String>>| {
-            let line = lines.next().transpose().context("a campaign's file").bad_input()?.unwrap_or_default();
-            Ok::<_, Failure>(parse_row(&line, &release).context("a campaign's file").bad_input()?.j_tpf)
-        };
-        let less = j_tpf(&mut less)?;
-        difference.push(j_tpf(&mut more)? - less);
+    let (mut less, mut more) = (campaigns[0].lines(runner)?, campaigns[1].lines(runner)?);
+    for trial in 0..campaigns[0].summary.end() {
+        let (_, less) = next_line(&mut less, runner, trial)?;
+        let (_, more) = next_line(&mut more, runner, trial)?;
+        difference.push(more.j_tpf - less.j_tpf);
     }
     Ok(difference)
+}
+
+/// The next line of a campaign's file, which is that of a trial.
+fn next_line(
+    lines: &mut impl Iterator<Item = std::io::Result<String>>,
+    runner: &TrialRunner<'_>,
+    trial: u64,
+) -> Result<(RandomRelease, TrialOutcome), Failure> {
+    let release = runner.draw(trial);
+    let line = lines.next().transpose().context("a campaign's file").bad_input()?.unwrap_or_default();
+    let outcome = parse_row(&line, &release).context("a campaign's file").bad_input()?;
+    Ok((release, outcome))
 }

@@ -8,6 +8,8 @@ use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::config::shipped::is_built_in;
+#[cfg(feature = "shards")]
+use samara::report::campaign::Keep;
 
 /// The command that makes the campaigns again, its choices spelt out; folder and number of threads do not
 /// belong to it.
@@ -57,29 +59,53 @@ impl Command {
     }
 }
 
+/// The arguments of `samara assess` that fly the campaign anywhere, its choices spelt out: without folder,
+/// part, and whatever changes no result.
+#[cfg(feature = "shards")]
+pub fn arguments(args: &AssessArgs, mission: &Mission, trials: u64, keep: Keep) -> Vec<String> {
+    let mut words = vec![args.mission.mission.display().to_string()];
+    let mut add = |option: &str, value: Option<String>| {
+        words.extend(value.into_iter().flat_map(|value| [option.to_owned(), value]));
+    };
+    add("--gains", args.choice.gains.clone());
+    add("--params", args.choice.params.as_ref().map(|path| path.display().to_string()));
+    add("--case", args.choice.case.clone());
+    add("--seed", Some(mission.seed.to_string()));
+    add("--trials", Some(trials.to_string()));
+    add("--keep", Some(format!("{keep:?}").to_lowercase()));
+    add("--bound", (args.bound != 1.0).then(|| args.bound.to_string()));
+    add("--autopilot", args.autopilot.as_ref().map(ToString::to_string));
+    add("--estimator", args.state.asked().then(|| "ekf".to_owned()));
+    if args.feed_forward {
+        words.push("--feed-forward".to_owned());
+    }
+    words
+}
+
 /// Writes the manifest.
 pub fn finish(args: &AssessArgs, runner: &TrialRunner<'_>) -> Result<(), Failure> {
     let circumstances = [("trials", runner.trials.to_string()), ("bound", args.bound.to_string())];
     runner.folder.write_manifest("assess", runner.mission, &circumstances)
 }
 
-/// Reports campaigns that are complete: how many flights they took, where the results are, and last the
-/// verdict. `text` and `json` are of the results; the pace is for the terminal and `--json` alone.
+/// Reports campaigns that are complete: how many flights they took, where any were `flown`, where the results
+/// are, and last the verdict. `text` and `json` are of the results; the pace is for the terminal and `--json`
+/// alone.
 pub fn report(
     args: &AssessArgs,
     runner: &TrialRunner<'_>,
-    (flown, watch): (u64, &Stopwatch),
+    flown: Option<(u64, &Stopwatch)>,
     json: impl FnOnce(Option<f64>) -> String,
     [text, verdict]: [String; 2],
 ) -> Result<(), Failure> {
-    let flights_per_s = 1e3 * flown as f64 / watch.ms();
+    let pace = flown.map(|(flown, watch)| (flown, 1e3 * flown as f64 / watch.ms()));
     if args.mission.json {
-        return print(&json((flown > 0).then_some(flights_per_s)));
+        return print(&json(pace.filter(|(flown, _)| *flown > 0).map(|(_, rate)| rate)));
     }
     let folder = runner.folder.path().display();
-    print(&format!(
-        "{text}\n{flown} campaign flights, {flights_per_s:.0} a second; results in {folder}, start with {folder}/assess.html\n{verdict}\n"
-    ))
+    let pace = pace
+        .map_or_else(String::new, |(flown, rate)| format!("{flown} campaign flights, {rate:.0} a second; "));
+    print(&format!("{text}\n{pace}results in {folder}, start with {folder}/assess.html\n{verdict}\n"))
 }
 
 /// The answer of campaigns that were stopped.

@@ -134,7 +134,7 @@ fn figures_of(
     files: &[&str; 2],
 ) -> Result<[Figure; 2], Failure> {
     let plan = (campaign.entry.reference == StudyReference::Optimal).then_some(&runner.study.plan);
-    let (drawn, flown) = (shown.flights.len(), campaign.tally.j_tpf.count());
+    let (drawn, flown) = (shown.flights.len(), campaign.summary.end());
     let title = &titles[0];
     let velocities = Figure {
         file: files[0].to_owned(),

@@ -16,6 +16,7 @@
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `replan` | `--replan`: drops along one plan and along renewed ones |
 //! | `free_fall` | `--free-fall`: how well the release is found by the fall that the accelerometer shows |
+//! | `shards` | `--shard` and `samara merge`: parts of a campaign, flown apart and put together |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
 
 mod args;
@@ -31,10 +32,14 @@ mod own;
 mod paper;
 mod replan;
 mod rows;
+#[cfg(feature = "shards")]
+pub mod shards;
 mod study;
 
 use super::answer::{Answer, Failure};
 use super::system::interrupt_flag;
+#[cfg(unix)]
+use super::system::raise_without_parent;
 pub use args::AssessArgs;
 use args::{Cadences, Pairs};
 
@@ -48,21 +53,40 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
     }
     let args = &args;
     let stop = interrupt_flag()?;
+    #[cfg(unix)]
+    if args.with_parent {
+        raise_without_parent(&stop)?;
+    }
+    #[cfg(feature = "shards")]
+    if let Some(shard) = args.part.shard {
+        refuse_options(args)?;
+        return shards::run(args, shard, &stop);
+    }
     if let Some(Cadences(cadences)) = &args.replan {
         return replan::run(args, cadences, &stop);
     }
     if let Some(autopilot) = &args.autopilot {
         return drops::run(args, autopilot, &stop);
     }
-    // The study has no autopilot on a wire.
-    match args.asked().first() {
+    refuse_options(args)?;
+    if args.effects {
+        effects::run(args, &stop)
+    } else if let Some(Pairs(pairs)) = &args.envelope {
+        envelope::run(args, pairs, &stop)
+    } else if let Some(hours) = args.free_fall {
+        free_fall::run(args, hours, &stop)
+    } else {
+        study::run(args, &stop)
+    }
+}
+
+/// The study has no autopilot on a wire: refuses options that are one's.
+fn refuse_options(args: &AssessArgs) -> Result<(), Failure> {
+    match args.asked().first().filter(|_| args.autopilot.is_none()) {
         Some(option) => {
             let (option, _) = option.text();
             Err(Failure::input(format!("{option}: --autopilot is expected with it")))
         }
-        None if args.effects => effects::run(args, &stop),
-        None if let Some(Pairs(pairs)) = &args.envelope => envelope::run(args, pairs, &stop),
-        None if let Some(hours) = args.free_fall => free_fall::run(args, hours, &stop),
-        None => study::run(args, &stop),
+        None => Ok(()),
     }
 }

@@ -4,7 +4,7 @@
 use anyhow::Context as _;
 
 use super::args::AssessArgs;
-use super::campaign::{self, TrialRunner};
+use super::campaign::{self, Campaign, TrialRunner};
 use super::command::{self, Command, finish, stopped};
 use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
@@ -18,7 +18,6 @@ use samara::report::campaign::{
     CampaignReport, CaseRecord, MEASURES, NamedCampaign, footprint, json, junit, page, tables,
 };
 use samara::report::figure::{Distribution, FigureError, distribution_figure};
-use samara::report::study::campaign_csv::file_name;
 use samara::report::study::page::Figure;
 use samara::tune::ReleaseCase;
 
@@ -32,10 +31,23 @@ pub fn run(
     let mission = runner.mission;
     let entries = own_entries(mission).bad_input()?;
     let watch = Stopwatch::start();
-    let Some(campaigns) = campaign::run_all(runner, &entries, args.resume, narrator)? else {
+    let Some(mut campaigns) = campaign::run_all(runner, &entries, args.resume, narrator)? else {
         return stopped(args, mission);
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
+    campaigns.iter_mut().try_for_each(|campaign| campaign.find_quantiles(runner))?;
+    report(args, plan, runner, &campaigns, Some((flown, &watch)))
+}
+
+/// Flies the release cases, writes the campaigns and reports them: with their pace where they were flown now.
+pub fn report(
+    args: &AssessArgs,
+    plan: &Plan,
+    runner: &TrialRunner<'_>,
+    campaigns: &[Campaign; 2],
+    flown: Option<(u64, &Stopwatch)>,
+) -> Result<Answer, Failure> {
+    let mission = runner.mission;
     let report = CampaignReport {
         mission,
         flown_by: FLOWN_BY.to_owned(),
@@ -43,12 +55,12 @@ pub fn run(
         alone: Command::of(args, mission).alone(),
         judge: runner.judge,
         plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
-        cases: cases(runner, &entries[0]),
-        campaigns: campaigns.iter().map(|c| named(&c.entry, c.summary.clone())).collect(),
+        cases: cases(runner, &campaigns[0].entry),
+        campaigns: campaigns.iter().map(|c| named(&c.entry, c.summary.clone(), runner.keep)).collect(),
         tracking_period_s: tracking::control_period_s(&plan.trajectory),
     };
     let drawn = figures::of_own(runner, &campaigns[0])?;
-    let files: Vec<String> = campaigns.iter().map(|c| file_name(&c.entry)).collect();
+    let files: Vec<String> = report.campaigns.iter().filter_map(|c| c.file.clone()).collect();
     runner
         .folder
         .write_text("assess.txt", &format!("{}\n{}\n", tables::text(&report), tables::verdict(&report)))?;
@@ -57,7 +69,7 @@ pub fn run(
     write_page(runner.folder, &report, ["assess", ""], drawn, &[&files[..], &beside].concat())?;
     finish(args, runner)?;
     let texts = [tables::text(&report), tables::verdict(&report)];
-    command::report(args, runner, (flown, &watch), |pace| json::json(&report, pace), texts)?;
+    command::report(args, runner, flown, |pace| json::json(&report, pace), texts)?;
     Ok(Answer::from(report.safe()))
 }
 

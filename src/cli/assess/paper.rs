@@ -32,7 +32,13 @@ pub fn run(
     write(&assessment, runner, &campaigns)?;
     finish(args, runner)?;
     let texts = [tables::assess_text(&assessment), tables::verdict(&assessment)];
-    command::report(args, runner, (flown, &watch), |pace| records::assess_json(&assessment, pace), texts)?;
+    command::report(
+        args,
+        runner,
+        Some((flown, &watch)),
+        |pace| records::assess_json(&assessment, pace),
+        texts,
+    )?;
     Ok(Answer::from(assessment.safe()))
 }
 
@@ -85,7 +91,7 @@ fn assessment<'a>(
         assessed: campaigns.each_ref().map(|c| Assessed {
             entry: c.entry.clone(),
             cases: cases(&c.entry),
-            tally: c.tally,
+            tally: c.tally.clone(),
         }),
     })
 }

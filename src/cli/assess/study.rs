@@ -8,44 +8,26 @@ use super::{only, own, paper};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::planning::{plan_mission, write_plan};
+use crate::cli::planning::{TimedPlan, plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::assess::{FlightLimits, SafetyStudy};
 use samara::config::Mission;
 use samara::plan::{Plan, Status};
-use samara::report::campaign::TrialJudge;
 use samara::report::campaign::own::own_entries;
+use samara::report::campaign::{Keep, TrialJudge};
 use samara::report::{plan_json, plan_text};
 
 /// Flies the campaigns, or one trial of each.
 pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
-    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    mission.faults.check_from_t0().bad_input()?;
     let narrator = Narrator::alone(args.mission.json);
-    narrator.say(&origin(&args.mission.mission, &mission));
-    mission.two_bodies_remark().into_iter().for_each(|remark| narrator.say(&remark));
-    mission.rotor_start_remark().into_iter().for_each(|remark| narrator.say(remark));
-    mission.battery_remark().into_iter().for_each(|remark| narrator.say(&format!("{remark}\n")));
+    let mission = mission(args, &narrator)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let Some(plan) = planned(args, &mission, &folder, &narrator)? else { return Ok(Answer::No) };
-    let whole = mission.safety_study(&plan.trajectory);
-    let runner = TrialRunner {
-        mission: &mission,
-        // The paper's flights end with the plan, and only J_TPF judges them.
-        study: if args.paper { SafetyStudy { settle_s: 0.0, ..whole } } else { whole },
-        distribution: mission.releases(),
-        trials: args.trials.unwrap_or(mission.study.monte_carlo.trials as u64),
-        judge: if args.paper {
-            TrialJudge { bound: args.bound, limits: FlightLimits::default(), steady_within_m_s: None }
-        } else {
-            TrialJudge::of(&mission, args.bound)
-        },
-        folder: &folder,
-        pool: thread_pool(args.threads)?,
-        stop,
-    };
+    let plan = plan_mission(&mission, false)?;
+    write_plan(&folder, &mission, &plan.plan)?;
+    let Some(plan) = converged(args, &mission, plan, &narrator)? else { return Ok(Answer::No) };
+    let runner = runner(args, &mission, &plan, &folder, stop)?;
     match (args.only, args.paper) {
         (Some(trial), true) => only::run(&runner, &paper::entries_of(&mission)?, trial, args),
         (Some(trial), false) => only::run(&runner, &own_entries(&mission).bad_input()?, trial, args),
@@ -54,15 +36,53 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     }
 }
 
-/// The plan that is flown; `None` when there is none.
-fn planned(
+/// The mission with its choices, and what there is to remark about it.
+pub fn mission(args: &AssessArgs, narrator: &Narrator) -> Result<Mission, Failure> {
+    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    mission.faults.check_from_t0().bad_input()?;
+    narrator.say(&origin(&args.mission.mission, &mission));
+    mission.two_bodies_remark().into_iter().for_each(|remark| narrator.say(&remark));
+    mission.rotor_start_remark().into_iter().for_each(|remark| narrator.say(remark));
+    mission.battery_remark().into_iter().for_each(|remark| narrator.say(&format!("{remark}\n")));
+    Ok(mission)
+}
+
+/// What flies the trials along a plan.
+pub fn runner<'a>(
+    args: &AssessArgs,
+    mission: &'a Mission,
+    plan: &Plan,
+    folder: &'a OutputFolder,
+    stop: &'a AtomicBool,
+) -> Result<TrialRunner<'a>, Failure> {
+    let whole = mission.safety_study(&plan.trajectory);
+    let trials = args.trials_of(mission);
+    Ok(TrialRunner {
+        mission,
+        // The paper's flights end with the plan, and only J_TPF judges them.
+        study: if args.paper { SafetyStudy { settle_s: 0.0, ..whole } } else { whole },
+        distribution: mission.releases(),
+        trials,
+        judge: if args.paper {
+            TrialJudge { bound: args.bound, limits: FlightLimits::default(), steady_within_m_s: None }
+        } else {
+            TrialJudge::of(mission, args.bound)
+        },
+        // The paper's differences between campaigns are taken line by line.
+        keep: if args.paper { Keep::All } else { args.rows_kept(trials) },
+        folder,
+        pool: thread_pool(args.threads)?,
+        stop,
+    })
+}
+
+/// The plan, if it is one; else says why there is none.
+pub fn converged(
     args: &AssessArgs,
     mission: &Mission,
-    folder: &OutputFolder,
+    timed: TimedPlan,
     narrator: &Narrator,
 ) -> Result<Option<Plan>, Failure> {
-    let timed = plan_mission(mission, false)?;
-    write_plan(folder, mission, &timed.plan)?;
     if timed.plan.status == Status::Converged {
         return Ok(Some(timed.plan));
     }

@@ -27,15 +27,19 @@ fn trial(t: &TrialRecord) -> impl Serialize {
 
 fn campaign(report: &CampaignReport<'_>, campaign: &NamedCampaign) -> impl Serialize {
     let s = &campaign.summary;
-    let j = &s.measures[0];
-    let measures = MEASURES.iter().zip(&s.measures).map(|(measure, s)| {
+    let j = s.measures[0].summary();
+    let measures = MEASURES.iter().enumerate().map(|(place, measure)| {
+        let (sums, [p50, p99]) = (s.measures[place].summary(), s.quantiles(place));
         object! {
             name: measure.key,
-            count: s.count(),
-            mean: finite(s.mean()),
-            std: finite(s.std()),
-            min: finite(s.min()),
-            max: finite(s.max()),
+            count: sums.count(),
+            mean: finite(sums.mean()),
+            std: finite(sums.std()),
+            min: finite(sums.min()),
+            max: finite(sums.max()),
+            p50: p50,
+            p99: p99,
+            quantiles_within: if s.exact.is_some() { 0.0 } else { 0.5 * measure.bin_width },
             limit: (measure.limit)(&report.judge, report.mission),
         }
     });

@@ -9,7 +9,9 @@
 //! | [`junit`] | release cases, campaigns and failed trials as test cases |
 //! | [`page`] | `assess.html` |
 //! | [`footprint`] | where the vehicles were when the plan ended, as GeoJSON and as KML |
+//! | [`exact`] | exact quantiles, where every trial is kept |
 
+pub mod exact;
 pub mod footprint;
 pub mod json;
 pub mod junit;
@@ -18,9 +20,10 @@ pub mod page;
 pub mod tables;
 
 use nalgebra::Vector3;
+use serde::{Deserialize, Serialize};
 
 use super::drops::{DropNumbers, DropTrial};
-use crate::assess::{FlightLimits, Share, Summary, TrialOutcome};
+use crate::assess::{BlockError, BlockSummary, FlightLimits, Histogram, Quantiles, Share, TrialOutcome};
 use crate::config::Mission;
 use crate::report::columns::short;
 use crate::units::DEG_PER_RAD;
@@ -133,6 +136,8 @@ pub struct Measure {
     pub unit: &'static str,
     /// Value of a trial; `None` where it has none.
     pub of: fn(&TrialRecord) -> Option<f64>,
+    /// Width of a bin of its histogram, in the measure's unit.
+    pub bin_width: f64,
     /// The limit that a mission gives, in the measure's unit.
     pub limit: fn(&TrialJudge, &Mission) -> Option<f64>,
 }
@@ -144,6 +149,7 @@ pub const MEASURES: [Measure; 5] = [
         name: "J_TPF",
         unit: "",
         of: |t| Some(t.j_tpf).filter(|x| x.is_finite()),
+        bin_width: 1e-5,
         limit: |judge, _| Some(judge.bound),
     },
     Measure {
@@ -151,6 +157,7 @@ pub const MEASURES: [Measure; 5] = [
         name: "steady after",
         unit: "s",
         of: |t| t.steady_after_s,
+        bin_width: 1e-3,
         limit: |judge, _| judge.limits.steady_after_s,
     },
     Measure {
@@ -158,6 +165,7 @@ pub const MEASURES: [Measure; 5] = [
         name: "altitude lost",
         unit: "m",
         of: |t| Some(t.way_ned_m.z).filter(|x| x.is_finite()),
+        bin_width: 1e-3,
         limit: |judge, _| judge.limits.altitude_lost_m,
     },
     Measure {
@@ -165,6 +173,7 @@ pub const MEASURES: [Measure; 5] = [
         name: "peak tilt",
         unit: "deg",
         of: |t| Some(t.peak_tilt_rad * DEG_PER_RAD).filter(|x| x.is_finite()),
+        bin_width: 1e-3,
         limit: |judge, _| judge.limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
     },
     Measure {
@@ -172,33 +181,97 @@ pub const MEASURES: [Measure; 5] = [
         name: "peak speed",
         unit: "m/s",
         of: |t| Some(t.peak_speed_m_s).filter(|x| x.is_finite()),
+        bin_width: 1e-4,
         limit: |_, mission| Some(mission.limits.safety.speed_m_s),
     },
 ];
 
-/// What a campaign came to: statistics of all trials, the first of them and the worst.
+/// Which rows are kept of a campaign's trials.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Keep {
+    /// Every trial's.
+    All,
+    /// Those of trials that failed.
+    Failures,
+    /// None: the statistics alone.
+    Summary,
+}
+
+impl Keep {
+    /// Most trials of which every row is kept unless it is said otherwise.
+    pub const ALL_MOST: u64 = 1_000_000;
+
+    /// What is kept of so many trials unless it is said otherwise.
+    pub fn usual(trials: u64) -> Self {
+        if trials > Self::ALL_MOST { Self::Summary } else { Self::All }
+    }
+
+    /// Whether the row of a trial that failed, or did not, is kept.
+    pub fn keeps(self, failed: bool) -> bool {
+        match self {
+            Self::All => true,
+            Self::Failures => failed,
+            Self::Summary => false,
+        }
+    }
+}
+
+/// What a campaign, or a part of one, came to: statistics of all trials, the first of them and the worst.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CampaignSummary {
     /// Trials that did not fail, of all.
     pub passed: Share,
     /// Statistics of [`MEASURES`], in their order.
-    pub measures: [Summary; MEASURES.len()],
-    /// The first [`SHOWN`] trials, in their order.
+    pub measures: [BlockSummary; MEASURES.len()],
+    /// Histograms of [`MEASURES`], in their order.
+    pub histograms: [Histogram; MEASURES.len()],
+    /// Exact quantiles of [`MEASURES`], where they are known.
+    pub exact: Option<[Quantiles; MEASURES.len()]>,
+    /// Those of the campaign's first [`SHOWN`] trials that are among these, in their order.
     pub shown: Vec<TrialRecord>,
     /// The worst ten: those that failed first, then by J_TPF; of equals the first flown.
     pub worst: Vec<TrialRecord>,
 }
 
 impl CampaignSummary {
+    /// No trials yet, the first of which will be trial number `first`.
+    pub fn from_trial(first: u64) -> Self {
+        Self { measures: std::array::from_fn(|_| BlockSummary::from_trial(first)), ..Self::default() }
+    }
+
     /// Takes the next trial.
     pub fn push(&mut self, trial: &TrialRecord) {
         self.passed.push(trial.failure.is_none());
-        for (measure, summary) in MEASURES.iter().zip(&mut self.measures) {
-            (measure.of)(trial).into_iter().for_each(|x| summary.push(x));
+        let sums = self.measures.iter_mut().zip(&mut self.histograms);
+        for (measure, (summary, histogram)) in MEASURES.iter().zip(sums) {
+            let value = (measure.of)(trial);
+            summary.push(value);
+            value.into_iter().for_each(|x| histogram.push(x, measure.bin_width));
         }
-        if self.shown.len() < SHOWN {
+        if trial.trial < SHOWN as u64 {
             self.shown.push(trial.clone());
         }
+        self.keep_worst(trial);
+    }
+
+    /// Takes the trials of a part that follows.
+    ///
+    /// # Errors
+    /// [`BlockError`] where it does not follow.
+    pub fn append(&mut self, part: &Self) -> Result<(), BlockError> {
+        for (summary, follows) in self.measures.iter_mut().zip(&part.measures) {
+            summary.append(follows)?;
+        }
+        self.passed.append(&part.passed);
+        self.histograms.iter_mut().zip(&part.histograms).for_each(|(all, more)| all.append(more));
+        self.exact = None;
+        self.shown.extend_from_slice(&part.shown);
+        part.worst.iter().for_each(|trial| self.keep_worst(trial));
+        Ok(())
+    }
+
+    fn keep_worst(&mut self, trial: &TrialRecord) {
         let badness = |t: &TrialRecord| (t.failure.is_some(), t.j_tpf);
         let worse = |a: &TrialRecord, b: &TrialRecord| {
             let ((a_failed, a_cost), (b_failed, b_cost)) = (badness(a), badness(b));
@@ -208,6 +281,19 @@ impl CampaignSummary {
         if place < WORST {
             self.worst.insert(place, trial.clone());
             self.worst.truncate(WORST);
+        }
+    }
+
+    /// Number of the trial after the last.
+    pub fn end(&self) -> u64 {
+        self.measures[0].end()
+    }
+
+    /// Quantiles of the measure at a place of [`MEASURES`].
+    pub fn quantiles(&self, place: usize) -> Quantiles {
+        match &self.exact {
+            Some(exact) => exact[place],
+            None => self.histograms[place].quantiles(MEASURES[place].bin_width),
         }
     }
 
@@ -231,8 +317,8 @@ pub struct NamedCampaign {
     pub label: String,
     /// The trials.
     pub summary: CampaignSummary,
-    /// The file with every trial.
-    pub file: String,
+    /// The file with a line for each trial that is kept, if any is.
+    pub file: Option<String>,
 }
 
 /// A release case, flown.
@@ -325,7 +411,48 @@ mod tests {
         assert_eq!(worst, [7, 14, 29, 13, 28, 12, 27, 11, 26, 10]);
         assert_eq!((summary.flown(), summary.failed()), (30, 1));
         // A trial that was never steady has no time.
-        assert_eq!(summary.measures.map(|m| m.count()), [30, 29, 30, 30, 30]);
+        assert_eq!(summary.measures.each_ref().map(BlockSummary::count), [30, 29, 30, 30, 30]);
+    }
+
+    /// Parts in order come to the whole, with cuts inside blocks and within the trials that are shown.
+    #[test]
+    fn prop_parts_come_to_the_whole() {
+        let flown = |from: u64, to: u64| {
+            let mut summary = CampaignSummary::from_trial(from);
+            for trial in from..to {
+                let failure = trial.is_multiple_of(91).then_some("never steady");
+                summary.push(&record(trial, (trial % 37) as f64 / 37.0, failure));
+            }
+            summary
+        };
+        let whole = flown(0, 3000);
+        for cuts in [&[0, 3000][..], &[0, 1000, 3000], &[0, 1, 300, 512, 999, 1001, 2999, 3000]] {
+            let mut joined = CampaignSummary::default();
+            for cut in cuts.windows(2) {
+                joined.append(&flown(cut[0], cut[1])).unwrap();
+            }
+            assert_eq!(joined, whole);
+        }
+        assert!(flown(0, 10).append(&flown(11, 12)).is_err());
+        assert_eq!(whole.shown.len(), SHOWN);
+    }
+
+    /// By hand: without failures J_TPF is 0, 0.1 .. 0.9 in equal shares: the median is 0.4, 99 % are 0.9 or
+    /// less. The exact ones take the histogram's place.
+    #[test]
+    fn closed_form_quantiles() {
+        let mut summary = CampaignSummary::default();
+        let mut values = exact::MeasureValues::default();
+        for trial in 0..1000 {
+            let trial = record(trial, (trial % 10) as f64 / 10.0 + 3e-6, None);
+            summary.push(&trial);
+            values.push(&trial);
+        }
+        let near =
+            |[p50, p99]: Quantiles| (p50.unwrap() - 0.4).abs() < 1e-12 && (p99.unwrap() - 0.9).abs() < 1e-12;
+        assert!(near(summary.quantiles(0)), "{:?}", summary.quantiles(0));
+        summary.exact = Some(values.quantiles());
+        assert_eq!(summary.quantiles(0), [Some(0.4 + 3e-6), Some(0.9 + 3e-6)]);
     }
 
     /// Each limit alone, at it and a hair beyond; what is never steady fails only where that is judged.

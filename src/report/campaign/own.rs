@@ -1,6 +1,6 @@
 //! Campaigns of a mission's own gains, along the plan and, beside it, with the target velocity as a step.
 
-use super::{CampaignSummary, CaseRecord, NamedCampaign, TrialJudge, TrialRecord};
+use super::{CampaignSummary, CaseRecord, Keep, NamedCampaign, TrialJudge, TrialRecord};
 use crate::assess::{SafetyStudy, StudyEntry, StudyReference};
 use crate::config::Mission;
 use crate::control::{Airframe, Cascade, ControlError};
@@ -31,15 +31,15 @@ pub fn own_entries(mission: &Mission) -> Result<[StudyEntry; 2], ControlError> {
     Ok([of(OPTIMAL, StudyReference::Optimal), of(STEP, StudyReference::Step)])
 }
 
-/// The campaign of one of [`own_entries`], for a report.
-pub fn named(entry: &StudyEntry, summary: CampaignSummary) -> NamedCampaign {
+/// The campaign of one of [`own_entries`], for a report; with rows in a file unless none are kept.
+pub fn named(entry: &StudyEntry, summary: CampaignSummary, keep: Keep) -> NamedCampaign {
     let StudyEntry { name, gains_name, .. } = entry;
     let follows = if *name == OPTIMAL { "along the plan" } else { "target velocity as a step" };
     NamedCampaign {
         name: (*name).to_owned(),
         label: format!("{gains_name}, {follows}"),
         summary,
-        file: file_name(entry),
+        file: (keep != Keep::Summary).then(|| file_name(entry)),
     }
 }
 

@@ -1,7 +1,7 @@
 //! A campaign's tables, the verdict in a sentence, and the whole text for the terminal.
 
 use super::{CampaignReport, MEASURES, NamedCampaign, TrialRecord};
-use crate::assess::Summary;
+use crate::assess::QUANTILES;
 use crate::report::study::grid::Grid;
 use crate::report::study::tables::{INTERVALS, probability_digits, probability_interval, tracking_note};
 use crate::units::DEG_PER_RAD;
@@ -37,19 +37,24 @@ pub fn verdict(report: &CampaignReport<'_>) -> String {
 
 /// Table of a campaign's quantities beside their limits, the one that tells the trials apart best first.
 pub fn measures(report: &CampaignReport<'_>, campaign: &NamedCampaign) -> Grid {
-    let head = ["", "mean", "std", "min", "max", "limit", "trials"];
+    let [median, most] = QUANTILES.map(|quantile| quantile.name);
+    let head = ["", "mean", "std", "min", median, most, "max", "limit", "trials"];
     let mut grid = Grid::new(&campaign.label, head);
     for place in report.telling() {
-        let (measure, s): (_, &Summary) = (&MEASURES[place], &campaign.summary.measures[place]);
+        let (measure, s) = (&MEASURES[place], campaign.summary.measures[place].summary());
+        let [median, most] = campaign.summary.quantiles(place).map(|x| x.unwrap_or(f64::NAN));
         let unit = if measure.unit.is_empty() { String::new() } else { format!(" [{}]", measure.unit) };
         let decimals = if measure.unit.is_empty() { 4 } else { 3 };
         let limit = (measure.limit)(&report.judge, report.mission);
         grid.row(
             &format!("{}{unit}", measure.name),
-            [s.mean(), s.std(), s.min(), s.max()].map(|x| number(x, decimals)).into_iter().chain([
-                limit.map_or_else(|| "none".to_owned(), |limit| number(limit, 2)),
-                s.count().to_string(),
-            ]),
+            [s.mean(), s.std(), s.min(), median, most, s.max()]
+                .map(|x| number(x, decimals))
+                .into_iter()
+                .chain([
+                    limit.map_or_else(|| "none".to_owned(), |limit| number(limit, 2)),
+                    s.count().to_string(),
+                ]),
         );
     }
     grid

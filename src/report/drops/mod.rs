@@ -9,7 +9,7 @@ pub mod trial;
 
 use std::fmt::Write as _;
 
-use crate::assess::{RandomDrop, Summary};
+use crate::assess::{BlockError, BlockSummary, RandomDrop};
 use crate::config::Mission;
 use crate::report::columns::columns;
 use crate::report::json::{head, object, text};
@@ -100,7 +100,7 @@ pub fn row(mission: &Mission, trial: &DropTrial) -> String {
 pub struct DropTally {
     flown: u64,
     failures: Vec<(u64, String)>,
-    summaries: [Summary; MEASURES.len()],
+    summaries: [BlockSummary; MEASURES.len()],
 }
 
 impl DropTally {
@@ -111,8 +111,40 @@ impl DropTally {
             self.failures.push((trial.drawn.trial, failure.clone()));
         }
         for (measure, summary) in MEASURES.iter().zip(&mut self.summaries) {
-            measured(measure, trial).into_iter().for_each(|x| summary.push(x));
+            summary.push(measured(measure, trial));
         }
+    }
+
+    /// No trials yet, the first of which will be trial number `first`.
+    pub fn from_trial(first: u64) -> Self {
+        Self { summaries: std::array::from_fn(|_| BlockSummary::from_trial(first)), ..Self::default() }
+    }
+
+    /// Statistics of the quantities, and the trials that failed with their reasons.
+    pub fn parts(&self) -> (&[BlockSummary], &[(u64, String)]) {
+        (&self.summaries, &self.failures)
+    }
+
+    /// The tally of so many trials with such statistics and failures, as [`DropTally::parts`] gives them.
+    pub fn from_parts(
+        flown: u64,
+        summaries: [BlockSummary; MEASURES.len()],
+        failures: Vec<(u64, String)>,
+    ) -> Self {
+        Self { flown, failures, summaries }
+    }
+
+    /// Takes the trials of a part that follows.
+    ///
+    /// # Errors
+    /// [`BlockError`] where it does not follow.
+    pub fn append(&mut self, part: &Self) -> Result<(), BlockError> {
+        for (summary, follows) in self.summaries.iter_mut().zip(&part.summaries) {
+            summary.append(follows)?;
+        }
+        self.flown += part.flown;
+        self.failures.extend_from_slice(&part.failures);
+        Ok(())
     }
 
     /// Trials.
@@ -143,7 +175,7 @@ pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
         tally.failures.len(),
     );
     out += &columns(&WIDTHS, ["", "mean", "std", "min", "max", "drops"]);
-    for ((_, words, _), s) in MEASURES.iter().zip(&tally.summaries) {
+    for ((_, words, _), s) in MEASURES.iter().zip(tally.summaries.iter().map(BlockSummary::summary)) {
         let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
         let [mean, std, min, max] = [s.mean(), s.std(), s.min(), s.max()].map(number);
         out += &columns(&WIDTHS, [*words, &mean, &std, &min, &max, &s.count().to_string()]);
@@ -159,6 +191,7 @@ pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
     let failures = tally.failures.iter();
     let failures = failures.map(|(trial, failure)| object! { trial: trial, failure: failure });
     let measures = MEASURES.iter().zip(&tally.summaries).map(|((name, ..), s)| {
+        let s = s.summary();
         object! { name: name, count: s.count(), mean: s.mean(), std: s.std(), min: s.min(), max: s.max() }
     });
     text(&object! {

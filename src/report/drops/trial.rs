@@ -24,7 +24,7 @@ pub struct DropTrial {
 
 /// Numbers of a drop that was released, in the units of files. What is not finite, as after a state that was
 /// none, would hide the other trials' means: it is `None`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DropNumbers {
     /// Pitch at the release [deg].

@@ -55,7 +55,7 @@ pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &TrialOutc
 pub fn trial_columns<'a>(
     trials: impl IntoIterator<Item = (&'a RandomRelease, &'a TrialOutcome)>,
 ) -> Vec<(&'static str, Vec<f64>)> {
-    let mut columns: Vec<_> = COLUMNS.split(',').skip(1).map(|name| (name, Vec::new())).collect();
+    let mut columns: Vec<_> = columns().map(|name| (name, Vec::new())).collect();
     for (release, outcome) in trials {
         let steady_after_s = outcome.steady_after_s.unwrap_or(f64::NAN);
         let values = numbers(release, outcome).into_iter().chain([steady_after_s]);
@@ -64,8 +64,13 @@ pub fn trial_columns<'a>(
     columns
 }
 
+/// Names of the columns behind the trial's number.
+pub fn columns() -> impl Iterator<Item = &'static str> {
+    COLUMNS.split(',').skip(1)
+}
+
 /// The numbers of a trial's line between the first and the last.
-fn numbers(release: &RandomRelease, outcome: &TrialOutcome) -> [f64; COLUMN_COUNT - 2] {
+pub fn numbers(release: &RandomRelease, outcome: &TrialOutcome) -> [f64; COLUMN_COUNT - 2] {
     let state = &release.state;
     let end = &outcome.final_v_ned;
     [
@@ -112,34 +117,46 @@ pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<TrialOutcome, R
     let steady: Option<Result<f64, _>> = (!steady.is_empty()).then(|| steady.parse());
     let steady_after_s = steady.transpose().map_err(|_| RowError::NotNumbers)?;
     let numbers: Result<Vec<f64>, _> = rest.split(',').map(str::parse).collect();
-    let Ok(
-        &[
-            amplitude,
-            phase,
-            _,
-            _,
-            _,
-            _,
-            j_tpf,
-            speed,
-            pitch,
-            rate,
-            roll,
-            roll_rate,
-            vn,
-            ve,
-            vd,
-            tilt,
-            way_north,
-            way_east,
-            way_down,
-        ],
-    ) = numbers.as_deref()
+    let numbers = numbers.map_err(|_| RowError::NotNumbers)?;
+    let outcome = outcome_of(&numbers, steady_after_s, expected)?;
+    if trial.parse() == Ok(expected.trial) { Ok(outcome) } else { Err(RowError::OtherTrial(expected.trial)) }
+}
+
+/// What came of a trial, from what [`numbers`] gives of it and the time to steady flight; it must be that of
+/// `expected`.
+///
+/// # Errors
+/// [`RowError`] when it is not.
+pub fn outcome_of(
+    numbers: &[f64],
+    steady_after_s: Option<f64>,
+    expected: &RandomRelease,
+) -> Result<TrialOutcome, RowError> {
+    let &[
+        amplitude,
+        phase,
+        _,
+        _,
+        _,
+        _,
+        j_tpf,
+        speed,
+        pitch,
+        rate,
+        roll,
+        roll_rate,
+        vn,
+        ve,
+        vd,
+        tilt,
+        way_north,
+        way_east,
+        way_down,
+    ] = numbers
     else {
         return Err(RowError::NotNumbers);
     };
-    let drawn = (expected.amplitude_rad, expected.phase_rad);
-    if trial.parse() != Ok(expected.trial) || (amplitude, phase) != drawn {
+    if (amplitude, phase) != (expected.amplitude_rad, expected.phase_rad) {
         return Err(RowError::OtherTrial(expected.trial));
     }
     Ok(TrialOutcome {

@@ -17,7 +17,7 @@ use crate::tune::{Evaluation, Longitudinal, Objective};
 const LIMIT: f64 = 1.0;
 
 /// The results of one set of gains on flights that no tuning saw.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct UnseenFlights {
     /// J_TPF of the flights, and how many of them stayed within every limit.
     pub tally: Tally,
@@ -30,7 +30,7 @@ impl UnseenFlights {
     pub fn of(flights: &[Evaluation]) -> Self {
         let mut unseen = Self { tally: Tally::default(), rms_worst: 0.0 };
         for flight in flights {
-            unseen.tally.j_tpf.push(flight.j_tpf);
+            unseen.tally.j_tpf.push(Some(flight.j_tpf));
             unseen.tally.safe.push(flight.j_tpf <= LIMIT);
             unseen.rms_worst = unseen.rms_worst.max(flight.rms);
         }

@@ -3,6 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::io::Write as _;
+use std::ops::Range;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
 
@@ -18,87 +20,66 @@ use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::{plan_j_tpf, tracking};
-use samara::report::campaign::{CampaignReport, CampaignSummary, NamedCampaign, TrialJudge, TrialRecord};
+use samara::report::campaign::exact::MeasureValues;
+use samara::report::campaign::{
+    CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialJudge, TrialRecord,
+};
 use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
+
+/// Where the files of flights go.
+pub struct Files<'a> {
+    /// Folder of those that are being flown.
+    pub scratch: &'a Path,
+    /// Folder in which those of trials that failed are kept.
+    pub kept: Option<&'a Path>,
+}
 
 impl Campaign<'_> {
     /// Flies what is missing of the campaign, writes and reports it.
     pub(super) fn fly_all(&self, folder: &OutputFolder, stop: &AtomicBool) -> Result<Answer, Failure> {
-        let trials = self.args.trials.unwrap_or(self.mission.study.monte_carlo.trials as u64);
-        let workers = self.workers();
+        let trials = self.args.trials_of(&self.mission);
         let (mut kept, there) = KeptDrops::open(self, folder, self.args.resume)?;
         kept.refuse_beyond(trials, &there)?;
         let done: BTreeSet<u64> = there.keys().copied().collect();
-        let csv = format!("{}.csv", self.name());
-        let mut file = folder.continued(&csv, 0)?;
-        let mut write = |text: &str| file.write_all(text.as_bytes()).context(csv.clone()).bad_input();
+        let (keep, csv) = (self.args.rows_kept(trials), self.csv());
+        let mut file = (keep != Keep::Summary).then(|| folder.continued(&csv, 0)).transpose()?;
+        let mut write = |text: &str| match &mut file {
+            Some(file) => file.write_all(text.as_bytes()).context(csv.clone()).bad_input(),
+            None => Ok(()),
+        };
         write(&header(&self.mission, self.pilot.name()))?;
-        let (next, mut tally) = (AtomicU64::new(0), DropTally::default());
-        let mut summary = CampaignSummary::default();
-        let (over, comes) = mpsc::channel();
-        let written = std::thread::scope(|scope| {
-            for place in 0..workers {
-                let (over, next, done) = (over.clone(), &next, &done);
-                scope.spawn(move || {
-                    while !stop.load(Ordering::Relaxed) {
-                        let trial = next.fetch_add(1, Ordering::Relaxed);
-                        if done.contains(&trial) {
-                            continue;
-                        }
-                        // Nobody listens any more when a file could not be written.
-                        if trial >= trials || over.send(self.trial(trial, place, stop)).is_err() {
-                            break;
-                        }
-                    }
-                });
-            }
-            drop(over);
-            // Lines are in order, whichever trial is over first.
-            let (mut early, mut wanted) = (there, 0);
-            let mut take_those_in_order = |early: &mut BTreeMap<u64, DropTrial>| {
-                while let Some(trial) = early.remove(&wanted) {
+        let (mut tally, mut summary) = (DropTally::default(), CampaignSummary::default());
+        let (mut early, mut wanted, mut values) = (there, 0, MeasureValues::default());
+        // Lines are in order, whichever trial is over first.
+        let mut take_those_in_order = |early: &mut BTreeMap<u64, DropTrial>| {
+            while let Some(trial) = early.remove(&wanted) {
+                if keep.keeps(trial.failure.is_some()) {
                     write(&row(&self.mission, &trial))?;
-                    tally.push(&trial);
-                    summary.push(&TrialRecord::of_drop(&trial));
-                    if !done.contains(&wanted) {
-                        Self::report(&trial, trials);
-                    }
-                    wanted += 1;
                 }
-                Ok::<(), Failure>(())
-            };
-            take_those_in_order(&mut early)?;
-            for over in comes.into_iter().flatten() {
-                if over.flown {
-                    kept.keep(self, &over)?;
+                let record = TrialRecord::of_drop(&trial);
+                tally.push(&trial);
+                summary.push(&record);
+                if keep == Keep::All {
+                    values.push(&record);
                 }
-                early.insert(over.trial.drawn.trial, over.trial);
-                take_those_in_order(&mut early)?;
+                if !done.contains(&wanted) {
+                    Self::report(&trial, trials);
+                }
+                wanted += 1;
             }
             Ok::<(), Failure>(())
-        });
-        written?;
-        let mut circumstances =
-            vec![("trials", trials.to_string()), ("autopilot", self.pilot.name().to_owned())];
-        circumstances.extend(kept.version().map(|version| ("autopilot_version", version.to_owned())));
-        let page = format!("{}.html", self.name());
-        if tally.flown() > 0 {
-            self.write_page(folder, trials, summary, &csv)?;
-        }
-        folder.write_manifest(&self.name(), &self.mission, &circumstances)?;
-        print(&if self.args.mission.json {
-            drops_json(&self.mission, self.pilot.name(), &tally)
-        } else {
-            let place = folder.path().join(&csv);
-            let table = drops_text(&self.mission, self.pilot.name(), &tally);
-            let page = folder.path().join(&page);
-            let (flown, failed) = (tally.flown(), tally.failed());
-            let verdict = match failed {
-                0 => format!("safe in all {flown} drops"),
-                _ => format!("NOT safe: {failed} of {flown} drops failed"),
-            };
-            format!("{table}\nlines in {}, start with {}\n{verdict}\n", place.display(), page.display())
+        };
+        take_those_in_order(&mut early)?;
+        let files = Files { scratch: self.folder, kept: Some(self.folder) };
+        self.fly_trials(0..trials, &done, &files, stop, |over| {
+            if over.flown {
+                kept.keep(self, &over)?;
+            }
+            early.insert(over.trial.drawn.trial, over.trial);
+            take_those_in_order(&mut early)
         })?;
+        summary.exact = (keep == Keep::All).then(|| values.quantiles());
+        self.finish(folder, kept.version(), (trials, keep), (&tally, summary))?;
         let complete = tally.flown() == trials;
         if !complete {
             print_err(&format!(
@@ -107,10 +88,81 @@ impl Campaign<'_> {
             ));
         }
         // Last: a folder that cannot be removed takes no result away.
-        for place in 0..workers {
+        for place in 0..self.workers() {
             remove_folder(&self.folder.join(format!("place_{place}")))?;
         }
         Ok(Answer::from(complete && !tally.any_failed()))
+    }
+
+    /// Flies those of the trials that are not done, side by side; each is taken as it is over, in any order.
+    pub fn fly_trials(
+        &self,
+        trials: Range<u64>,
+        done: &BTreeSet<u64>,
+        files: &Files<'_>,
+        stop: &AtomicBool,
+        mut take: impl FnMut(Over) -> Result<(), Failure>,
+    ) -> Result<(), Failure> {
+        let next = AtomicU64::new(trials.start);
+        let (over, comes) = mpsc::channel();
+        std::thread::scope(|scope| {
+            for place in 0..self.workers() {
+                let (over, next) = (over.clone(), &next);
+                scope.spawn(move || {
+                    while !stop.load(Ordering::Relaxed) {
+                        let trial = next.fetch_add(1, Ordering::Relaxed);
+                        if done.contains(&trial) {
+                            continue;
+                        }
+                        // Nobody listens any more when a file could not be written.
+                        if trial >= trials.end || over.send(self.trial(trial, place, files, stop)).is_err() {
+                            break;
+                        }
+                    }
+                });
+            }
+            drop(over);
+            comes.into_iter().flatten().try_for_each(&mut take)
+        })
+    }
+
+    /// Writes table, page and manifest of drops that are over, and reports them; the file of their lines,
+    /// where any are kept, is there.
+    pub fn finish(
+        &self,
+        folder: &OutputFolder,
+        version: Option<&str>,
+        (trials, keep): (u64, Keep),
+        (tally, summary): (&DropTally, CampaignSummary),
+    ) -> Result<(), Failure> {
+        let csv = (keep != Keep::Summary).then(|| self.csv());
+        let mut circumstances =
+            vec![("trials", trials.to_string()), ("autopilot", self.pilot.name().to_owned())];
+        circumstances.extend(version.map(|version| ("autopilot_version", version.to_owned())));
+        let page = format!("{}.html", self.name());
+        if tally.flown() > 0 {
+            self.write_page(folder, trials, summary, csv.clone())?;
+        }
+        folder.write_manifest(&self.name(), &self.mission, &circumstances)?;
+        print(&if self.args.mission.json {
+            drops_json(&self.mission, self.pilot.name(), tally)
+        } else {
+            let table = drops_text(&self.mission, self.pilot.name(), tally);
+            let lines = csv
+                .map_or_else(String::new, |csv| format!("lines in {}, ", folder.path().join(csv).display()));
+            let page = folder.path().join(&page);
+            let (flown, failed) = (tally.flown(), tally.failed());
+            let verdict = match failed {
+                0 => format!("safe in all {flown} drops"),
+                _ => format!("NOT safe: {failed} of {flown} drops failed"),
+            };
+            format!("{table}\n{lines}start with {}\n{verdict}\n", page.display())
+        })
+    }
+
+    /// Name of the file of lines.
+    pub fn csv(&self) -> String {
+        format!("{}.csv", self.name())
     }
 
     /// Writes the page of the campaign.
@@ -119,7 +171,7 @@ impl Campaign<'_> {
         folder: &OutputFolder,
         trials: u64,
         summary: CampaignSummary,
-        csv: &str,
+        csv: Option<String>,
     ) -> Result<(), Failure> {
         let (mission, name) = (&self.mission, self.name());
         let mut command = Command::of(self.args, mission);
@@ -138,13 +190,13 @@ impl Campaign<'_> {
                 name: name.clone(),
                 label: format!("{}, flown by {by}", mission.control.gains_name),
                 summary,
-                file: csv.to_owned(),
+                file: csv.clone(),
             }],
             cases: Vec::new(),
             tracking_period_s: tracking::control_period_s(&self.planned.trajectory),
         };
         let prefix = format!("{name}_");
-        write_page(folder, &report, [&name, &prefix], [], &[csv.to_owned()])
+        write_page(folder, &report, [&name, &prefix], [], csv.as_slice())
     }
 
     fn report(trial: &DropTrial, trials: u64) {
@@ -162,11 +214,11 @@ impl Campaign<'_> {
     }
 
     /// Flies a trial at one of the places; `None` when it was stopped. Whatever goes wrong is the trial's
-    /// failure. The files of one that failed are kept.
-    fn trial(&self, number: u64, place: u16, stop: &AtomicBool) -> Option<Over> {
+    /// failure. The files of one that failed are kept where there is a folder for them.
+    fn trial(&self, number: u64, place: u16, files: &Files<'_>, stop: &AtomicBool) -> Option<Over> {
         let drawn = self.mission.draw_drop(number);
         let failed = |why: &Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
-        let scratch = self.folder.join(format!("place_{place}"));
+        let scratch = files.scratch.join(format!("place_{place}"));
         // The files of the trial that was flown here before are not this one's.
         let emptied = if scratch.is_dir() { remove_folder(&scratch) } else { Ok(()) };
         let made = emptied.and_then(|()| OutputFolder::create(Some(&scratch), &self.mission.name));
@@ -187,23 +239,23 @@ impl Campaign<'_> {
             }
             Err(why) => (failed(why), None),
         };
-        if let Some(failure) = &mut trial.failure {
+        if let (Some(failure), Some(kept)) = (&mut trial.failure, files.kept) {
             let written =
                 conclusion.map_or(Ok(()), |conclusion| self.write(&drawn, conclusion, &folder, &narrator));
-            if let Err(why) = written.and_then(|()| self.keep(number, &folder)) {
+            if let Err(why) = written.and_then(|()| keep_files(kept, number, &folder)) {
                 *failure = format!("{failure}; {}", why.text());
             }
         }
         let by = flown.as_ref().ok().and_then(|flown| flown.by.clone());
         Some(Over { trial, flown: flown.is_ok(), version: by.and_then(|by| by.version) })
     }
+}
 
-    /// Keeps the files of a trial that failed.
-    fn keep(&self, trial: u64, folder: &OutputFolder) -> Result<(), Failure> {
-        let kept = self.folder.join(format!("trial_{trial}"));
-        remove_folder(&kept)?;
-        fs::rename(folder.path(), &kept)
-            .with_context(|| format!("cannot keep the files in {}", kept.display()))
-            .bad_input()
-    }
+/// Keeps the files of a trial that failed.
+fn keep_files(place: &Path, trial: u64, folder: &OutputFolder) -> Result<(), Failure> {
+    let kept = place.join(format!("trial_{trial}"));
+    remove_folder(&kept)?;
+    fs::rename(folder.path(), &kept)
+        .with_context(|| format!("cannot keep the files in {}", kept.display()))
+        .bad_input()
 }

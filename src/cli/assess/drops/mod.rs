@@ -7,8 +7,8 @@
 //! | `one` | one trial, once or many times |
 //! | this one | what every trial shares: how it is flown and judged |
 
-mod all;
-mod kept;
+pub mod all;
+pub mod kept;
 mod one;
 
 use std::fs;
@@ -24,7 +24,7 @@ use crate::cli::conclusion::Conclusion;
 use crate::cli::mission::print_origin;
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::{Flight, Flown, Pilot, pilot_and_mission};
-use crate::cli::planning::{Planned, plan_mission, write_plan};
+use crate::cli::planning::{Planned, TimedPlan, plan_mission, write_plan};
 use crate::cli::results::{OutputFolder, gone};
 use crate::cli::terminal::{print, print_err};
 use samara::assess::{DropMeasure, DropOutcome, RandomDrop};
@@ -40,10 +40,10 @@ use samara::report::{DropRun, plan_json, plan_text};
 const SIDE_BY_SIDE: u16 = 2;
 
 /// What every trial shares.
-struct Campaign<'a> {
+pub struct Campaign<'a> {
     args: &'a AssessArgs,
-    pilot: Box<dyn Pilot>,
-    mission: Mission,
+    pub pilot: Box<dyn Pilot>,
+    pub mission: Mission,
     planned: Planned,
     folder: &'a Path,
 }
@@ -55,29 +55,57 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
-    if timed.plan.status != Status::Converged {
-        print_err(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
-        if args.mission.json {
-            print(&plan_json(&mission, &timed.plan, Some(timed.solve_ms)))?;
-        }
-        return Ok(Answer::No);
-    }
-    let trajectory = timed.plan.trajectory.clone();
-    let planned = Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) };
+    let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
     pilot.check(&mission, &planned.trajectory, args.instance)?;
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
     match (args.only, args.repeat) {
         (Some(trial), Some(times)) => campaign.repeat(trial, times, &folder, stop),
         (Some(trial), None) => campaign.only(trial, stop),
         (None, _) => {
-            let mut places = 0..campaign.workers();
-            places.try_for_each(|place| campaign.pilot.check_instance(campaign.instance(place)))?;
+            campaign.check_places()?;
             campaign.fly_all(&folder, stop)
         }
     }
 }
 
-impl Campaign<'_> {
+/// The plan as it is flown, if it is one; else says why there is none.
+pub fn planned(args: &AssessArgs, mission: &Mission, timed: TimedPlan) -> Result<Option<Planned>, Failure> {
+    if timed.plan.status != Status::Converged {
+        print_err(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
+        if args.mission.json {
+            print(&plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+        }
+        return Ok(None);
+    }
+    let trajectory = timed.plan.trajectory.clone();
+    Ok(Some(Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) }))
+}
+
+impl<'a> Campaign<'a> {
+    /// What trials in a folder share.
+    #[cfg(feature = "shards")]
+    pub fn new(
+        args: &'a AssessArgs,
+        (pilot, mission): (Box<dyn Pilot>, Mission),
+        planned: Planned,
+        folder: &'a Path,
+    ) -> Self {
+        Self { args, pilot, mission, planned, folder }
+    }
+
+    /// Refuses vehicles side by side whose numbers or ports are taken.
+    pub fn check_places(&self) -> Result<(), Failure> {
+        let mut places = 0..self.workers();
+        places.try_for_each(|place| self.pilot.check_instance(self.instance(place)))
+    }
+
+    /// Refuses what would be wrong for each trial.
+    #[cfg(feature = "shards")]
+    pub fn check(&self) -> Result<(), Failure> {
+        self.pilot.check(&self.mission, &self.planned.trajectory, self.args.instance)?;
+        self.check_places()
+    }
+
     fn name(&self) -> String {
         let gains = self.mission.control.gains_name.trim_end_matches(".params");
         format!("drops_{}_{gains}", self.pilot.name())

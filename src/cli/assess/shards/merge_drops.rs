@@ -1,0 +1,80 @@
+//! The parts of a campaign of whole drops, put together.
+
+use std::io::{BufWriter, Write as _};
+
+use anyhow::Context as _;
+
+use super::parts::Parts;
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::args::AutopilotArg;
+use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::drops::{Campaign, planned};
+use crate::cli::mission::print_origin;
+use crate::cli::pilot::pilot_and_mission;
+use crate::cli::planning::{plan_mission, write_plan};
+use crate::cli::results::OutputFolder;
+use samara::report::campaign::exact::MeasureValues;
+use samara::report::campaign::{CampaignSummary, Keep, TrialRecord};
+use samara::report::drops::{DropTally, header, row};
+use samara::report::shard::rows::drop_rows;
+use samara::report::shard::summary::DropsPart;
+use samara::report::shard::{ShardError, ShardHead};
+
+/// Merges the drops.
+pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result<Answer, Failure> {
+    let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
+    print_origin(&args.mission, &mission)?;
+    parts.check_mission(&mission)?;
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let timed = plan_mission(&mission, false)?;
+    write_plan(&folder, &mission, &timed.plan)?;
+    let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
+    let campaign = Campaign::new(args, (pilot, mission), planned, folder.path());
+    let (mut tally, mut summary) = (DropTally::default(), CampaignSummary::default());
+    for part in &parts.parts {
+        let record: DropsPart = part.summary()?;
+        let trials = part.head.range();
+        let (of_page, of_table) =
+            (part.take(record.summary.summary(&trials))?, part.take(record.tally.tally(&trials))?);
+        part.take(summary.append(&of_page).map_err(ShardError::from))?;
+        part.take(tally.append(&of_table).map_err(ShardError::from))?;
+    }
+    let ShardHead { keep, trials, .. } = parts.head;
+    if keep != Keep::Summary {
+        let values = lines(&campaign, parts, &folder)?;
+        summary.exact = (keep == Keep::All).then(|| values.quantiles());
+    }
+    let all_safe = !tally.any_failed();
+    campaign.finish(&folder, parts.head.autopilot_version.as_deref(), (trials, keep), (&tally, summary))?;
+    Ok(Answer::from(all_safe))
+}
+
+/// Writes the lines of the trials that are kept; the numbers of those.
+fn lines(campaign: &Campaign<'_>, parts: &Parts, folder: &OutputFolder) -> Result<MeasureValues, Failure> {
+    let (name, mission) = (campaign.csv(), &campaign.mission);
+    let mut file = BufWriter::new(folder.continued(&name, 0)?);
+    let mut write = |text: &str| file.write_all(text.as_bytes()).context(name.clone()).bad_input();
+    write(&header(mission, campaign.pilot.name()))?;
+    let mut values = MeasureValues::default();
+    for part in &parts.parts {
+        let (mut found, mut next) = (0, part.head.first);
+        part.rows(
+            |table| drop_rows(table, mission),
+            |trial| {
+                let in_order = trial.drawn.trial >= next && trial.drawn.trial < part.head.end;
+                part.check_rows(u64::from(in_order), 1)?;
+                next = trial.drawn.trial + 1;
+                found += 1;
+                values.push(&TrialRecord::of_drop(&trial));
+                write(&row(mission, &trial))
+            },
+        )?;
+        let expected = match parts.head.keep {
+            Keep::All => part.head.end - part.head.first,
+            _ => part.summary::<DropsPart>()?.tally.failed(),
+        };
+        part.check_rows(found, expected)?;
+    }
+    file.flush().context(name.clone()).bad_input()?;
+    Ok(values)
+}

@@ -1,0 +1,108 @@
+//! The parts of the campaigns of a mission's own gains, put together.
+
+use std::io::{BufWriter, Write as _};
+use std::sync::atomic::AtomicBool;
+
+use anyhow::Context as _;
+
+use super::parts::{Part, Parts};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::campaign::{Campaign, TrialRunner};
+use crate::cli::assess::own;
+use crate::cli::assess::study::{converged, mission, runner};
+use crate::cli::narrator::Narrator;
+use crate::cli::planning::{plan_mission, write_plan};
+use crate::cli::results::OutputFolder;
+use samara::assess::{RandomRelease, TrialOutcome};
+use samara::report::campaign::Keep;
+use samara::report::campaign::own::own_entries;
+use samara::report::shard::ShardError;
+use samara::report::shard::rows::study_rows;
+use samara::report::shard::summary::StudyPart;
+use samara::report::study::campaign_csv::{file_name, header, parse_row};
+
+/// Merges the campaigns of a mission's own gains.
+pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
+    let narrator = &Narrator::alone(args.mission.json);
+    let mission = mission(args, narrator)?;
+    parts.check_mission(&mission)?;
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let timed = plan_mission(&mission, false)?;
+    write_plan(&folder, &mission, &timed.plan)?;
+    let Some(plan) = converged(args, &mission, timed, narrator)? else { return Ok(Answer::No) };
+    let stop = AtomicBool::new(false);
+    let runner = runner(args, &mission, &plan, &folder, &stop)?;
+    let mut campaigns = own_entries(&mission).bad_input()?.map(Campaign::new);
+    for part in &parts.parts {
+        let summaries: Vec<StudyPart> = part.summary()?;
+        for (campaign, summary) in campaigns.iter_mut().zip(&summaries) {
+            let all_there = summaries.len() == 2 && summary.name == campaign.entry.name;
+            let named =
+                if all_there { Ok(()) } else { Err(ShardError::NotAShard("the mission's campaigns")) };
+            part.take(named)?;
+            let shown = part.take(shown(summary, part, &runner))?;
+            let taken = part.take(summary.summary.summary(&part.head.range()))?;
+            part.take(campaign.append(&taken, shown).map_err(ShardError::from))?;
+        }
+    }
+    if runner.keep != Keep::Summary {
+        campaigns.iter_mut().try_for_each(|campaign| lines(campaign, &parts.parts, &runner))?;
+    }
+    campaigns.iter_mut().try_for_each(|campaign| campaign.find_quantiles(&runner))?;
+    own::report(args, &plan, &runner, &campaigns, None)
+}
+
+/// The first trials of the campaign, where they are of this part.
+fn shown(
+    summary: &StudyPart,
+    part: &Part,
+    runner: &TrialRunner<'_>,
+) -> Result<Vec<(RandomRelease, TrialOutcome)>, ShardError> {
+    let numbered = summary.shown.iter().zip(part.head.first..);
+    let trial = |(line, trial): (&String, u64)| {
+        let release = runner.draw(trial);
+        let outcome = parse_row(line, &release);
+        Ok((release, outcome.map_err(|_| ShardError::NotAShard("trials of this mission and seed"))?))
+    };
+    numbered.map(trial).collect()
+}
+
+/// Writes the lines of a campaign's trials that are kept.
+fn lines(campaign: &mut Campaign, parts: &[Part], runner: &TrialRunner<'_>) -> Result<(), Failure> {
+    let (name, campaign_name) = (file_name(&campaign.entry), campaign.entry.name);
+    let mut file = BufWriter::new(runner.folder.continued(&name, 0)?);
+    let path = runner.folder.path().join(&name);
+    let mut write = |text: &str| {
+        let written = file.write_all(text.as_bytes());
+        written.with_context(|| format!("cannot write {}", path.display())).bad_input()
+    };
+    write(&header(runner.mission, &campaign.entry))?;
+    let mut failed = 0;
+    for part in parts {
+        let (mut found, mut next) = (0, part.head.first);
+        let draw = |trial| runner.draw(trial);
+        part.rows(
+            |table| study_rows(table, campaign_name, draw),
+            |(release, outcome)| {
+                let in_order = release.trial >= next && release.trial < part.head.end;
+                part.check_rows(u64::from(in_order), 1)?;
+                next = release.trial + 1;
+                found += 1;
+                write(&campaign.line(&release, &outcome, runner))
+            },
+        )?;
+        match runner.keep {
+            Keep::All => part.check_rows(found, part.head.end - part.head.first)?,
+            _ => failed += found,
+        }
+    }
+    if runner.keep == Keep::Failures && failed != campaign.summary.failed() {
+        return Err(Failure::input(format!(
+            "{}: rows of {} failures are expected, found {failed}",
+            runner.folder.path().display(),
+            campaign.summary.failed()
+        )));
+    }
+    file.flush().with_context(|| format!("cannot write {}", path.display())).bad_input()
+}

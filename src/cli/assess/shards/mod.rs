@@ -1,0 +1,35 @@
+//! `samara assess --shard`: a part of a campaign in a file of its own, flown anywhere, any number of times;
+//! and `samara merge`, which makes of the parts what the campaign in one go makes.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `part` | what a part belongs to, and how it is reported |
+//! | `place` | where a part's file is: there and whole, or written aside and renamed |
+//! | `study` | parts of flights from t = 0 |
+//! | `drops` | parts of whole drops |
+//! | `parts` | the parts that are there, each trial in one of them |
+//! | `merge` | the parts put together |
+//! | `merge_study`, `merge_drops` | flights from t = 0, whole drops |
+
+mod drops;
+pub mod merge;
+mod merge_drops;
+mod merge_study;
+mod part;
+mod parts;
+mod place;
+mod study;
+
+use std::sync::atomic::AtomicBool;
+
+use super::args::AssessArgs;
+use crate::cli::answer::{Answer, Failure};
+use samara::report::shard::Shard;
+
+/// Flies a part of the campaign, unless it is there.
+pub fn run(args: &AssessArgs, shard: Shard, stop: &AtomicBool) -> Result<Answer, Failure> {
+    match &args.autopilot {
+        Some(autopilot) => drops::run(args, autopilot, shard, stop),
+        None => study::run(args, shard, stop),
+    }
+}

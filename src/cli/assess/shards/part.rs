@@ -1,0 +1,64 @@
+//! What a part of a campaign belongs to, and how it is reported.
+
+use super::place::Place;
+use crate::cli::answer::{Answer, Failure};
+use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::command::arguments;
+use crate::cli::terminal::{print, print_err};
+use samara::config::Mission;
+use samara::report::json::VERSION;
+use samara::report::shard::{Shard, ShardHead};
+
+/// Rows of a row group: those that are in memory at once.
+pub const GROUP_ROWS: usize = 1 << 16;
+
+/// What a part of the campaign belongs to.
+pub fn head_of(args: &AssessArgs, mission: &Mission, autopilot: Option<&str>, shard: Shard) -> ShardHead {
+    let trials = args.trials_of(mission);
+    let keep = args.rows_kept(trials);
+    let part = shard.trials(trials);
+    ShardHead {
+        mission: mission.name.clone(),
+        version: VERSION.to_owned(),
+        seed: mission.seed,
+        input_hash: mission.inputs.hash.clone(),
+        autopilot: autopilot.map(str::to_owned),
+        autopilot_version: None,
+        trials,
+        bound: args.bound,
+        keep,
+        first: part.start,
+        end: part.end,
+        arguments: arguments(args, mission, trials, keep),
+    }
+}
+
+/// Reports a part that is there: flown now, or before.
+pub fn report(
+    args: &AssessArgs,
+    shard: Shard,
+    head: &ShardHead,
+    place: &Place,
+    flown: bool,
+) -> Result<Answer, Failure> {
+    let (first, count, path) = (head.first, head.end - head.first, place.path());
+    let file = path.display();
+    print(&if args.mission.json {
+        let object = serde_json::json!({
+            "mission": head.mission, "version": head.version, "seed": head.seed, "input_hash": head.input_hash,
+            "shard": shard.shard, "of": shard.of, "first": first, "trials": count,
+            "file": file.to_string(), "flown": flown,
+        });
+        format!("{object:#}\n")
+    } else {
+        let how = if flown { "flown" } else { "there already" };
+        format!("shard {} of {}, {count} trials from {first} on: {how}, {file}\n", shard.shard, shard.of)
+    })?;
+    Ok(Answer::Yes)
+}
+
+/// Reports a part that was stopped: nothing of it is there.
+pub fn stopped(shard: Shard) -> Answer {
+    print_err(&format!("shard {} of {}: stopped, not written\n", shard.shard, shard.of));
+    Answer::No
+}

@@ -1,0 +1,94 @@
+//! A part of the campaigns of a mission's own gains.
+
+use std::io::Write;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use super::part::{GROUP_ROWS, head_of, report, stopped};
+use super::place::{Aside, Place};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::campaign::{BLOCK, TrialRunner};
+use crate::cli::assess::study::{converged, mission, runner};
+use crate::cli::narrator::Narrator;
+use crate::cli::planning::plan_mission;
+use crate::cli::progress::Progress;
+use crate::cli::results::OutputFolder;
+use samara::assess::{RandomRelease, StudyEntry};
+use samara::report::campaign::own::own_entries;
+use samara::report::campaign::{CampaignSummary, SHOWN, TrialRecord};
+use samara::report::shard::rows::{StudyRow, study_table};
+use samara::report::shard::summary::{StudyPart, SummaryRecord};
+use samara::report::shard::{Shard, ShardHead, ShardWriter};
+use samara::report::study::campaign_csv::write_row;
+
+/// Flies the part, unless it is there.
+pub fn run(args: &AssessArgs, shard: Shard, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let narrator = Narrator::alone(true);
+    let mission = mission(args, &narrator)?;
+    let head = head_of(args, &mission, None, shard);
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let place = Place::new(folder.path(), shard)?;
+    if place.is_whole(&head)? {
+        return report(args, shard, &head, &place, false);
+    }
+    let plan = plan_mission(&mission, false)?;
+    let Some(plan) = converged(args, &mission, plan, &narrator)? else { return Ok(Answer::No) };
+    let runner = runner(args, &mission, &plan, &folder, stop)?;
+    let entries = own_entries(&mission).bad_input()?;
+    let aside = place.begin()?;
+    let mut writer = aside.named(ShardWriter::new(aside.file()?, &study_table("", &[])))?;
+    let progress = Progress::new("assess", "flights", entries.len() as u64 * (head.end - head.first));
+    let mut parts = Vec::new();
+    for entry in &entries {
+        let Some(part) = fly(entry, &head, &runner, &progress, (&mut writer, &aside))? else {
+            progress.finish();
+            return Ok(stopped(shard));
+        };
+        parts.push(part);
+    }
+    progress.finish();
+    aside.named(writer.finish(&head, &parts))?;
+    aside.finish()?;
+    report(args, shard, &head, &place, true)
+}
+
+/// Flies the part of one campaign; `None` when it was stopped.
+fn fly<W: Write + Send>(
+    entry: &StudyEntry,
+    head: &ShardHead,
+    runner: &TrialRunner<'_>,
+    progress: &Progress,
+    (writer, aside): (&mut ShardWriter<W>, &Aside),
+) -> Result<Option<StudyPart>, Failure> {
+    progress.set_message(entry.name);
+    let mut summary = CampaignSummary::from_trial(head.first);
+    let (mut rows, mut shown) = (Vec::new(), Vec::new());
+    let mut next = head.first;
+    while next < head.end {
+        if runner.stop.load(Ordering::Relaxed) {
+            return Ok(None);
+        }
+        let releases: Vec<RandomRelease> =
+            (next..head.end.min(next + BLOCK)).map(|trial| runner.draw(trial)).collect();
+        for (release, outcome) in releases.iter().zip(runner.fly(entry, &releases)) {
+            let record = TrialRecord::of_flight(release.trial, &outcome, &runner.judge);
+            summary.push(&record);
+            if release.trial < SHOWN as u64 {
+                let mut line = String::new();
+                write_row(&mut line, release, &outcome);
+                shown.push(line.trim_end().to_owned());
+            }
+            if head.keep.keeps(record.failure.is_some()) {
+                rows.push(StudyRow { release: *release, outcome, failure: record.failure });
+            }
+        }
+        if rows.len() >= GROUP_ROWS {
+            aside.named(writer.write(&study_table(entry.name, &rows)))?;
+            rows.clear();
+        }
+        next += releases.len() as u64;
+        progress.inc(releases.len() as u64);
+    }
+    aside.named(writer.write(&study_table(entry.name, &rows)))?;
+    Ok(Some(StudyPart { name: entry.name.to_owned(), summary: SummaryRecord::of(&summary), shown }))
+}

@@ -1,0 +1,148 @@
+//! Parts of a campaign that are flown apart, each a Parquet file: rows for whoever reads Parquet, and in its
+//! metadata what the part belongs to and its statistics, for `samara merge`.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`table`] | rows as columns of [Parquet](https://parquet.apache.org/docs/file-format/), in row groups |
+//! | [`rows`] | the rows of flights from t = 0 and of whole drops |
+//! | [`summary`] | statistics of a part as JSON, to the last bit |
+//! | this one | what a part belongs to, and where a campaign is cut |
+//!
+//! A part's bytes depend on the campaign's inputs and on where it is cut, not on who flies it or when.
+
+pub mod rows;
+pub mod summary;
+pub mod table;
+
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use super::campaign::Keep;
+pub use table::{Column, ShardReader, ShardWriter, Table, Values};
+
+/// Most parts of a campaign: their numbers have five digits.
+pub const SHARDS_MOST: u64 = 100_000;
+
+/// Part number `shard` of `of` parts, from 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// Number of the part.
+    pub shard: u64,
+    /// Number of parts.
+    pub of: u64,
+}
+
+impl Shard {
+    /// The trials of this part of a campaign of so many: `[floor(shard trials/of), floor((shard+1)
+    /// trials/of))`.
+    pub fn trials(&self, trials: u64) -> Range<u64> {
+        let of = u128::from(self.of.max(1));
+        let cut = |shard: u64| u64::try_from(u128::from(shard) * u128::from(trials) / of).unwrap_or(trials);
+        cut(self.shard)..cut(self.shard + 1)
+    }
+
+    /// Name of the part's file, `00017-of-01000.parquet`.
+    pub fn file_name(&self) -> String {
+        format!("{:05}-of-{:05}.parquet", self.shard, self.of)
+    }
+}
+
+/// What a part belongs to.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ShardHead {
+    /// Name of the mission.
+    pub mission: String,
+    /// Version of samara.
+    pub version: String,
+    /// Seed of everything random.
+    pub seed: u64,
+    /// SHA-256 of all inputs, hexadecimal.
+    pub input_hash: String,
+    /// Name of the autopilot that flew whole drops; `None`: flights from t = 0 by the mission's own gains.
+    pub autopilot: Option<String>,
+    /// Version of the autopilot, where it reports one.
+    pub autopilot_version: Option<String>,
+    /// Trials of the whole campaign.
+    pub trials: u64,
+    /// J_TPF that a safe trial stays below.
+    pub bound: f64,
+    /// Rows that are kept.
+    pub keep: Keep,
+    /// First trial of the part.
+    pub first: u64,
+    /// Trial after the last of the part.
+    pub end: u64,
+    /// Arguments of `samara assess` that fly the campaign.
+    pub arguments: Vec<String>,
+}
+
+/// A part is of another campaign.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("this shard is of another campaign: {what} {found}, expected {expected}")]
+pub struct OtherCampaign {
+    /// What differs.
+    pub what: &'static str,
+    /// The value of the part.
+    pub found: String,
+    /// The value of the campaign.
+    pub expected: String,
+}
+
+impl ShardHead {
+    /// The trials of the part.
+    pub fn range(&self) -> Range<u64> {
+        self.first..self.end
+    }
+
+    /// Refuses a part of another campaign than that of `self`; versions of an autopilot are compared where
+    /// both are known.
+    ///
+    /// # Errors
+    /// [`OtherCampaign`] with the first difference.
+    pub fn check_same_campaign(&self, part: &Self) -> Result<(), OtherCampaign> {
+        let words = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
+        let keep = |keep: Keep| format!("{keep:?}").to_lowercase();
+        let version = |head: &Self| match (&self.autopilot_version, &part.autopilot_version) {
+            (Some(_), Some(_)) => words(&head.autopilot_version),
+            _ => String::new(),
+        };
+        let differs = |what, of: &dyn Fn(&Self) -> String| {
+            let (found, expected) = (of(part), of(self));
+            (found != expected).then_some(OtherCampaign { what, found, expected })
+        };
+        let differences = [
+            differs("mission", &|head| head.mission.clone()),
+            differs("version of samara", &|head| head.version.clone()),
+            differs("seed", &|head| head.seed.to_string()),
+            differs("hash of the inputs", &|head| head.input_hash.clone()),
+            differs("autopilot", &|head| words(&head.autopilot)),
+            differs("version of the autopilot", &version),
+            differs("number of trials", &|head| head.trials.to_string()),
+            differs("bound", &|head| head.bound.to_string()),
+            differs("rows that are kept", &|head| keep(head.keep)),
+        ];
+        differences.into_iter().flatten().next().map_or(Ok(()), Err)
+    }
+}
+
+/// Why a file is not a part of a campaign.
+#[derive(Debug, thiserror::Error)]
+pub enum ShardError {
+    /// The file cannot be read or written, or is no Parquet file.
+    #[error("as a Parquet file")]
+    Parquet(#[from] parquet::errors::ParquetError),
+    /// The metadata is not what samara writes.
+    #[error("the metadata of a shard, as `samara assess --shard` writes it, is expected")]
+    Metadata(#[from] serde_json::Error),
+    /// The file is Parquet, but not what samara writes.
+    #[error("a shard, as `samara assess --shard` writes it, is expected: {0}")]
+    NotAShard(&'static str),
+    /// Statistics do not follow each other.
+    #[error("the statistics of the shard do not fit its trials")]
+    Blocks(#[from] crate::assess::BlockError),
+}
+
+#[cfg(test)]
+mod tests;
