@@ -111,7 +111,7 @@ pub struct PatienceArgs {
     ///
     /// Where many drops are flown, also for an answer. A single drop waits for an answer for ever: PX4 may
     /// stand still in a debugger.
-    #[arg(long = "patience", value_name = "S", default_value_t = PATIENCE_S, value_parser = positive)]
+    #[arg(long = "patience", value_name = "S", default_value_t = PATIENCE_S, value_parser = positive, hide_short_help = true)]
     seconds: f64,
 }
 
@@ -197,8 +197,8 @@ impl ChoiceArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Autopilot")]
 pub struct StateArgs {
-    /// What the autopilot takes its state from.
-    #[arg(long, value_enum, default_value_t = EstimatorChoice::Truth)]
+    /// What the autopilot takes its state from: truth or ekf.
+    #[arg(long, value_enum, default_value_t = EstimatorChoice::Truth, hide_possible_values = true)]
     pub estimator: EstimatorChoice,
 }
 

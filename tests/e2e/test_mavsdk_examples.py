@@ -96,7 +96,8 @@ def test_params(samara, example):
     assert any(line.endswith("Ok") for line in says("set", "NAV_DLL_ACT", "1"))
     assert any(line.endswith("Ok") for line in says("set", "MIS_TAKEOFF_ALT", "4.5"))
     assert "MIS_TAKEOFF_ALT: 4.5" in says("get", "MIS_TAKEOFF_ALT")
-    # A whole number it gives as an integer first, which is refused for its type, then as what the parameter is.
-    assert "Setting 4 as integer...Setting 4 as float...Ok" in says("set", "MIS_TAKEOFF_ALT", "4")
+    # A whole number it gives as an integer first, which is refused for its type, and at once as what the parameter is. Which of the
+    # two answers MAVSDK 4.1.0 takes for that of the second is a race of its own: it is set in either case.
+    assert any("Setting 4 as integer...Setting 4 as float..." in line for line in says("set", "MIS_TAKEOFF_ALT", "4"))
     assert "MIS_TAKEOFF_ALT: 4.0" in says("get", "MIS_TAKEOFF_ALT")
     assert "NAV_DLL_ACT: 1" in says("get", "NAV_DLL_ACT")

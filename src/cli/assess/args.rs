@@ -193,7 +193,7 @@ pub struct AssessArgs {
     ///
     /// A worker that is killed leaves nothing running.
     #[cfg(unix)]
-    #[arg(long)]
+    #[arg(long, hide_short_help = true)]
     pub with_parent: bool,
     /// Fly trial K alone, with flight log and figures.
     ///
@@ -232,7 +232,7 @@ pub struct AssessArgs {
     /// Number of the first vehicle; those side by side have the next.
     ///
     /// With --autopilot.
-    #[arg(long, help_heading = "Autopilot", value_name = "0..9", default_value_t = 0, value_parser = instance, requires = "autopilot")]
+    #[arg(long, help_heading = "Autopilot", value_name = "0..9", default_value_t = 0, value_parser = instance, requires = "autopilot", hide_short_help = true)]
     pub instance: u16,
     /// How long PX4 may keep a flight waiting.
     #[command(flatten)]
@@ -243,7 +243,7 @@ pub struct AssessArgs {
     /// Threads to fly on; the results do not depend on it.
     ///
     /// [default: one for each core; 2 for drops by PX4, and there no more than instances are left]
-    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256), hide_short_help = true)]
     pub threads: Option<u16>,
 }
 
