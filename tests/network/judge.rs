@@ -34,18 +34,19 @@ pub fn broken(trouble: &Trouble, seen: &Outcome) -> Vec<String> {
     must(seen.most_connections <= MOST_CONNECTIONS, "connections are bounded");
     must(seen.strangers_heard == 0, "with a key nobody is heard who has not signed now");
     must(seen.strangers_told == 0, "with a key nothing goes to who has not signed");
-    // In a storm it may be started anew, and then meets whoever speaks first.
-    let met = trouble.kind != Kind::Storm;
-    must(!(met && seen.other_armed), "the streamer commands no other vehicle");
+    must(!seen.other_armed, "the streamer commands no other vehicle than the one that it met");
     must(seen.blind_releases == 0, "no release is commanded while the autopilot was not last heard armed");
     must(!(seen.unarmed && seen.simulator_yes), "a release while disarmed is no success of the simulator");
-    must(!(seen.ever_unarmed && seen.streamer_yes), "a release while disarmed is no success of the streamer");
+    must(
+        !(seen.streamers_unarmed() && seen.streamer_yes),
+        "a release while disarmed is no success of the streamer",
+    );
     must(
         !seen.simulator_yes || seen.released && seen.logged_s > 9.9 && !seen.failsafe,
         "exit 0 of the simulator: released, to the end, by the plan alone",
     );
     must(!seen.simulator_yes || seen.last_error_m_s < 0.16, "exit 0 of the simulator: steady at the end");
-    must(!seen.streamer_yes || seen.ever_released, "exit 0 of the streamer: released");
+    must(!seen.streamer_yes || seen.streamers_released(), "exit 0 of the streamer: released");
     let loses = matches!(trouble.kind, Kind::Lossy | Kind::Broken | Kind::Storm);
     let shows_s = if loses { SHOWS_IN_SPITE_S } else { SHOWS_S };
     must(!seen.streamer_yes || seen.left_s < shows_s, "exit 0 of the streamer: the plan flown in OFFBOARD");

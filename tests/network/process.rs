@@ -129,6 +129,8 @@ impl<S> Process<S> {
         for (from, call) in calls.drain(..) {
             let Some(door) = *door else { continue };
             match call {
+                // An address has one connection at a time.
+                Call::Dial if connections.contains(&from) => {}
                 Call::Dial => {
                     hub.accept(unix, door, from);
                     connections.push(from);

@@ -21,9 +21,12 @@ pub struct Outcome {
     /// The last flight was released; while the autopilot was not armed.
     pub released: bool,
     pub unarmed: bool,
-    /// Any flight was released.
-    pub ever_released: bool,
-    pub ever_unarmed: bool,
+    /// Flights of the simulator that are over or have begun, and the one that the streamer's began with.
+    pub flight: usize,
+    pub streamers_flight: usize,
+    /// The last flight that was released; that was released while the autopilot was not armed.
+    last_released: Option<usize>,
+    last_unarmed: Option<usize>,
     /// The parachute was commanded by the streamer while the autopilot's last HEARTBEAT was not armed.
     pub blind_releases: usize,
     /// Longest time that the autopilot was out of OFFBOARD or disarmed between t = 0 and the plan's end,
@@ -50,7 +53,7 @@ pub struct Outcome {
     pub strangers_told: usize,
     /// A party has told somebody that the clocks differ.
     pub other_clock: bool,
-    /// The other vehicle was armed, by whomever.
+    /// The other vehicle was armed while the streamer had met ours first.
     pub other_armed: bool,
     /// Wishes of the operator: asked, granted.
     pub wishes: [usize; 2],
@@ -82,8 +85,28 @@ impl Outcome {
     /// A flight that is over, or is about to start over.
     pub fn note_flight(&mut self, simulator: &HilSession) {
         let events = &simulator.run().record().events;
-        self.ever_released |= events.iter().any(|e| matches!(e.event, DropEvent::Released { .. }));
-        self.ever_unarmed |= events.iter().any(|e| e.event == DropEvent::ReleasedUnarmed);
+        if events.iter().any(|e| matches!(e.event, DropEvent::Released { .. })) {
+            self.last_released = Some(self.flight);
+        }
+        if events.iter().any(|e| e.event == DropEvent::ReleasedUnarmed) {
+            self.last_unarmed = Some(self.flight);
+        }
+        self.flight += 1;
+    }
+
+    /// The streamer begins with the flight of this moment.
+    pub fn note_streamers_beginning(&mut self) {
+        self.streamers_flight = self.flight;
+    }
+
+    /// A flight was released since the streamer's began.
+    pub fn streamers_released(&self) -> bool {
+        self.last_released.is_some_and(|flight| flight >= self.streamers_flight)
+    }
+
+    /// One of them while the autopilot was not armed.
+    pub fn streamers_unarmed(&self) -> bool {
+        self.last_unarmed.is_some_and(|flight| flight >= self.streamers_flight)
     }
 
     /// The vehicle has said nothing to the operator for so long [us].

@@ -62,6 +62,7 @@ fn regress_one_forged_datagram_spoils_no_drop() {
 /// |---|---|
 /// | whom the streamer believes, clock included (`link/streamer/trust.rs`) | 31 |
 /// | what makes its exit 0 (the same file) | 19 |
+/// | whom it commands (`Met::spoken_to`, the same file) | 4 of the 20 of `Kind::Twin` |
 /// | a time-out needs wall time and an empty socket (`link/streamer/patience.rs`) | 2 |
 /// | who pauses gets its place back (`link/hub`) | 4 |
 /// | RADIO_STATUS admits nobody (`link/hub`) | 21 |
@@ -76,6 +77,11 @@ fn regress_seeds_that_were_red() {
     for (seed, kind) in [
         (1, Kind::Misled),
         (4, Kind::Twin),
+        (123, Kind::Twin),
+        (276, Kind::Twin),
+        (883, Kind::Storm),
+        (2379, Kind::Storm),
+        (3263, Kind::Storm),
         (23, Kind::Triggered),
         (90, Kind::Meddled),
         (138, Kind::Stalled),

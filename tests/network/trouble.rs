@@ -204,8 +204,8 @@ impl Trouble {
                 };
                 self.wire = wire;
             }
-            // Ours has been met.
-            Kind::Twin => self.other_from = Some(self.wall(dice.between(2.0, 6.0))),
+            // Ours has been met; before its modes and arming as a rule.
+            Kind::Twin => self.other_from = Some(self.wall(dice.between(0.3, 4.0))),
             Kind::Meddled => {
                 for _ in 0..1 + dice.below(4) {
                     let at = self.wall(dice.between(0.0, 9.0));

@@ -4,10 +4,11 @@
 use std::time::Duration;
 
 use mavlink::dialects::common::{MavCmd, MavMessage, MavModeFlag};
+use samara::link::streamer::StreamerState;
 use samara::link::{Link, LogEntry, Pace, Session as _, Transmit};
 
 use super::process::Received;
-use super::wire::{Event, Host, Vehicle, ports};
+use super::wire::{Event, Host, Vehicle};
 use super::world::{DELAY_US, Pair, World};
 
 /// The shell's.
@@ -176,17 +177,22 @@ impl World<'_> {
     fn turn_of_streamer(&mut self) {
         let host = Host::Streamer;
         let (now, unix) = (self.now, self.unix(host));
-        let Self { streamer, heard_armed, .. } = self;
+        let Self { streamer, heard_armed, met, .. } = self;
         if streamer.session.is_over() {
             return;
         }
         let before = streamer.session.now();
         let received = streamer.receive(unix, |session, link, from, frame| {
-            if from == ports::AUTOPILOT_API
+            if let Some(Host::Autopilot(vehicle)) = Host::of(from)
                 && frame.component_id == 1
                 && let Some(MavMessage::HEARTBEAT(m)) = frame.known()
             {
-                *heard_armed = m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+                if session.state() == StreamerState::WaitingForVehicle {
+                    *met = Some(vehicle);
+                }
+                if vehicle == Vehicle::Ours {
+                    *heard_armed = m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+                }
             }
             session.handle_input(link, frame);
         });
@@ -194,10 +200,14 @@ impl World<'_> {
         if is_empty {
             streamer.session.handle_empty(Duration::from_micros(now - streamer.started), false);
         }
-        if streamer.session.now() == before {
+        let since = streamer.session.now();
+        if since == before {
             streamer.session.handle_silence(Duration::from_micros(now - streamer.waiting));
         } else {
             streamer.waiting = now;
+        }
+        if since < before {
+            self.seen.note_streamers_beginning();
         }
         let events: Vec<_> = std::iter::from_fn(|| streamer.session.poll_event()).collect();
         let mut out = Vec::new();
@@ -241,6 +251,8 @@ impl World<'_> {
         self.seen.most_served = served.into_iter().fold(self.seen.most_served, usize::max);
         self.seen.look(&pair.simulator.session, &pair.autopilot.session);
         let other = self.other.as_ref();
-        self.seen.other_armed |= other.is_some_and(|pair| pair.autopilot.session.autopilot().is_armed());
+        let is_armed = other.is_some_and(|pair| pair.autopilot.session.autopilot().is_armed());
+        self.seen.other_armed |= is_armed && !self.other_is_armed && self.met == Some(Vehicle::Ours);
+        self.other_is_armed = is_armed;
     }
 }

@@ -58,6 +58,9 @@ pub struct World<'a> {
     pub(super) recorded: VecDeque<Datagram>,
     pub(super) connections: u32,
     pub(super) heard_armed: bool,
+    /// Whose autopilot the streamer has met, and whether the other one is armed.
+    pub(super) met: Option<Vehicle>,
+    pub(super) other_is_armed: bool,
     pub(super) seen: Outcome,
 }
 
@@ -92,6 +95,8 @@ impl<'a> World<'a> {
             recorded: VecDeque::new(),
             connections: 0,
             heard_armed: false,
+            met: None,
+            other_is_armed: false,
             seen: Outcome::default(),
         };
         for host in Host::ALL {
@@ -323,6 +328,8 @@ impl<'a> World<'a> {
             Host::Streamer => {
                 self.streamer = process::streamer(trouble, now, unix);
                 self.streamer.resume(unix, stamps);
+                self.met = None;
+                self.seen.note_streamers_beginning();
                 None
             }
             Host::Operator => None,
