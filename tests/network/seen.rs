@@ -21,10 +21,11 @@ pub struct Outcome {
     /// The last flight was released; while the autopilot was not armed.
     pub released: bool,
     pub unarmed: bool,
-    /// Flights of the simulator that are over or have begun, and the one that the streamer's began with.
-    pub flight: usize,
-    pub streamers_flight: usize,
-    /// The last flight that was released; that was released while the autopilot was not armed.
+    /// Number of the simulator's flight: one more whenever its process or its autopilot's connection is new.
+    flight: usize,
+    /// The flight of the moment at which the streamer met its vehicle, or began anew with it.
+    streamers_flight: usize,
+    /// The last flight that was released, and the last that was while the autopilot was not armed.
     last_released: Option<usize>,
     last_unarmed: Option<usize>,
     /// The parachute was commanded by the streamer while the autopilot's last HEARTBEAT was not armed.
@@ -53,7 +54,7 @@ pub struct Outcome {
     pub strangers_told: usize,
     /// A party has told somebody that the clocks differ.
     pub other_clock: bool,
-    /// The other vehicle was armed while the streamer had met ours first.
+    /// The other vehicle was armed after the streamer had met ours.
     pub other_armed: bool,
     /// Wishes of the operator: asked, granted.
     pub wishes: [usize; 2],
@@ -94,17 +95,17 @@ impl Outcome {
         self.flight += 1;
     }
 
-    /// The streamer begins with the flight of this moment.
+    /// The streamer has met its vehicle, or begins anew with it, in the flight of this moment.
     pub fn note_streamers_beginning(&mut self) {
         self.streamers_flight = self.flight;
     }
 
-    /// A flight was released since the streamer's began.
+    /// The streamer's flight, or a later one, was released.
     pub fn streamers_released(&self) -> bool {
         self.last_released.is_some_and(|flight| flight >= self.streamers_flight)
     }
 
-    /// One of them while the autopilot was not armed.
+    /// The streamer's flight, or a later one, was released while the autopilot was not armed.
     pub fn streamers_unarmed(&self) -> bool {
         self.last_unarmed.is_some_and(|flight| flight >= self.streamers_flight)
     }

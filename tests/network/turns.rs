@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use mavlink::dialects::common::{MavCmd, MavMessage, MavModeFlag};
 use samara::link::streamer::StreamerState;
-use samara::link::{Link, LogEntry, Pace, Session as _, Transmit};
+use samara::link::{Link, LogEntry, Pace, Session as _, StreamerSession, Transmit};
 
 use super::process::Received;
 use super::wire::{Event, Host, Vehicle};
@@ -22,6 +22,11 @@ pub(super) const WAKE_US: u64 = 5;
 /// Two ends of the connection between simulator and autopilot.
 const SIMULATORS: usize = 0;
 const AUTOPILOTS: usize = 1;
+
+/// Whether the streamer has met no vehicle so far.
+pub(super) fn waits(streamer: &StreamerSession) -> bool {
+    streamer.state() == StreamerState::WaitingForVehicle
+}
 
 impl World<'_> {
     pub(super) fn turn(&mut self, host: Host) {
@@ -181,13 +186,13 @@ impl World<'_> {
         if streamer.session.is_over() {
             return;
         }
-        let before = streamer.session.now();
+        let (before, waited) = (streamer.session.now(), waits(&streamer.session));
         let received = streamer.receive(unix, |session, link, from, frame| {
             if let Some(Host::Autopilot(vehicle)) = Host::of(from)
                 && frame.component_id == 1
                 && let Some(MavMessage::HEARTBEAT(m)) = frame.known()
             {
-                if session.state() == StreamerState::WaitingForVehicle {
+                if waits(session) {
                     *met = Some(vehicle);
                 }
                 if vehicle == Vehicle::Ours {
@@ -206,7 +211,7 @@ impl World<'_> {
         } else {
             streamer.waiting = now;
         }
-        if since < before {
+        if since < before || waited && !waits(&streamer.session) {
             self.seen.note_streamers_beginning();
         }
         let events: Vec<_> = std::iter::from_fn(|| streamer.session.poll_event()).collect();

@@ -4,7 +4,6 @@
 use std::collections::VecDeque;
 
 use mavlink::dialects::common::MavModeFlag;
-use samara::link::streamer::StreamerState;
 use samara::link::{AutopilotSession, HilSession, Pace, StreamerSession};
 use samara::random::Stream;
 
@@ -13,7 +12,7 @@ use super::operator::Operator;
 use super::process::{self, EPOCH_US, Process, Wired};
 use super::seen::Outcome;
 use super::trouble::{Act, Trouble};
-use super::turns::WAKE_US;
+use super::turns::{self, WAKE_US};
 use super::wire::{Address, Call, Datagram, Event, Host, Queue, Vehicle, ports};
 
 /// From a socket to the next [us].
@@ -120,8 +119,8 @@ impl<'a> World<'a> {
             }
             self.now = at;
             self.happen(event);
-            let waits = self.streamer.session.state() == StreamerState::WaitingForVehicle;
-            let streamed = self.streamer.session.is_over() || waits || !self.trouble.streams;
+            let streamer = &self.streamer.session;
+            let streamed = streamer.is_over() || turns::waits(streamer) || !self.trouble.streams;
             if self.ours.simulator.session.pace() == Pace::Done && streamed && at > troubles_end {
                 self.seen.ended = true;
                 break;
@@ -329,7 +328,6 @@ impl<'a> World<'a> {
                 self.streamer = process::streamer(trouble, now, unix);
                 self.streamer.resume(unix, stamps);
                 self.met = None;
-                self.seen.note_streamers_beginning();
                 None
             }
             Host::Operator => None,
