@@ -15,7 +15,7 @@ const MOST_TOLD: usize = 400;
 pub struct Outcome {
     /// Both came to an end by themselves.
     pub ended: bool,
-    /// Exit 0 of the simulator and of the streamer, if there was one that met a vehicle.
+    /// Exit 0 of the simulator and of the streamer, if there was one that met our vehicle.
     pub simulator_yes: bool,
     pub streamer_yes: bool,
     /// The last flight was released; while the autopilot was not armed.

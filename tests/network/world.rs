@@ -128,6 +128,8 @@ impl<'a> World<'a> {
         }
         self.seen.note_unserved(self.operator.silence(self.now));
         self.seen.conclude(&self.ours.simulator.session, &self.streamer.session);
+        // What it says of the other vehicle says nothing of ours.
+        self.seen.streamer_yes &= self.met != Some(Vehicle::Other);
         self.seen
     }
 

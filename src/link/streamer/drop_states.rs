@@ -93,7 +93,7 @@ impl StreamerSession {
                 }) {
                     self.report(StreamerEvent::Armed);
                     // As a heartbeat will show; one that shows otherwise counts.
-                    self.flight.vehicle.armed = true;
+                    self.flight.vehicle.note_armed(now, true);
                     (self.flight.armed_at, self.flight.braced_at) = (now, None);
                     self.enter(StreamerState::Hanging);
                 }
@@ -111,6 +111,8 @@ impl StreamerSession {
             return;
         }
         let system_id = self.config.vehicle_system;
+        // A HEARTBEAT has no time of its own, and this may be the first that is known.
+        self.flight.vehicle.armed_since = self.flight.now;
         self.report(StreamerEvent::VehicleHeard(system_id));
         if self.config.clock == Clock::Vehicle {
             // As fine as the control loop.
@@ -238,7 +240,7 @@ impl StreamerSession {
             self.flight.released_at = Some(released_at);
             self.flight.conduct.obeyed |= self.flight.state == StreamerState::Releasing;
             self.flight.conduct.told |= reported;
-            self.flight.conduct.note_release(self.flight.now, self.flight.vehicle.armed);
+            self.flight.conduct.note_release(self.flight.now, self.flight.vehicle.was_armed_at(released_at));
             self.report(StreamerEvent::Released { released_at, reported });
         }
     }

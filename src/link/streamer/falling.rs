@@ -37,7 +37,9 @@ impl StreamerSession {
         if self.flight.released_at.is_none() {
             (self.flight.released_at, self.flight.fall) = (Some(fall.began_at), Some(fall));
             self.flight.conduct.told = true;
-            self.flight.conduct.note_release(self.flight.now, self.flight.vehicle.armed);
+            self.flight
+                .conduct
+                .note_release(self.flight.now, self.flight.vehicle.was_armed_at(fall.began_at));
             self.report(StreamerEvent::Falls(fall));
         }
     }

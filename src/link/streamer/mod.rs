@@ -72,6 +72,7 @@ use crate::link::statustext::TextReader;
 use crate::link::wire::{heartbeat_after, heartbeat_of};
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::replan::{Renewal, ReplanAnswer, ReplanRecord, ReplanRequest, ReplanSetup};
+use crate::sim::DropEvent;
 use crate::time::{TimeUs, Timed, microseconds, seconds};
 use crate::trajectory::Trajectory;
 
@@ -571,6 +572,9 @@ impl Session for StreamerSession {
         match (from.1, frame.known()) {
             (AUTOPILOT_COMPONENT | PARACHUTE_COMPONENT, Some(MavMessage::STATUSTEXT(m))) => {
                 for text in self.texts.take(from, m) {
+                    // Between two HEARTBEATs of the autopilot nobody else sees it.
+                    let is_unarmed = text == DropEvent::ReleasedUnarmed.to_string();
+                    self.flight.conduct.strayed |= is_unarmed && from.1 == PARACHUTE_COMPONENT;
                     self.take_text(m.severity as u8, text);
                 }
             }

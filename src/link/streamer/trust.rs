@@ -12,7 +12,8 @@
 //!
 //! **A drop that was streamed to its end is a success only if** the vehicle was released on our command, or,
 //! where something else releases it, was reported released or found falling; and was armed in OFFBOARD by
-//! every HEARTBEAT from the release to the first one after the plan's end, which were no more than 3 s apart.
+//! every HEARTBEAT from the release to the first one after the plan's end, which were no more than 3 s apart;
+//! was found armed before the release, whenever that became known; and the parachute has not said otherwise.
 
 use crate::link::parachute::PARACHUTE_COMPONENT;
 use crate::link::peer::{PeerId, Recipient};
@@ -86,8 +87,8 @@ pub(super) struct Conduct {
     seen_at: Option<TimeUs>,
     /// It was unseen for too long.
     unseen: bool,
-    /// It was seen other than armed in OFFBOARD.
-    strayed: bool,
+    /// It was seen other than armed in OFFBOARD, or the parachute has said so of the release.
+    pub(super) strayed: bool,
     /// The first HEARTBEAT after the plan's end has come.
     is_judged: bool,
 }
@@ -103,7 +104,7 @@ impl Conduct {
         }
     }
 
-    /// The release has become known at `now`, while the vehicle was last heard to be armed, or not.
+    /// The release has become known at `now`; `armed`: the vehicle was armed then by what had been heard.
     pub(super) fn note_release(&mut self, now: TimeUs, armed: bool) {
         self.strayed |= !armed;
         self.seen_at = Some(now);

@@ -29,6 +29,8 @@ pub(super) struct VehicleView {
     /// Time of the latest heartbeat.
     pub shown_at: TimeUs,
     pub armed: bool,
+    /// Since when it has been heard to be armed [us]; of no meaning while it is not.
+    pub armed_since: TimeUs,
     pub offboard: bool,
     /// In a mode that controls altitude or position, where PX4's tilt limit moves.
     pub controls: bool,
@@ -73,12 +75,26 @@ impl VehicleView {
         let [.., main, _] = m.custom_mode.to_le_bytes();
         self.heartbeat_heard = true;
         self.shown_at = now;
-        self.armed = m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+        self.note_armed(now, m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
         self.offboard = FlightMode::from_custom_mode(m.custom_mode) == Some(FlightMode::Offboard);
         self.controls =
             (FlightMode::Altctl.main_number()..=FlightMode::AutoLoiter.main_number()).contains(&main);
         let changes = [("armed", was_armed, self.armed), ("in OFFBOARD", was_offboard, self.offboard)];
         changes.into_iter().filter(|(_, was, is)| *was && !is).map(|(what, ..)| what).collect()
+    }
+
+    /// It is armed, or is not, by what has come at `now`.
+    pub(super) fn note_armed(&mut self, now: TimeUs, armed: bool) {
+        if armed && !self.armed {
+            self.armed_since = now;
+        }
+        self.armed = armed;
+    }
+
+    /// Whether it is armed by what was heard last, and had been at a time [us]: what happened then may become
+    /// known only after an arming that followed it.
+    pub(super) fn was_armed_at(&self, time: TimeUs) -> bool {
+        self.armed && self.armed_since <= time
     }
 
     /// Whether it was last heard, or has acknowledged, to be armed in OFFBOARD.
