@@ -173,6 +173,7 @@ impl Narrator {
             | StreamerEvent::Trap { .. }
             | StreamerEvent::Refused { .. }
             | StreamerEvent::Unanswered { .. }
+            | StreamerEvent::TooManyTexts
             | StreamerEvent::Lost { .. } => self.warn(&format!("{event}\n")),
             _ => self.say(&format!("{event}\n")),
         }

@@ -16,6 +16,10 @@ const CLOCKS_DIFFER_S: f64 = 60.0;
 /// three where some are lost.
 const SHOWS_S: f64 = 1.6;
 const SHOWS_IN_SPITE_S: f64 = 3.1;
+/// From the end of a stall to the release [s]: two HEARTBEATs until OFFBOARD is seen to be lost, and three
+/// seconds after the arming that follows.
+const RECOVERS_S: f64 = 5.5;
+const MISSION_S: f64 = 10.0;
 /// Streams for ground stations are at least this often [s].
 const UNSERVED_S: f64 = 3.0;
 
@@ -51,10 +55,13 @@ pub fn broken(trouble: &Trouble, seen: &Outcome) -> Vec<String> {
     let shows_s = if loses { SHOWS_IN_SPITE_S } else { SHOWS_S };
     must(!seen.streamer_yes || seen.left_s < shows_s, "exit 0 of the streamer: the plan flown in OFFBOARD");
     let unanswered = |why: &String| why.contains("has come") || why.contains("never answered");
+    let stalled = trouble.kind == Kind::Stalled;
     must(
-        trouble.kind != Kind::Stalled || seen.released && !seen.gave_up.as_ref().is_some_and(unanswered),
+        !stalled || !seen.gave_up.as_ref().is_some_and(unanswered),
         "who was not scheduled for a while does not give up",
     );
+    let in_time = trouble.stall_ends_s() + RECOVERS_S < MISSION_S;
+    must(!stalled || seen.released || !in_time, "who was not scheduled for a while releases nevertheless");
     // A drop that must bear its trouble.
     let in_time = trouble.clocks_differ_s() < CLOCKS_DIFFER_S;
     let borne = match trouble.kind {

@@ -184,6 +184,16 @@ impl Trouble {
         autopilot + tries * 250_000 + 100 + (t_s / self.speed * 1e6) as u64
     }
 
+    /// Simulated time at about which the last stall, or what is held up, ends [s].
+    pub fn stall_ends_s(&self) -> f64 {
+        let ends = self.acts.iter().filter_map(|(at, act)| match act {
+            Act::Stall(_, long_us) | Act::HoldUp(_, long_us) => Some(at + long_us),
+            _ => None,
+        });
+        let last = ends.max().unwrap_or(0);
+        last.saturating_sub(self.wall(0.0)) as f64 * 1e-6 * self.speed
+    }
+
     fn bring(&mut self, kind: Kind, dice: &mut Stream) {
         match kind {
             Kind::Calm => {}

@@ -194,11 +194,13 @@ impl StreamerSession {
         let settled = now >= self.flight.armed_at + self.config.settle_us;
         let hang = microseconds(self.config.hang_s);
         let ahead = self.velocity_before_release();
-        if settled && ahead > 0 && now + ahead >= hang && self.shows_itself_ready() && !self.is_on_ground() {
+        // Before it has settled, so that what was lost is asked for again at once.
+        let ready = (self.config.commands_release || ahead > 0) && self.shows_itself_ready();
+        if ready && settled && ahead > 0 && now + ahead >= hang && !self.is_on_ground() {
             self.flight.braced_at.get_or_insert(now);
         }
         let braced = ahead == 0 || self.flight.braced_at.is_some_and(|at| now >= at + ahead);
-        if self.config.commands_release && settled && braced && self.shows_itself_ready() && now >= hang {
+        if ready && self.config.commands_release && settled && braced && now >= hang {
             let late = now - hang;
             if late >= LATE_US {
                 self.report(StreamerEvent::Late(late));

@@ -126,6 +126,8 @@ pub enum StreamerEvent {
         /// The text.
         text: String,
     },
+    /// Vehicle and parachute say more than anybody can read: what follows is not reported for a while.
+    TooManyTexts,
     /// The vehicle's clock has jumped back to the time of this report: it has been started anew, and so is
     /// the streamer.
     VehicleRestarted,
@@ -243,6 +245,7 @@ impl StreamerEvent {
             Self::ReleaseAsked => "release commanded",
             Self::Tracking => "streaming the plan",
             Self::Target => "plan at its end, streaming the target velocity",
+            Self::TooManyTexts => "the vehicle says more than can be read: what it says now is left out",
             Self::VehicleRestarted => "the vehicle's clock went back: starting over",
             Self::Done => "stream ended",
             _ => "",

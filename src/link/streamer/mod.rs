@@ -13,6 +13,7 @@
 //! | `download` | a file of the vehicle's, by MAVLink FTP |
 //! | `patience` | when what was sent counts as unanswered |
 //! | `falling` | the release, found by the fall that the vehicle's accelerometer shows |
+//! | `flood` | how many of the vehicle's texts are reported |
 //! | `silence` | how long nothing has come |
 //! | `trust` | whom it believes; what makes a drop a success |
 //! | `event` | what is reported |
@@ -53,6 +54,7 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use self::download::Download;
+use self::flood::{Flood, Told};
 use self::parameters::Exchange;
 use self::patience::Wire;
 use self::replanning::Replanning;
@@ -81,6 +83,7 @@ mod download;
 mod drop_states;
 mod event;
 mod falling;
+mod flood;
 mod parameters;
 mod patience;
 mod px4_states;
@@ -151,6 +154,7 @@ pub struct StreamerSession {
     replanning: Option<Replanning>,
     flight: Flight,
     texts: TextReader,
+    flood: Flood,
     silence: Silence,
     wire: Wire,
     met: Met,
@@ -213,6 +217,7 @@ impl StreamerSession {
             replanning: None,
             flight: Flight::default(),
             texts: TextReader::default(),
+            flood: Flood::default(),
             silence: Silence::default(),
             wire: Wire::default(),
             met: Met::default(),
@@ -516,7 +521,11 @@ impl StreamerSession {
             return self.take_absence(name);
         }
         self.flight.vehicle.remember(self.flight.now, text.clone());
-        self.report(StreamerEvent::Text { severity, text });
+        match self.flood.take(self.wire.wall()) {
+            Told::Yes => self.report(StreamerEvent::Text { severity, text }),
+            Told::Last => self.report(StreamerEvent::TooManyTexts),
+            Told::No => {}
+        }
     }
 
     fn take_absence(&mut self, name: &str) {

@@ -39,6 +39,11 @@ impl Wire {
         }
     }
 
+    /// Wall time since the host began, as last told.
+    pub(super) fn wall(&self) -> Option<Duration> {
+        self.empty_at
+    }
+
     /// A message that is sent now.
     pub(super) fn send(&self, now: TimeUs) -> Sent {
         Sent { at: now, wall: self.empty_at }
