@@ -130,6 +130,7 @@ impl StreamerSession {
             return self.enter(StreamerState::Streaming);
         }
         self.wish(MavCmd::MAV_CMD_REQUEST_MESSAGE, [AUTOPILOT_VERSION_DATA::ID as f32, 0.0, 0.0]);
+        self.flight.readiness.version_asked = Some(self.wire.send(self.flight.now));
         self.wish_for(SYS_STATUS_DATA::ID, 100_000);
         self.wish_for(ESTIMATOR_STATUS_DATA::ID, 100_000);
         self.wish_for(EXTENDED_SYS_STATE_DATA::ID, 20_000);
@@ -194,8 +195,10 @@ impl StreamerSession {
         let settled = now >= self.flight.armed_at + self.config.settle_us;
         let hang = microseconds(self.config.hang_s);
         let ahead = self.velocity_before_release();
-        // Before it has settled, so that what was lost is asked for again at once.
-        let ready = (self.config.commands_release || ahead > 0) && self.shows_itself_ready();
+        // What was lost is asked for again in time to settle until the release.
+        let is_near = now + self.config.settle_us + ahead >= hang;
+        let asks = if ahead > 0 { is_near } else { self.config.commands_release && (is_near || settled) };
+        let ready = asks && self.shows_itself_ready();
         if ready && settled && ahead > 0 && now + ahead >= hang && !self.is_on_ground() {
             self.flight.braced_at.get_or_insert(now);
         }

@@ -51,7 +51,10 @@ mod tests {
         let told: Vec<Told> = (0..u64::from(MOST) + 3).map(|i| flood.take(at(1 + i % 2))).collect();
         assert!(told[..MOST as usize].iter().all(|t| *t == Told::Yes), "{told:?}");
         assert_eq!(told[MOST as usize..], [Told::Last, Told::No, Told::No]);
-        assert_eq!([flood.take(at(9)), flood.take(at(10)), flood.take(at(10))], [Told::No, Told::Yes, Told::Yes]);
+        assert_eq!(
+            [flood.take(at(9)), flood.take(at(10)), flood.take(at(10))],
+            [Told::No, Told::Yes, Told::Yes]
+        );
     }
 
     #[test]

@@ -56,7 +56,7 @@ use nalgebra::Vector3;
 use self::download::Download;
 use self::flood::{Flood, Told};
 use self::parameters::Exchange;
-use self::patience::Wire;
+use self::patience::{Sent, Wire};
 use self::replanning::Replanning;
 use self::request::Request;
 use self::setpoint::{Asked, SetpointSource};
@@ -196,6 +196,8 @@ struct Flight {
 #[derive(Clone, Debug, Default)]
 struct Readiness {
     exchange: Option<Exchange>,
+    /// AUTOPILOT_VERSION has been asked for.
+    version_asked: Option<Sent>,
     /// The version of PX4 that the vehicle flies, or is taken for.
     px4: Option<&'static Version>,
     aligned_since: Option<TimeUs>,

@@ -97,7 +97,10 @@ impl StreamerSession {
         let patience_us = self.config.site_span_us(VERSION_US);
         let probing = self.flight.readiness.exchange.is_some();
         if by_version.is_none() && !probing {
-            if vehicle.version.is_none() && self.flight.now < self.flight.since + patience_us {
+            let asked = self.flight.readiness.version_asked;
+            let has_waited =
+                asked.is_none_or(|sent| self.wire.has_waited(sent, self.flight.now, patience_us));
+            if vehicle.version.is_none() && !has_waited {
                 return;
             }
             self.flight.readiness.exchange = Some(Exchange::new(&BTreeMap::new(), Version::probes()));
