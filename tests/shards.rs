@@ -251,6 +251,52 @@ fn what_is_not_one_campaign_is_refused() {
     }
 }
 
+/// The ID is of what the merge compares: another trial number, seed or bound is another campaign, the folder
+/// and the number of parts are not; a part of another campaign than the one asked for is not flown.
+#[test]
+fn a_campaign_is_known_by_its_id() {
+    let described = |more: &[&str]| -> serde_json::Value {
+        let output = run(&[&["assess", QUICK, "--describe"], more].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let of = described(&["--trials", "40"]);
+    let mission = Mission::shipped("x500_drop").unwrap();
+    for (key, expected) in [
+        ("mission", mission.name.as_str()),
+        ("version", env!("CARGO_PKG_VERSION")),
+        ("input_hash", mission.inputs.hash.as_str()),
+        ("keep", "all"),
+    ] {
+        assert_eq!(of[key], expected, "{key}");
+    }
+    assert_eq!((&of["seed"], &of["trials"], &of["autopilot"]), (&1.into(), &40.into(), &().into()));
+    let id = of["campaign"].as_str().unwrap();
+    assert_eq!(
+        described(&["--trials", "40", "--seed", "1", "--keep", "all", "--threads", "1"])["campaign"],
+        id
+    );
+    let others: [&[&str]; 5] = [
+        &["--trials", "41"],
+        &["--trials", "40", "--seed", "7"],
+        &["--trials", "40", "--bound", "0.9"],
+        &["--trials", "40", "--keep", "summary"],
+        &["--trials", "40", "--autopilot", "px4-model"],
+    ];
+    let out = tempfile::tempdir().unwrap();
+    for other in others.map(described) {
+        let other = other["campaign"].as_str().unwrap();
+        assert_ne!(other, id);
+        let output = fly("0/40", out.path(), &["--campaign", other]);
+        assert_eq!(code(&output), 2);
+        assert!(stderr(&output).contains(id) && stderr(&output).contains(other), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read_dir(out.path()).unwrap().count(), 0, "not even the folder of parts");
+    let output = fly("39/40", out.path(), &["--campaign", id]);
+    assert_eq!(code(&output), 0, "{}", stderr(&output));
+    assert_eq!(code(&fly("0/40", out.path(), &["--campaign", "x"])), 2);
+}
+
 /// Killed in the middle, flown by two at once, a disk that is full: no file, or the file; nothing else
 /// remains.
 #[cfg(unix)]
@@ -331,6 +377,17 @@ fn a_part_ends_with_its_parent() {
         waited_ms += 20;
     }
     assert!(there(out.path()).is_empty(), "{:?}", there(out.path()));
+}
+
+/// A parent that ended before its child looked is noticed by its number: here one that never was the parent.
+#[cfg(unix)]
+#[test]
+fn a_part_whose_parent_was_gone_before_is_not_flown() {
+    let out = tempfile::tempdir().unwrap();
+    let args = ["assess", QUICK, "--trials", "100000000", "--shard", "0/1", "--with-parent=1"];
+    let output = run(&[&args[..], &["--out", text(out.path())]].concat());
+    assert_eq!(code(&output), 1, "{}", stderr(&output));
+    assert!(stderr(&output).contains("stopped, not written") && there(out.path()).is_empty());
 }
 
 /// The statistics of trials `first` to `end`, each quantity of which is 0.5, with a tenth of the trials

@@ -119,12 +119,14 @@ pub fn block_on<F: Future>(
     })
 }
 
-/// Raises a flag when the process that started this one has ended. The system's own signal for that would
-/// come when the thread that started it ends.
+/// Raises a flag when the process that started this one has ended: `parent`, where its number is known, so
+/// that one that ended before this looked is noticed. The system's own signal for that would come when the
+/// thread that started this one ends.
 #[cfg(unix)]
-pub fn raise_without_parent(flag: &Arc<AtomicBool>) -> Result<(), Failure> {
+pub fn raise_without_parent(flag: &Arc<AtomicBool>, parent: Option<u32>) -> Result<(), Failure> {
     const LOOK_EVERY: Duration = Duration::from_millis(100);
-    let (raised, parent) = (flag.clone(), std::os::unix::process::parent_id());
+    let raised = flag.clone();
+    let parent = parent.unwrap_or_else(std::os::unix::process::parent_id);
     let watch = move || {
         while std::os::unix::process::parent_id() == parent {
             pause(LOOK_EVERY);

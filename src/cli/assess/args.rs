@@ -80,6 +80,20 @@ pub struct ShardArgs {
         conflicts_with_all = ["paper", "effects", "envelope", "replan", "free_fall", "only", "resume"]
     )]
     pub shard: Option<Shard>,
+    /// Fly the part only if it is one of the campaign of this ID, as --describe prints it.
+    ///
+    /// Another version, mission, seed or option is refused before anything is flown.
+    #[arg(long, value_name = "ID", value_parser = campaign_id, requires = "shard", hide_short_help = true)]
+    pub campaign: Option<String>,
+    /// Print as JSON which campaign this is, and fly nothing.
+    ///
+    /// With its ID, which --campaign takes, and the arguments that fly it anywhere.
+    #[arg(
+        long,
+        hide_short_help = true,
+        conflicts_with_all = ["shard", "paper", "effects", "envelope", "replan", "free_fall", "only", "resume"]
+    )]
+    pub describe: bool,
 }
 
 #[cfg(feature = "shards")]
@@ -88,6 +102,14 @@ fn shard(text: &str) -> Result<Shard, String> {
     let fits = |(shard, of): &(u64, u64)| (1..=SHARDS_MOST).contains(of) && shard < of;
     let shard = parts.filter(fits).map(|(shard, of)| Shard { shard, of });
     shard.ok_or_else(|| format!("I/N is expected, N from 1 to {SHARDS_MOST}, I from 0 to N-1, such as 0/4"))
+}
+
+#[cfg(feature = "shards")]
+fn campaign_id(text: &str) -> Result<String, String> {
+    let fits = text.len() == 64 && text.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'));
+    fits.then(|| text.to_owned()).ok_or_else(|| {
+        "64 hexadecimal digits are expected, `campaign` of `samara assess .. --describe`".to_owned()
+    })
 }
 
 fn keep(text: &str) -> Result<Keep, String> {
@@ -191,10 +213,18 @@ pub struct AssessArgs {
     pub part: ShardArgs,
     /// End when the process that started this one ends.
     ///
-    /// A worker that is killed leaves nothing running.
+    /// A worker that is killed leaves nothing running. With PID, that process: one that has ended before this
+    /// looked is noticed, too.
     #[cfg(unix)]
-    #[arg(long, hide_short_help = true)]
-    pub with_parent: bool,
+    #[arg(
+        long,
+        value_name = "PID",
+        num_args = 0..=1,
+        require_equals = true,
+        value_parser = whole::<u32>(1..=u64::from(u32::MAX)),
+        hide_short_help = true
+    )]
+    pub with_parent: Option<Option<u32>>,
     /// Fly trial K alone, with flight log and figures.
     ///
     /// Of each campaign: prints what was drawn and what came of it.

@@ -54,8 +54,13 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
     let args = &args;
     let stop = interrupt_flag()?;
     #[cfg(unix)]
-    if args.with_parent {
-        raise_without_parent(&stop)?;
+    if let Some(parent) = args.with_parent {
+        raise_without_parent(&stop, parent)?;
+    }
+    #[cfg(feature = "shards")]
+    if args.part.describe {
+        refuse_options(args)?;
+        return shards::describe(args);
     }
     #[cfg(feature = "shards")]
     if let Some(shard) = args.part.shard {

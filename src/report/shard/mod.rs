@@ -17,6 +17,7 @@ pub mod table;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
+use sha2::{Digest as _, Sha256};
 
 use super::campaign::Keep;
 pub use table::{Column, ShardReader, ShardWriter, Table, Values};
@@ -94,6 +95,15 @@ impl ShardHead {
     /// The trials of the part.
     pub fn range(&self) -> Range<u64> {
         self.first..self.end
+    }
+
+    /// SHA-256 of all that makes two parts parts of one campaign, hexadecimal; the version of an autopilot,
+    /// which is not known before it flies, is left out.
+    pub fn campaign_id(&self) -> String {
+        let Self { mission, version, seed, input_hash, autopilot, trials, bound, keep, .. } = self;
+        let told = serde_json::json!([mission, version, seed, input_hash, autopilot, trials, bound, keep]);
+        let digest = Sha256::digest(told.to_string().as_bytes());
+        digest.iter().map(|byte| format!("{byte:02x}")).collect()
     }
 
     /// Refuses a part of another campaign than that of `self`; versions of an autopilot are compared where

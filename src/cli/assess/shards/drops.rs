@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::part::{GROUP_ROWS, head_of, report, stopped};
+use super::part::{GROUP_ROWS, check_campaign, head_of, report, stopped};
 use super::place::Place;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
@@ -29,6 +29,7 @@ pub fn run(
 ) -> Result<Answer, Failure> {
     let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
     let mut head = head_of(args, &mission, Some(pilot.name()), shard);
+    check_campaign(args, &head)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let place = Place::new(folder.path(), shard)?;
     if place.is_whole(&head)? {

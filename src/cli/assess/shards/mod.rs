@@ -23,8 +23,24 @@ mod study;
 use std::sync::atomic::AtomicBool;
 
 use super::args::AssessArgs;
+use super::study::mission;
 use crate::cli::answer::{Answer, Failure};
+use crate::cli::narrator::Narrator;
+use crate::cli::pilot::pilot_and_mission;
 use samara::report::shard::Shard;
+
+/// Reports which campaign the arguments make, and flies nothing.
+pub fn describe(args: &AssessArgs) -> Result<Answer, Failure> {
+    let whole = Shard { shard: 0, of: 1 };
+    let head = match &args.autopilot {
+        Some(autopilot) => {
+            let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
+            part::head_of(args, &mission, Some(pilot.name()), whole)
+        }
+        None => part::head_of(args, &mission(args, &Narrator::alone(true))?, None, whole),
+    };
+    part::describe(&head)
+}
 
 /// Flies a part of the campaign, unless it is there.
 pub fn run(args: &AssessArgs, shard: Shard, stop: &AtomicBool) -> Result<Answer, Failure> {

@@ -33,6 +33,30 @@ pub fn head_of(args: &AssessArgs, mission: &Mission, autopilot: Option<&str>, sh
     }
 }
 
+/// Refuses a part of another campaign than the one of `--campaign`.
+pub fn check_campaign(args: &AssessArgs, head: &ShardHead) -> Result<(), Failure> {
+    let found = head.campaign_id();
+    match args.part.campaign.as_ref().filter(|expected| **expected != found) {
+        None => Ok(()),
+        Some(expected) => Err(Failure::input(format!(
+            "campaign {expected} is expected, this is {found}: mission {}, samara {}, seed {}, inputs {}, {} trials; \
+             `--describe` has the rest",
+            head.mission, head.version, head.seed, head.input_hash, head.trials
+        ))),
+    }
+}
+
+/// Reports which campaign a part would belong to.
+pub fn describe(head: &ShardHead) -> Result<Answer, Failure> {
+    let object = serde_json::json!({
+        "campaign": head.campaign_id(), "mission": head.mission, "version": head.version, "seed": head.seed,
+        "input_hash": head.input_hash, "autopilot": head.autopilot, "trials": head.trials,
+        "bound": head.bound, "keep": head.keep, "arguments": head.arguments,
+    });
+    print(&format!("{object:#}\n"))?;
+    Ok(Answer::Yes)
+}
+
 /// Reports a part that is there: flown now, or before.
 pub fn report(
     args: &AssessArgs,

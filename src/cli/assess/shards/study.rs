@@ -3,7 +3,7 @@
 use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::part::{GROUP_ROWS, head_of, report, stopped};
+use super::part::{GROUP_ROWS, check_campaign, head_of, report, stopped};
 use super::place::{Aside, Place};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::assess::args::AssessArgs;
@@ -26,6 +26,7 @@ pub fn run(args: &AssessArgs, shard: Shard, stop: &AtomicBool) -> Result<Answer,
     let narrator = Narrator::alone(true);
     let mission = mission(args, &narrator)?;
     let head = head_of(args, &mission, None, shard);
+    check_campaign(args, &head)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let place = Place::new(folder.path(), shard)?;
     if place.is_whole(&head)? {

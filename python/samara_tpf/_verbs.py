@@ -1,0 +1,265 @@
+"""The verbs: what is given is checked, and goes to the extension module."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Sequence
+from typing import Literal, TypeAlias, overload
+
+from . import _samara
+from ._columns import Columns
+from ._errors import MissionError, PlanError, TuneError
+from ._given import Asked, DesignAsked, GainsLike, MissionLike, given, mission
+from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Renewals, Tuning
+
+Cadence: TypeAlias = Literal["release"] | float
+"""When a plan is renewed: at the release, or from it on at a rate in Hz."""
+
+
+def missions() -> list[str]:
+    """Names of the missions that samara brings along."""
+    return _samara.missions()
+
+
+def plan(
+    mission: MissionLike = "titan_drop",
+    *,
+    nodes: int | None = None,
+    tolerance: float | None = None,
+    max_iterations: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Plan:
+    """Plans the transition from the release to the target velocity by direct collocation, (25)-(39).
+
+    ``nodes``, ``tolerance`` and ``max_iterations`` stand in place of the mission's and the solver's own. ``base``
+    is the folder that relative paths in a ``dict`` start from, the current one where it is left out.
+
+    A solve that finds nothing is a ``Plan`` too; its ``status`` and ``diagnosis`` say why. ``MissionError``: the
+    mission is refused, or the problem cannot be posed.
+    """
+    _in_range("nodes", nodes, 2, 10_000)
+    _in_range("max_iterations", max_iterations, 0, 2**32 - 1)
+    if tolerance is not None and not 1e-12 <= tolerance <= 1e-2:
+        raise MissionError(f"tolerance: a number from 1e-12 to 0.01 is expected, found {tolerance!r}")
+    return Plan(
+        _samara.plan(given(mission, base=base), nodes=nodes, tolerance=tolerance, max_iterations=max_iterations)
+    )
+
+
+def drop(
+    mission: MissionLike = "titan_drop",
+    *,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    seed: int | None = None,
+    case: str | None = None,
+    trajectory: str | os.PathLike[str] | None = None,
+    estimator: Literal["truth", "ekf"] = "truth",
+    replan: Cadence | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Drop:
+    """Plans, drops, flies by samara's own autopilot, and judges, as ``samara drop`` does.
+
+    ``gains``: a name, a file or the document of one; ``params``: gains and limits from a PX4 parameter file;
+    ``seed``: of everything random; ``case``: the release case to swing to; ``trajectory``: a ``trajectory.csv`` to
+    fly instead of a plan; ``estimator``: the simulator's truth, or the autopilot's own Kalman filter; ``replan``: renew
+    the plan during the drop, at the ``release`` or from it on at a rate in Hz.
+
+    ``MissionError``: something that was given is refused. ``PlanError``: there is no plan to fly. A drop that is
+    not safe is no error: ``Drop.safe`` says so.
+    """
+    if estimator not in ("truth", "ekf"):
+        raise MissionError(f"estimator: `truth` or `ekf` is expected, found {estimator!r}")
+    if replan is not None and trajectory is not None:
+        raise MissionError("replan: a plan of samara's own is expected with it, not a trajectory")
+    chosen = given(mission, base=base, gains=gains, params=params, seed=seed, case=case)
+    cadence = None if replan is None else str(replan)
+    return Drop(_samara.drop(chosen, trajectory=trajectory, on_estimator=estimator == "ekf", replan=cadence))
+
+
+@overload
+def assess(
+    mission: MissionLike = "titan_drop",
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    bound: float = 1.0,
+    replan: None = None,
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Assessment: ...
+@overload
+def assess(
+    mission: MissionLike = "titan_drop",
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    replan: Sequence[Cadence],
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Renewals: ...
+def assess(
+    mission: MissionLike = "titan_drop",
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    bound: float = 1.0,
+    replan: Sequence[Cadence] | None = None,
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Assessment | Renewals:
+    """Flies random releases with the mission's own gains, along the plan and with a step, as ``samara assess``.
+
+    With ``replan``, such as ``["release", 1]``, it flies whole drops without a wire instead, along one plan and with
+    the plan renewed at each of these, 300 of each unless ``trials`` says otherwise, as ``samara assess --replan``.
+
+    ``trials``: of each campaign, at least 2, in place of the mission's; ``bound``: the J_TPF that a safe trial stays
+    below; ``threads``: one for each core unless given, the results do not depend on it.
+
+    ``MissionError`` and ``PlanError`` as for ``drop``.
+    """
+    _in_range("trials", trials, 2, 1_000_000_000)
+    _in_range("threads", threads, 1, 256)
+    _positive("bound", bound)
+    chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
+    if replan is not None:
+        if bound != 1.0:
+            raise MissionError("bound: campaigns without replan are expected with it")
+        if not replan or isinstance(replan, str):
+            raise MissionError(f"replan: a list of `release` and rates is expected, found {replan!r}")
+        _in_range("trials", trials, 2, 100_000)
+        cadences = list(dict.fromkeys(str(cadence) for cadence in replan))
+        return Renewals(_samara.assess_replan(chosen, cadences, trials=trials or 300, threads=threads))
+    return Assessment(_samara.assess(chosen, trials=trials, bound=bound, threads=threads))
+
+
+def tune(
+    mission: MissionLike = "titan_drop",
+    *,
+    objective: Literal["safety", "rms", "j-tpf", "pareto"] = "safety",
+    method: Literal["pso-cma", "pso", "cma-es"] = "pso-cma",
+    model: Literal["actuator", "ideal"] = "actuator",
+    rms_bound: float | None = None,
+    penalty: float | None = None,
+    robust: bool = False,
+    draws: int | None = None,
+    start: str | None = None,
+    particles: int | None = None,
+    iterations: int | None = None,
+    stall: int | None = None,
+    seed: int | None = None,
+    name: str = "tuned",
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Tuning:
+    """Searches gains for samara's cascade, as ``samara tune``; the options are the program's.
+
+    Takes minutes with the usual 200 ``iterations``; the results do not depend on ``threads``. The program also tries
+    the gains beside others on flights that no search saw; here ``assess(.., gains=tuning.gains)`` does.
+
+    ``MissionError``: something that was given is refused. ``PlanError``: there is no plan to tune on. ``TuneError``:
+    no gains fly every release.
+    """
+    for key, value, least, most in (
+        ("draws", draws, 0, 100_000),
+        ("particles", particles, 4, 10_000),
+        ("iterations", iterations, 1, 100_000),
+        ("stall", stall, 1, 100_000),
+        ("threads", threads, 1, 256),
+    ):
+        _in_range(key, value, least, most)
+    _positive("rms_bound", rms_bound)
+    _positive("penalty", penalty)
+    _plain("name", name)
+    asked: Asked = {
+        "method": method,
+        "objective": objective,
+        "model": model,
+        "rms_bound": rms_bound,
+        "penalty": penalty,
+        "robust": robust,
+        "draws": draws,
+        "start": start,
+        "particles": particles,
+        "iterations": iterations,
+        "stall": stall,
+        "name": name,
+        "threads": threads,
+    }
+    return Tuning(_samara.tune(given(mission, base=base, seed=seed), asked))
+
+
+def _in_range(key: str, value: int | None, least: int, most: int) -> None:
+    if value is not None and not least <= value <= most:
+        raise MissionError(f"{key}: a whole number from {least} to {most} is expected, found {value!r}")
+
+
+def _positive(key: str, value: float | None) -> None:
+    if value is not None and not 0.0 < value < float("inf"):
+        raise MissionError(f"{key}: a number above 0 is expected, found {value!r}")
+
+
+def _plain(key: str, value: str) -> None:
+    if not re.fullmatch(r"[A-Za-z0-9_-]+", value):
+        raise MissionError(f"{key}: letters, digits, `_` and `-` are expected, found {value!r}")
+
+
+def design(
+    mission: MissionLike = "titan_drop",
+    *,
+    budget: int = 800,
+    start: str | None = None,
+    finalists: int = 8,
+    unseen: int = 10_000,
+    seed: int | None = None,
+    name: str = "design",
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Design:
+    """Searches plan and gains together, and judges both on fresh flights, as ``samara design``.
+
+    ``budget``: most designs that are planned and flown, 0 to judge the mission's own; ``start``: gains to begin at, a
+    name or a file, in place of the mission's; ``finalists``: designs that are judged once more, on flights that the
+    search did not have; ``unseen``: fresh flights in each condition; ``seed``: of the search and of the flights;
+    ``name``: of the gains found; ``threads``: one for each core unless given, the results do not depend on it.
+
+    Takes minutes with the usual ``budget``. ``MissionError``: something that was given is refused. ``PlanError``: no
+    design has a plan, nor has the mission. A design that is not better than the mission's own is no error:
+    ``Design.better`` says so.
+    """
+    for key, value, least, most in (
+        ("budget", budget, 0, 10_000_000),
+        ("finalists", finalists, 1, 1000),
+        ("unseen", unseen, 1, 10_000_000),
+        ("threads", threads, 1, 256),
+    ):
+        _in_range(key, value, least, most)
+    _plain("name", name)
+    asked: DesignAsked = {
+        "budget": budget,
+        "start": start,
+        "finalists": finalists,
+        "unseen": unseen,
+        "name": name,
+        "threads": threads,
+    }
+    return Design(_samara.design(given(mission, base=base, seed=seed), asked), mission)
+
+
+def check(
+    mission: MissionLike = "titan_drop",
+    *,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    case: str | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Check:
+    """What the numbers of a mission amount to, and what is odd about them, as ``samara check``."""
+    return Check(_samara.check(given(mission, base=base, gains=gains, params=params, case=case)))

@@ -1,0 +1,90 @@
+"""What can be typed after ``python -m samara_tpf.campaign``."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+
+USAGE = "python -m samara_tpf.campaign [MISSION] --trials N [OPTION ..] [-- OPTION OF samara assess ..]"
+MORE = """
+What follows -- goes to `samara assess`: --seed, --gains, --params, --case, --bound, --keep, --autopilot, ..
+
+The same command again goes on where it was stopped: shards that are there are not flown again. Exit code: that of
+`samara merge`, 0 when no trial failed, 1 when one did; 1 when it was stopped; 2 for what is refused.
+
+Examples:
+  python -m samara_tpf.campaign x500_drop --trials 1e6
+  python -m samara_tpf.campaign x500_drop --trials 1e8 --cluster slurm --workers 50 --threads 8
+  python -m samara_tpf.campaign x500_drop --trials 1e4 --cluster tcp://10.0.0.1:8786 -- --autopilot px4-model
+"""
+
+
+def count(text: str) -> int:
+    """A whole number above 0, also as ``1e8``."""
+    number = float(text)
+    if not (1.0 <= number <= 1e9) or number != int(number):
+        raise argparse.ArgumentTypeError(f"a whole number from 1 to 1e9 is expected, found {text}")
+    return int(number)
+
+
+def seconds(text: str) -> float:
+    """A duration above 0 [s]."""
+    number = float(text)
+    if not 0.0 < number < float("inf"):
+        raise argparse.ArgumentTypeError(f"a number of seconds above 0 is expected, found {text}")
+    return number
+
+
+def parser() -> argparse.ArgumentParser:
+    """The options."""
+    options = argparse.ArgumentParser(
+        prog="python -m samara_tpf.campaign",
+        usage=USAGE,
+        description="Flies a campaign on many workers at once, and merges it.",
+        epilog=MORE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+        allow_abbrev=False,
+    )
+    options.add_argument("mission", nargs="?", default="titan_drop", metavar="MISSION", help="a name or a file")
+    options.add_argument("--trials", type=count, metavar="N", help="trials of each campaign, such as 1e8")
+    options.add_argument("--out", metavar="DIR", help="folder for shards and results [out/<mission name>]")
+    options.add_argument(
+        "--shards", type=count, metavar="N", help="number of shards [that of those in DIR, or by the trials]"
+    )
+    options.add_argument(
+        "--program", metavar="PATH", help="the program, here and on the workers [beside Python, or on PATH]"
+    )
+    options.add_argument(
+        "--any-build", action="store_true", help="take programs of other bytes, if their version is the same"
+    )
+    options.add_argument("--json", action="store_true", help="print one JSON object on stdout instead of text")
+    where = options.add_argument_group("cluster")
+    where.add_argument(
+        "--cluster", default="local", metavar="WHERE", help="local, slurm, kubernetes or tcp://HOST:PORT [local]"
+    )
+    where.add_argument("--workers", type=count, metavar="N", help="workers that are started")
+    where.add_argument("--threads", type=count, metavar="N", help="cores of each worker")
+    where.add_argument("--memory", metavar="SIZE", help="memory of each worker, as slurm or kubernetes write it")
+    where.add_argument("--host", metavar="ADDRESS", help="this machine's address for slurm's workers")
+    where.add_argument("--sbatch", metavar="OPTIONS", help="more options of sbatch, in one word")
+    where.add_argument("--image", metavar="IMAGE", help="kubernetes: the image, with samara_tpf and Dask")
+    where.add_argument("--namespace", metavar="NAME", help="kubernetes: the namespace")
+    where.add_argument(
+        "--render", action="store_true", help="print what slurm or kubernetes is given, and fly nothing"
+    )
+    where.add_argument(
+        "--patience",
+        type=seconds,
+        metavar="S",
+        help="end when no worker is there for so long [600; slurm, kubernetes: never]",
+    )
+    return options
+
+
+def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
+    """The options, and those of ``samara assess`` behind ``--``."""
+    own, more = list(arguments), []
+    if "--" in own:
+        place = own.index("--")
+        own, more = own[:place], own[place + 1 :]
+    return parser().parse_args(own), more

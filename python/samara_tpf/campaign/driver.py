@@ -1,0 +1,110 @@
+"""The whole campaign: what is asked for, what is left of it, the flight, the merge."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import clusters, program
+from .arguments import parse
+from .clusters import Asked, ClusterError
+from .flight import Flight, Interrupted, NoWorkers
+from .folder import Folder, FolderError
+from .order import Order
+from .program import ProgramError
+from .progress import Progress
+from .roster import CampaignFailed, Roster
+
+STOPPED = 1
+BAD_INPUT = 2
+FLIGHTS_OF_A_SHARD = 100_000
+"""Flights from t = 0 of a shard, unless it is said how many shards: some minutes on one core."""
+DROPS_OF_A_SHARD = 100
+"""Whole drops of a shard, unless it is said how many shards."""
+SHARDS_MOST = 100_000
+PATIENCE_S = 600.0
+
+REFUSED = (ProgramError, FolderError, ClusterError, CampaignFailed, NoWorkers)
+"""What ends a campaign with a reason that the user is to know."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Flies and merges the campaign of the command line; the exit code."""
+    options, more = parse(sys.argv[1:] if arguments is None else arguments)
+    stop = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: stop.set())
+    try:
+        return run(options, more, stop)
+    except Interrupted:
+        print("samara: stopped; the same command goes on from the shards that are there", file=sys.stderr)
+        return STOPPED
+    except REFUSED as error:
+        print(f"samara: {error}", file=sys.stderr)
+        return BAD_INPUT
+
+
+def run(options: argparse.Namespace, more: Sequence[str], stop: threading.Event) -> int:
+    """Flies what is left of the campaign, and merges it; the exit code. ``stop``: ends it before."""
+    binary = program.find(options.program)
+    arguments = [options.mission, *more]
+    if options.trials is not None:
+        arguments += ["--trials", str(options.trials)]
+    campaign = program.describe(binary, arguments, os.getcwd())
+    out = Path(options.out or f"out/{campaign['mission']}")
+    asked = Asked(
+        options.cluster,
+        name=f"samara-{str(campaign['campaign'])[:8]}",
+        **{name: getattr(options, name) for name in clusters.ALL_OPTIONS},
+    )
+    asked.check()
+    if options.render:
+        print(clusters.rendered(asked, out), end="")
+        return 0
+    folder = Folder(out)
+    with folder.held():
+        order = Order(
+            program=options.program and os.path.abspath(options.program),
+            folder=os.getcwd(),
+            arguments=tuple(arguments),
+            campaign=campaign,
+            shards=options.shards or folder.cut() or _cut(campaign),
+            any_build=options.any_build,
+        )
+        roster = Roster.of(folder.left(binary, order))
+        if not roster.complete:
+            patience_s = options.patience or (PATIENCE_S if asked.kind in ("local", "tcp") else math.inf)
+            _fly(order, roster, folder, asked, patience_s, stop)
+        # Programs are renewed while a campaign flies for days; and what was saved is read once more.
+        if differences := order.differences(program.describe(binary, arguments, os.getcwd())):
+            raise FolderError(f"the campaign is another one than at its beginning: {'; '.join(differences)}")
+        if left := folder.left(binary, order):
+            raise FolderError(f"{folder.path}: {len(left)} shards are not whole any more; the same command flies them")
+        merge = [os.fspath(binary), "merge", os.fspath(folder.path), *(["--json"] if options.json else [])]
+        return subprocess.run(merge).returncode
+
+
+def _fly(
+    order: Order, roster: Roster, folder: Folder, asked: Asked, patience_s: float, stop: threading.Event
+) -> None:
+    progress = Progress(roster, order.shards, int(str(order.campaign["trials"])))
+    with clusters.cluster(asked, folder.path) as address:
+        flight = Flight(
+            order, roster, folder, address, patience_s=patience_s, stop=stop, report=progress.report
+        )
+        flight.run(progress.show)
+    progress.finish()
+
+
+def _cut(campaign: dict[str, object]) -> int:
+    """The number of shards where nothing says it."""
+    trials = int(str(campaign["trials"]))
+    size = FLIGHTS_OF_A_SHARD if campaign["autopilot"] is None else DROPS_OF_A_SHARD
+    return max(1, min(SHARDS_MOST, -(-trials // size)))

@@ -1,0 +1,308 @@
+"""Campaigns on a cluster come to the bytes of the campaign in one go, whatever happens to their workers.
+
+What is true is the campaign flown in one go by the program: SHA-256 of each file, as its manifest has them too. That
+holds nothing twice and nothing less: each trial is in the sums, in its place.
+"""
+
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+from conftest import ELSEWHERE, SAMARA, SHARDS, TRIALS, Driver, environment, hashes, processes, shards, until
+
+KILLS = 50
+FLYING = ("assess", "--shard", "--campaign")
+
+
+def is_whole(driver, expected, code=None):
+    """The campaign ended, and came to these files."""
+    assert driver.wait() in ((0, 1) if code is None else (code,)), driver.said()
+    assert len(shards(driver.out)) == SHARDS
+    assert hashes(driver.out) == expected
+    left = [path.name for path in (driver.out / "shards").iterdir() if path.suffix != ".parquet"]
+    assert left == [".driver.lock"], left
+
+
+def wrapper(folder, text):
+    """A program that does something before it is samara."""
+    folder.mkdir()
+    path = folder / "samara"
+    path.write_text(f'#!/bin/sh\n{text}\nexec {SAMARA} "$@"\n')
+    path.chmod(0o755)
+    return path
+
+
+def link(folder):
+    """A folder with samara in it, for a worker's PATH."""
+    folder.mkdir()
+    (folder / "samara").symlink_to(SAMARA)
+    return folder / "samara"
+
+
+def descendants(driver):
+    """Workers and their children, of a driver with a cluster of its own."""
+    try:
+        found = psutil.Process(driver.process.pid).children(recursive=True)
+    except psutil.Error:
+        return []
+    of_interest = []
+    for process in found:
+        try:
+            command = " ".join(process.cmdline())
+        except psutil.Error:
+            continue
+        if "spawn_main" in command or all(word in command for word in FLYING):
+            of_interest.append(process)
+    return of_interest
+
+
+def test_a_campaign_on_this_machine(tmp_path, one_go):
+    driver = Driver(tmp_path / "x500", "--workers", "2", "--threads", "1")
+    is_whole(driver, one_go)
+    # Once more: nothing is flown, nothing is started.
+    times = {path: path.stat().st_mtime_ns for path in (driver.out / "shards").iterdir() if path.suffix == ".parquet"}
+    begun = time.monotonic()
+    again = Driver(tmp_path / "x500")
+    is_whole(again, one_go)
+    assert {path: path.stat().st_mtime_ns for path in times} == times and "shards," not in again.said()
+    assert time.monotonic() - begun < 60.0
+
+
+def test_workers_and_children_killed_at_random_moments(tmp_path, one_go):
+    """50 SIGKILLs over as many campaigns as it takes: all come to the same bytes."""
+    chance = random.Random(41)
+    kills = {"worker": 0, "child": 0}
+    campaigns = 0
+    while sum(kills.values()) < KILLS:
+        out = tmp_path / f"killed_{campaigns}"
+        campaigns += 1
+        driver = Driver(out, "--workers", "3", "--threads", "1")
+        driver.begun()
+        while sum(kills.values()) < KILLS and driver.process.poll() is None:
+            time.sleep(chance.uniform(0.0, 1.0))
+            if victims := descendants(driver):
+                victim = chance.choice(victims)
+                try:
+                    what = "worker" if "spawn_main" in " ".join(victim.cmdline()) else "child"
+                    victim.kill()
+                    kills[what] += 1
+                except psutil.Error:
+                    continue
+        is_whole(driver, one_go)
+        shutil.rmtree(out)
+    print(f"{kills} in {campaigns} campaigns")
+    assert min(kills.values()) > 0, kills
+
+
+def test_a_worker_whose_folder_is_deleted_under_it(tmp_path, one_go, cluster):
+    for name in "abc":
+        cluster.worker(name)
+    driver = Driver(tmp_path / "x500", "--cluster", cluster.address)
+    for count in (1, 5, 10):
+        driver.begun(count)
+        shutil.rmtree(cluster.folder / "b", ignore_errors=True)
+    is_whole(driver, one_go)
+
+
+def test_a_worker_that_hangs_and_a_shard_on_two_workers(tmp_path, one_go, cluster):
+    """One is stopped, its shard is flown by another, and it wakes up and brings it, too."""
+    workers = [cluster.worker(name, nanny=False) for name in "ab"]
+    late = wrapper(tmp_path / "late", "case $* in *--shard*) sleep 20;; esac")
+    cluster.worker("c", program=late, nanny=False)
+    link(tmp_path / "bin")
+    driver = Driver(
+        tmp_path / "x500", "--cluster", cluster.address, "--any-build", program=None, path=tmp_path / "bin"
+    )
+    driver.begun(3)
+    workers[0].send_signal(signal.SIGSTOP)
+    until(lambda: len(shards(driver.out)) >= SHARDS - 5, 300.0)
+    is_whole(driver, one_go)
+    workers[0].send_signal(signal.SIGCONT)
+
+
+def test_another_version_on_one_worker(tmp_path, one_go, cluster):
+    """A program that is the same but for its version; then one of the same version and other bytes."""
+    bytes_ = SAMARA.read_bytes()
+    version = subprocess.run([SAMARA, "--version"], capture_output=True, text=True).stdout.split()[1]
+    other = version[:-1] + ("7" if version[-1] != "7" else "8")
+    (tmp_path / "other").mkdir()
+    program = tmp_path / "other" / "samara"
+    program.write_bytes(bytes_.replace(version.encode(), other.encode()))
+    program.chmod(0o755)
+    assert other in subprocess.run([program, "--version"], capture_output=True, text=True).stdout
+    here = link(tmp_path / "bin")
+    cluster.worker("a", program=here)
+    cluster.worker("b", program=program)
+    driver = Driver(
+        tmp_path / "x500", "--cluster", cluster.address, "--any-build", program=None, path=tmp_path / "bin"
+    )
+    is_whole(driver, one_go)
+    said = driver.said()
+    assert f"version {other}, expected {version}" in said and said.count("is left out") == 1, said
+    # The bytes alone.
+    driver = Driver(
+        tmp_path / "bytes", "--cluster", cluster.address, "--patience", "8", program=None, path=tmp_path / "other"
+    )
+    assert driver.wait() == 1 or driver.wait() == 0, driver.said()
+    assert "SHA-256 of the program" in driver.said()
+
+
+def test_another_mission_on_one_worker(tmp_path, cluster):
+    """The mission's file is another one where one worker runs; and none is there at all."""
+    place, other = tmp_path / "here", tmp_path / "there"
+    for folder, seed in ((place, "1"), (other, "2")):
+        folder.mkdir()
+        subprocess.run([SAMARA, "new", "mission", "kestrel", "--vehicle", "x500"], cwd=folder, check=True, capture_output=True)
+    mission = next(place.rglob("kestrel*.json"))
+    text = mission.read_text()
+    elsewhere = other / mission.relative_to(place)
+    elsewhere.write_text(text.replace('"seed": 1', '"seed": 2'))
+    assert elsewhere.read_text() != text
+    cluster.worker("a", program=link(tmp_path / "bin"))
+    cluster.worker("b", program=wrapper(tmp_path / "moved", f"cd {other}"))
+    name = os.fspath(mission.relative_to(place))
+    options = ("--cluster", cluster.address, "--any-build")
+    driver = Driver(
+        tmp_path / "out", *options, mission=name, cwd=place, trials=600, shards=6, program=None, path=tmp_path / "bin"
+    )
+    assert driver.wait() in (0, 1), driver.said()
+    assert "is left out" in driver.said() and "hash of the inputs" in driver.said(), driver.said()
+    whole = tmp_path / "whole"
+    subprocess.run([SAMARA, "assess", name, "--trials", "600", "--out", whole], cwd=place, capture_output=True)
+    assert hashes(tmp_path / "out") == hashes(whole)
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="a small file system takes root")
+def test_a_full_disk(tmp_path, one_go, cluster):
+    """One worker's disk is full, then the campaign's own is."""
+    places = [tmp_path / "small_worker", tmp_path / "small_driver"]
+    for place, size in zip(places, ("1m", "2m")):
+        place.mkdir()
+        subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size}", "tmpfs", place], check=True)
+    try:
+        cluster.worker("a")
+        cluster.worker("b")
+        cluster.worker("c", folder=places[0])
+        until(lambda: any(places[0].rglob("worker-*")))
+        fill(places[0] / "filled")
+        driver = Driver(tmp_path / "x500", "--cluster", cluster.address)
+        is_whole(driver, one_go)
+        assert "No space left" in driver.said(), driver.said()
+        out = places[1] / "x500"
+        driver = Driver(out, "--cluster", cluster.address)
+        driver.begun(2)
+        fill(places[1] / "filled")
+        assert driver.wait() == 2 and "cannot write" in driver.said() and "No space left" in driver.said(), driver.said()
+        there = shards(out)
+        assert 2 <= len(there) < SHARDS
+        assert not list((out / "shards").glob(".*.partial"))
+        subprocess.run(["mount", "-o", "remount,size=64m", places[1]], check=True)
+        is_whole(Driver(out, "--cluster", cluster.address), one_go)
+    finally:
+        cluster.end()
+        for place in places:
+            subprocess.run(["umount", "--lazy", place], check=True)
+
+
+def fill(path):
+    """Fills a file system to its last byte."""
+    try:
+        with path.open("wb", buffering=0) as file:
+            while True:
+                file.write(b"x" * 4096)
+    except OSError:
+        pass
+
+
+def test_sigterm_as_slurm_preempts(tmp_path, one_go, cluster):
+    """A worker is asked to end, and comes back; then the driver is, and the same command goes on."""
+    workers = [cluster.worker(name) for name in "abc"]
+    driver = Driver(tmp_path / "x500", "--cluster", cluster.address)
+    driver.begun(2)
+    workers[1].send_signal(signal.SIGTERM)
+    assert workers[1].wait(60) is not None
+    cluster.worker("d")
+    driver.begun(8)
+    driver.process.send_signal(signal.SIGTERM)
+    assert driver.wait(60) == 1 and "stopped" in driver.said(), driver.said()
+    until(lambda: not processes(FLYING), 30.0)
+    there = {name: (driver.out / "shards" / name).stat().st_mtime_ns for name in shards(driver.out)}
+    assert 8 <= len(there) < SHARDS
+    again = Driver(tmp_path / "x500", "--cluster", cluster.address)
+    is_whole(again, one_go)
+    assert all((driver.out / "shards" / name).stat().st_mtime_ns == when for name, when in there.items())
+
+
+def test_a_driver_of_its_own_cluster_is_stopped_and_killed(tmp_path, one_go):
+    """SIGTERM and SIGKILL leave no worker and no child, and the same command goes on."""
+    for number, code in ((signal.SIGTERM, 1), (signal.SIGINT, 1), (signal.SIGKILL, -9)):
+        driver = Driver(tmp_path / "x500", "--workers", "2", "--threads", "1")
+        driver.begun(len(shards(tmp_path / "x500")) + 1 if (tmp_path / "x500").exists() else 1)
+        family = descendants(driver)
+        assert family
+        driver.process.send_signal(number)
+        assert driver.wait(60) == code, driver.said()
+        until(lambda: not any(process.is_running() and process.status() != "zombie" for process in family), 60.0)
+    is_whole(Driver(tmp_path / "x500", "--workers", "2", "--threads", "1"), one_go)
+
+
+def test_a_scheduler_that_is_killed_and_begun_again(tmp_path, one_go, cluster):
+    """The driver seeks it again; workers come as they are begun by whoever looks after them."""
+    for name in "ab":
+        cluster.worker(name)
+    driver = Driver(tmp_path / "x500", "--cluster", cluster.address)
+    for round_ in range(2):
+        driver.begun(4 + 6 * round_)
+        cluster.scheduler.kill()
+        cluster.scheduler.wait()
+        until(lambda: not processes(FLYING), 60.0)
+        time.sleep(3.0)
+        cluster.begin_scheduler()
+        for name in "ab":
+            cluster.worker(f"{name}{round_}")
+    is_whole(driver, one_go)
+
+
+def test_a_driver_that_is_killed_leaves_nothing_flying_on_a_cluster_of_others(tmp_path, one_go, cluster):
+    for name in "ab":
+        cluster.worker(name)
+    driver = Driver(tmp_path / "x500", "--cluster", cluster.address)
+    driver.begun(2)
+    until(lambda: processes(FLYING))
+    driver.process.kill()
+    driver.wait()
+    until(lambda: not processes(FLYING), 60.0)
+    is_whole(Driver(tmp_path / "x500", "--cluster", cluster.address), one_go)
+
+
+def test_what_is_refused(tmp_path, one_go):
+    """Bad input is a sentence and exit code 2."""
+    command = [sys.executable, "-m", "samara_tpf.campaign", "--program", SAMARA, "--out", tmp_path / "x500"]
+
+    def refused(*arguments):
+        done = subprocess.run([*command, *arguments], cwd=ELSEWHERE, env=environment(), capture_output=True, text=True)
+        assert done.returncode == 2 and "Traceback" not in done.stderr, done.stderr
+        return done.stderr
+
+    assert "no_such" in refused("no_such", "--trials", "10")
+    assert "--no-such" in refused("x500_drop", "--trials", "10", "--", "--no-such")
+    assert "whole number" in refused("x500_drop", "--trials", "1.5")
+    assert "--memory is of --cluster slurm, kubernetes" in refused("x500_drop", "--memory", "4G")
+    assert "--workers is of" in refused("x500_drop", "--cluster", "tcp://127.0.0.1:1", "--workers", "3")
+    assert "--image is expected" in refused("x500_drop", "--cluster", "kubernetes")
+    assert "--cluster: local, slurm" in refused("x500_drop", "--cluster", "mars")
+    assert "no scheduler at" in refused("x500_drop", "--cluster", "tcp://127.0.0.1:1", "--patience", "1")
+    assert "--render is of" in refused("x500_drop", "--render")
+    assert "the program samara" in refused("x500_drop", "--program", "/no/such/samara")
+    # A folder of another campaign, and of another cut.
+    driver = Driver(tmp_path / "x500", "--workers", "1", trials=40, shards=2)
+    assert driver.wait() in (0, 1), driver.said()
+    assert "--shards 2" in refused("x500_drop", "--trials", "40", "--shards", "3")
+    assert "seed 1, expected 7" in refused("x500_drop", "--trials", "40", "--", "--seed", "7")
+    assert one_go and TRIALS != 40
