@@ -9,6 +9,7 @@ import signal
 import subprocess
 import sys
 import threading
+import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -24,6 +25,7 @@ from .roster import CampaignFailed, Roster
 
 STOPPED = 1
 BAD_INPUT = 2
+INTERNAL = 3
 FLIGHTS_OF_A_SHARD = 100_000
 """Flights from t = 0 of a shard, unless it is said how many shards: some minutes on one core."""
 DROPS_OF_A_SHARD = 100
@@ -49,6 +51,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except REFUSED as error:
         print(f"samara: {error}", file=sys.stderr)
         return BAD_INPUT
+    except Exception:
+        # Python's own exit code would be that of a campaign in which a trial failed.
+        traceback.print_exc()
+        return INTERNAL
 
 
 def run(options: argparse.Namespace, more: Sequence[str], stop: threading.Event) -> int:

@@ -211,7 +211,7 @@ class Flight:
         elif isinstance(outcome, work.OtherCampaign):
             self._left_out(asked.address, outcome.why)
             self.roster.unfit(asked.address, asked.shard, now_s)
-        elif isinstance(outcome, work.Withdrawn | LOST):
+        elif isinstance(outcome, (work.Withdrawn, *LOST)):
             self.roster.lost(asked.address, asked.shard, now_s)
         else:
             failed = outcome if isinstance(outcome, work.Failed) else work.Failed(_text(outcome), killed=False)

@@ -1,0 +1,39 @@
+"""Workers that Slurm begins, preempts and begins anew. `tests/campaign/slurm_node` begins a Slurm of one node."""
+
+import shutil
+import subprocess
+
+import pytest
+from conftest import Driver, hashes, shards, until
+
+ANSWERS = shutil.which("sinfo") and subprocess.run(["sinfo", "--noheader"], capture_output=True).returncode == 0
+pytestmark = pytest.mark.skipif(not ANSWERS, reason="no Slurm answers: tests/campaign/slurm_node begins one")
+
+
+def jobs(name, state):
+    """Numbers of a campaign's jobs in a state."""
+    command = ["squeue", "--noheader", "--array", "--format=%A", f"--name={name}", f"--states={state}"]
+    return subprocess.run(command, capture_output=True, text=True, check=True).stdout.split()
+
+
+def test_preempted_workers_come_back(tmp_path, one_go):
+    """Each worker is requeued under way, as Slurm's preemption does it: SIGTERM, and begun anew."""
+    driver = Driver(tmp_path / "x500", "--cluster", "slurm", "--workers", "2", "--threads", "1", "--memory", "1G")
+    driver.begun(3)
+    [name] = set(
+        subprocess.run(["squeue", "--noheader", "--format=%j"], capture_output=True, text=True, check=True).stdout.split()
+    )
+    assert name.startswith("samara-")
+    for job in jobs(name, "RUNNING"):
+        subprocess.run(["scontrol", "requeue", job], check=True)
+    assert driver.wait() in (0, 1), driver.said()
+    assert hashes(driver.out) == one_go and len(shards(driver.out)) > 0
+    logs = sorted((driver.out / "workers").iterdir())
+    assert len(logs) == 2 and all("SIGTERM" in log.read_text() for log in logs)
+    until(lambda: not jobs(name, "RUNNING,PENDING,COMPLETING"), 60.0)
+
+
+def test_what_slurm_refuses_is_said(tmp_path):
+    driver = Driver(tmp_path / "x500", "--cluster", "slurm", "--sbatch=--partition=no_such", trials=40, shards=2)
+    assert driver.wait() == 2 and "sbatch --parsable" in driver.said() and "no_such" in driver.said(), driver.said()
+    assert "Traceback" not in driver.said()
