@@ -24,6 +24,8 @@ from . import manifests
 
 WORKER = "distributed.cli.dask_worker"
 """The module that is a worker, ``python -m``."""
+ANSWERS_S = 900.0
+"""How long a cluster's program may take; Kubernetes fetches an image meanwhile."""
 SLURM_OPTIONS = ("workers", "threads", "memory", "host", "sbatch")
 KUBERNETES_OPTIONS = ("workers", "threads", "memory", "image", "namespace")
 OPTIONS = {"local": ("workers", "threads"), "slurm": SLURM_OPTIONS, "kubernetes": KUBERNETES_OPTIONS, "tcp": ()}
@@ -205,9 +207,11 @@ def _kept_up(command: list[str], remote_port: int) -> Iterator[int]:
 def _run(command: list[str], text: str) -> str:
     """What a cluster's program prints. ``ClusterError``: it is not there, or refuses."""
     try:
-        done = subprocess.run(command, input=text, capture_output=True, text=True)
+        done = subprocess.run(command, input=text, capture_output=True, text=True, timeout=ANSWERS_S)
     except OSError as error:
         raise ClusterError(f"{command[0]}: {error.strerror}") from error
+    except subprocess.TimeoutExpired as error:
+        raise ClusterError(f"{shlex.join(command)}: no answer within {ANSWERS_S:.0f} s") from error
     if done.returncode != 0:
         raise ClusterError(f"{shlex.join(command)}: exit code {done.returncode}: {done.stderr.strip()}")
     return done.stdout

@@ -41,8 +41,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Flies and merges the campaign of the command line; the exit code."""
     options, more = parse(sys.argv[1:] if arguments is None else arguments)
     stop = threading.Event()
+
+    def ask_to_stop(number: int, frame: object) -> None:
+        stop.set()
+        # Whoever asks twice does not want to wait.
+        signal.signal(number, signal.SIG_DFL)
+
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: stop.set())
+        signal.signal(number, ask_to_stop)
     try:
         return run(options, more, stop)
     except Interrupted:

@@ -92,6 +92,7 @@ class Flight:
         self._came: queue.SimpleQueue[Came] = queue.SimpleQueue()
         self._fetching = ThreadPoolExecutor(FETCHES, thread_name_prefix="fetch")
         self._asked = 0
+        self._missed = False
         self._looked_s = -LOOK_EVERY_S
         self._fit_s = time.monotonic()
 
@@ -125,8 +126,12 @@ class Flight:
                 self._client = Client(self.address, timeout=CONNECT_S, set_as_default=False)
                 if link := _dashboard(self._client):
                     self.report(f"dashboard at {link}")
+                self._missed = False
             except OSError as error:
                 self._impatient(f"no scheduler at {self.address}: {error}")
+                if not self._missed:
+                    self.report(f"no scheduler answers at {self.address}: waiting for it")
+                self._missed = True
         return self._client
 
     def _look(self, client: Client) -> None:
