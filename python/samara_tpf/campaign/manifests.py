@@ -24,14 +24,14 @@ def pods(name: str, *, image: str, workers: int, threads: int, memory: str) -> l
     schedule = ["python", "-m", "distributed.cli.dask_scheduler", "--port", str(SCHEDULER_PORT)]
     fly = ["python", "-m", "distributed.cli.dask_worker", f"tcp://{scheduler}:{SCHEDULER_PORT}"]
     fly += ["--nthreads", str(threads), "--memory-limit", "0", "--no-dashboard", "--local-directory", "/tmp"]
-    labels = {"app.kubernetes.io/name": "samara", "app.kubernetes.io/instance": name}
+    labels: dict[str, str] = {"app.kubernetes.io/name": "samara", "app.kubernetes.io/instance": name}
     ports = {"scheduler": SCHEDULER_PORT, "dashboard": DASHBOARD_PORT}
     service: dict[str, object] = {
         "apiVersion": "v1",
         "kind": "Service",
         "metadata": {"name": scheduler, "labels": labels},
         "spec": {
-            "selector": {**labels, "app.kubernetes.io/component": "scheduler"},
+            "selector": {"app.kubernetes.io/component": "scheduler"} | labels,
             "ports": [{"name": key, "port": port, "targetPort": port} for key, port in ports.items()],
         },
     }
