@@ -1,5 +1,5 @@
-//! How many of the vehicle's texts are reported: a vehicle whose time jumps, or a network that doubles what it
-//! says, may bring thousands.
+//! How many of the vehicle's texts are reported: a vehicle whose time jumps, or a network that doubles what
+//! it says, may bring thousands.
 
 use core::time::Duration;
 
@@ -16,8 +16,8 @@ pub(super) enum Told {
     No,
 }
 
-/// The texts of the present stretch of wall time. A host that tells no wall time has no network, and a vehicle
-/// whose own reports are bounded: all are told.
+/// The texts of the present stretch of wall time. A host that tells no wall time has no network, and a
+/// vehicle whose own reports are bounded: all are told.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Flood {
     since: Duration,
