@@ -155,6 +155,7 @@ pub(super) fn wind(
             .transpose()?,
         ground_altitude_m: ground_altitude_m.unwrap_or(0.0),
         ring: None,
+        given: None,
     })
 }
 

@@ -21,18 +21,19 @@ pub type Draw = [f64; 5];
 pub enum Noise<const N: usize> {
     /// Drawn, two at a time, from a stream of each flight's own.
     Drawn(Box<[Stream; N]>),
-    /// Given: the first row begins the filter, each further one drives a step; zero when they have run out.
+    /// Given, two columns for each flight: the first numbers begin the filter, each further two drive a step;
+    /// zero when they have run out.
     Given {
-        /// The rows.
-        rows: Arc<[Draw]>,
-        /// The next row.
+        /// The columns.
+        columns: Box<[[Arc<[f64]>; 2]; N]>,
+        /// The place of the next numbers.
         next: usize,
     },
 }
 
 impl<const N: usize> Noise<N> {
     #[inline(always)]
-    fn pair(&mut self, column: usize) -> [[f64; N]; 2] {
+    fn pair(&mut self) -> [[f64; N]; 2] {
         let mut pair = [[0.0; N]; 2];
         match self {
             Self::Drawn(streams) => {
@@ -44,10 +45,13 @@ impl<const N: usize> Noise<N> {
                     [pair[0][i], pair[1][i]] = normal_pair(bits[i]);
                 }
             }
-            Self::Given { rows, next } => {
-                let row = rows.get(*next).copied().unwrap_or_default();
+            Self::Given { columns, next } => {
+                for i in 0..N {
+                    for k in 0..2 {
+                        pair[k][i] = columns[i][k].get(*next).copied().unwrap_or_default();
+                    }
+                }
                 *next += 1;
-                pair = [column, column + 1].map(|k| [row.get(k).copied().unwrap_or_default(); N]);
             }
         }
         pair
@@ -109,7 +113,7 @@ impl<const N: usize> Longitudinal<N> {
         match (&self.noise, self.spare.take()) {
             (Noise::Drawn(_), Some(spare)) => spare,
             _ => {
-                let [number, spare] = self.noise.pair(0);
+                let [number, spare] = self.noise.pair();
                 self.spare = Some(spare);
                 number
             }
@@ -137,8 +141,6 @@ impl<const N: usize> Longitudinal<N> {
 #[derive(Clone, Debug)]
 pub struct Transverse<const N: usize> {
     noise: Noise<N>,
-    /// First of the two columns of given noise.
-    column: usize,
     z: [[f64; N]; 2],
 }
 
@@ -147,12 +149,12 @@ const STATIONARY: [f64; 3] =
     [std::f64::consts::FRAC_1_SQRT_2, 0.5 * std::f64::consts::FRAC_1_SQRT_2, 0.353_553_390_593_273_8];
 
 impl<const N: usize> Transverse<N> {
-    /// The filter in its stationary distribution; given noise is in the columns from `column` on.
-    pub fn new(mut noise: Noise<N>, column: usize) -> Self {
-        let [a, b] = noise.pair(column);
+    /// The filter in its stationary distribution.
+    pub fn new(mut noise: Noise<N>) -> Self {
+        let [a, b] = noise.pair();
         let [l11, l21, l22] = STATIONARY;
         let z = [a.map(|a| l11 * a), std::array::from_fn(|i| l21 * a[i] + l22 * b[i])];
-        Self { noise, column, z }
+        Self { noise, z }
     }
 
     /// Velocities now, over their standard deviation.
@@ -169,7 +171,7 @@ impl<const N: usize> Transverse<N> {
     /// Goes on by a step.
     #[inline(always)]
     pub fn advance(&mut self, step: &Step<N>) {
-        let [a, b] = self.noise.pair(self.column);
+        let [a, b] = self.noise.pair();
         let [l11, l21, l22] = &step.across;
         for i in 0..N {
             let (z1, z2) = (self.z[0][i], self.z[1][i]);
@@ -266,7 +268,7 @@ mod tests {
         for seed in 0..seeds {
             let noise = |k| Noise::Drawn(Box::new([Stream::new(seed, k)]));
             let mut along = Longitudinal::new(noise(0));
-            let mut across = [1, 2].map(|k| Transverse::new(noise(k), 1));
+            let mut across = [1, 2].map(|k| Transverse::new(noise(k)));
             let (mut past, step) = (Vec::new(), Step::over([step]));
             for _ in 0..=200 {
                 let [[v], [w]] = [&across[0], &across[1]].map(Transverse::velocity);
@@ -295,10 +297,12 @@ mod tests {
 
     #[test]
     fn given_noise_drives_the_filters_and_then_they_decay() {
-        let rows: Arc<[Draw]> = [[1.0, 0.0, 0.0, 2.0, 0.0], [0.0; 5]].into();
-        let noise = || Noise::<1>::Given { rows: rows.clone(), next: 0 };
+        let noise = |first: f64| {
+            let columns = [[first, 0.0], [0.0, 0.0]].map(Arc::from);
+            Noise::<1>::Given { columns: Box::new([columns]), next: 0 }
+        };
         let (mut u, mut v, mut w) =
-            (Longitudinal::new(noise()), Transverse::new(noise(), 1), Transverse::new(noise(), 3));
+            (Longitudinal::new(noise(1.0)), Transverse::new(noise(0.0)), Transverse::new(noise(2.0)));
         // Without noise z_1 and z_2 follow z_1' = -z_1, z_2' = z_1 - z_2, from sqrt(2) and sqrt(2)/2.
         let root = 2f64.sqrt();
         let step = Step::over([0.5]);

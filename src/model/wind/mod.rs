@@ -6,6 +6,7 @@
 //! | `gust` | discrete gusts, of MIL-F-8785C and of CS-25 |
 //! | `turbulence` | strength and scale of turbulence |
 //! | `dryden` | Dryden's filters, exact at the step |
+//! | `given` | white noise of flights that is given instead of drawn |
 //! | `ring` | fluctuation of rotors' thrusts in the vortex ring, which is no wind but goes with it |
 //!
 //! The wind is held within a step of the simulation: gusts at their value in its middle, turbulence at the
@@ -17,12 +18,14 @@ use nalgebra::Vector3;
 
 #[expect(clippy::needless_range_loop, reason = "lanes are indexed alike, side by side")]
 mod dryden;
+mod given;
 mod gust;
 mod profile;
 mod ring;
 mod turbulence;
 
 pub use dryden::Draw;
+pub use given::{FlightNoise, GivenNoise};
 pub use gust::{Gust, GustLength, GustShape};
 pub use profile::WindProfile;
 use ring::RingCourse;
@@ -51,6 +54,8 @@ pub struct Wind {
     pub ground_altitude_m: f64,
     /// Fluctuation of rotors' thrusts in the vortex ring.
     pub ring: Option<RingFluctuation>,
+    /// White noise that drives turbulence and vortex ring, given by flight instead of drawn.
+    pub given: Option<GivenNoise>,
 }
 
 /// The wind over `N` flights side by side, of one as a rule.
@@ -120,9 +125,14 @@ impl Wind {
             site_wind_ned: [0, 1, 2].map(|k| mean_ned.map(|mean| mean[k])),
             site_altitude_m: site.anchor.altitude_m,
             share: numbers.map(|number| if number.is_some() { 1.0 } else { 0.0 }),
-            eddies: self.turbulence.as_ref().map(|t| t.eddies(numbers.map(Option::unwrap_or_default))),
+            eddies: self
+                .turbulence
+                .as_ref()
+                .map(|t| t.eddies(numbers.map(Option::unwrap_or_default), self.given.as_ref())),
             distances_m: vec![[0.0; N]; self.gusts.len()],
-            ring: self.ring.map(|ring| ring.course(numbers.map(Option::unwrap_or_default))),
+            ring: self
+                .ring
+                .map(|ring| ring.course(numbers.map(Option::unwrap_or_default), self.given.as_ref())),
             wind: self.clone(),
         })
     }

@@ -13,6 +13,7 @@
 //! Torque and the force in the rotor's plane do not fluctuate: a choice too.
 
 use super::dryden::{Longitudinal, Noise, Step};
+use super::given::GivenNoise;
 use crate::model::MAX_ROTORS;
 use crate::random::Stream;
 
@@ -37,13 +38,19 @@ const OTHER_STREAMS: u64 = 0x7672_696e_6721_0000;
 
 impl RingFluctuation {
     /// The fluctuation of flights of these numbers at its beginning: each flight, and each rotor of it, has a
-    /// draw of its own.
-    pub fn course<const N: usize>(&self, numbers: [u64; N]) -> RingCourse<N> {
+    /// draw of its own, or is driven by what is `given` for its number.
+    pub fn course<const N: usize>(&self, numbers: [u64; N], given: Option<&GivenNoise>) -> RingCourse<N> {
         let of_rotor = |rotor: u64| {
-            Longitudinal::new(Noise::Drawn(Box::new(numbers.map(|number| {
-                let stream = number.wrapping_mul(MAX_ROTORS as u64).wrapping_add(rotor);
-                Stream::new(self.seed ^ OTHER_STREAMS, stream)
-            }))))
+            Longitudinal::new(match given {
+                Some(given) => {
+                    let columns = numbers.map(|number| given.ring(number, rotor as usize));
+                    Noise::Given { columns: Box::new(columns), next: 0 }
+                }
+                None => Noise::Drawn(Box::new(numbers.map(|number| {
+                    let stream = number.wrapping_mul(MAX_ROTORS as u64).wrapping_add(rotor);
+                    Stream::new(self.seed ^ OTHER_STREAMS, stream)
+                }))),
+            })
         };
         RingCourse { settings: *self, of_rotors: (0..MAX_ROTORS as u64).map(of_rotor).collect() }
     }
@@ -100,7 +107,7 @@ mod tests {
         let mut sums = [0.0; 5];
         let (mut squares, mut crossed) = ([0.0; 5], [0.0; 2]);
         for number in 0..flights {
-            let mut course = SETTINGS.course([number, number + flights]);
+            let mut course = SETTINGS.course([number, number + flights], None);
             let mut past = Vec::new();
             for _ in 0..=100 {
                 let [first, other_flight] = course.deviation(0);
@@ -130,7 +137,7 @@ mod tests {
         let correlation = |dt_s: f64, steps: u32| {
             let sum: f64 = (0..4000)
                 .map(|number| {
-                    let mut course = SETTINGS.course([number]);
+                    let mut course = SETTINGS.course([number], None);
                     let [before] = course.deviation(0);
                     (0..steps).for_each(|_| course.advance(dt_s));
                     before * course.deviation(0)[0]

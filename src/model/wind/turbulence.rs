@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::dryden::{Draw, Longitudinal, Noise, Step, Transverse};
+use super::given::GivenNoise;
 use crate::math;
 use crate::random::Stream;
 
@@ -62,20 +63,29 @@ pub struct Eddies<const N: usize> {
 }
 
 impl Turbulence {
-    /// The turbulence of flights of these numbers at its beginning: each has its own draw of a seed, while
-    /// given noise is the same for all.
-    pub fn eddies<const N: usize>(&self, numbers: [u64; N]) -> Eddies<N> {
-        let noise = |k: u64| match &self.noise {
-            Some(rows) => Noise::Given { rows: rows.clone(), next: 0 },
-            None => Noise::Drawn(Box::new(
-                numbers.map(|number| Stream::new(self.seed, number.wrapping_mul(3).wrapping_add(k))),
-            )),
+    /// The turbulence of flights of these numbers at its beginning: each has its own draw of a seed, or is
+    /// driven by what is `given` for its number; noise from a file is the same for all.
+    pub fn eddies<const N: usize>(&self, numbers: [u64; N], given: Option<&GivenNoise>) -> Eddies<N> {
+        let noise = |k: u64, places: [usize; 2]| {
+            if let Some(rows) = &self.noise {
+                let columns = places.map(|place| rows.iter().map(|row| row[place]).collect::<Arc<[f64]>>());
+                Noise::Given { columns: Box::new([(); N].map(|()| columns.clone())), next: 0 }
+            } else if let Some(given) = given {
+                Noise::Given {
+                    columns: Box::new(numbers.map(|number| given.turbulence(number, places))),
+                    next: 0,
+                }
+            } else {
+                Noise::Drawn(Box::new(
+                    numbers.map(|number| Stream::new(self.seed, number.wrapping_mul(3).wrapping_add(k))),
+                ))
+            }
         };
         let [along, across, vertical] = self.sigma_m_s.map(|sigma| sigma != 0.0);
         Eddies {
-            along: along.then(|| Longitudinal::new(noise(0))),
-            across: across.then(|| Transverse::new(noise(1), 1)),
-            vertical: vertical.then(|| Transverse::new(noise(2), 3)),
+            along: along.then(|| Longitudinal::new(noise(0, [0, 0]))),
+            across: across.then(|| Transverse::new(noise(1, [1, 2]))),
+            vertical: vertical.then(|| Transverse::new(noise(2, [3, 4]))),
         }
     }
 }

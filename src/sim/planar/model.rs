@@ -93,6 +93,12 @@ impl Model {
         Self { wind: wind.uniform(&self.site).in_plane(), ..self }
     }
 
+    /// Numbers, from 0, of the draws of the vortex ring that the flights feel: that of the first rotor of
+    /// each group of mirror images.
+    pub fn ring_draws(&self) -> impl Iterator<Item = usize> + '_ {
+        self.first.iter().copied().take(self.groups)
+    }
+
     /// The kind of actuators.
     pub fn kind(&self) -> PlantKind {
         self.kind
