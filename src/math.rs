@@ -68,6 +68,12 @@ pub fn tanh(x: f64) -> f64 {
     libm::tanh(x)
 }
 
+/// Complement of the error function, `1 - erf(x)`.
+#[inline]
+pub fn erfc(x: f64) -> f64 {
+    libm::erfc(x)
+}
+
 /// Inverse of the hyperbolic tangent.
 #[inline]
 pub fn atanh(x: f64) -> f64 {

@@ -7,6 +7,7 @@
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
 //! | [`batch`] | both for many planar flights at once | |
 //! | [`releases`] | random releases | (40)-(44), IV.B |
+//! | [`coordinates`] | a trial as independent standard-normal coordinates | |
 //! | [`drops`] | random drops from the canopy to the end, and what is measured of them | |
 //! | [`envelope`] | how far from the nominal release a drop may begin and be safe | |
 //! | [`free_fall`] | how well a fall is found from the accelerometer alone |
@@ -14,6 +15,7 @@
 //! | [`study`] | controllers flown from many releases | V |
 //! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
 //! | [`blocks`] | the same of a campaign whose parts are flown apart | |
+//! | [`rare`] | probabilities of rare failures, and the most likely one | |
 //! | [`quantiles`] | histograms that add up, and exact quantiles | |
 //! | [`chosen`] | bounds on what was chosen among several | |
 //! | [`paper`] | what the paper prints of its study | Table 5, V.A |
@@ -22,6 +24,7 @@ pub mod batch;
 pub mod beta;
 pub mod blocks;
 pub mod chosen;
+pub mod coordinates;
 pub mod drops;
 pub mod envelope;
 pub mod free_fall;
@@ -29,6 +32,7 @@ pub mod grid_loss;
 pub mod paper;
 pub mod power;
 pub mod quantiles;
+pub mod rare;
 pub mod releases;
 pub mod repeats;
 pub mod safety;

@@ -121,7 +121,7 @@ impl Summary {
 }
 
 /// The t with `P(|T| < t) = `[`CONFIDENCE`] for Student's distribution: `T^2/(nu + T^2)` is a beta variable.
-fn student_t(nu: f64) -> f64 {
+pub(super) fn student_t(nu: f64) -> f64 {
     let y = beta_quantile(CONFIDENCE, 0.5, 0.5 * nu);
     (nu * y / (1.0 - y)).sqrt()
 }

@@ -1,6 +1,7 @@
 //! Unknowns of a controller: how far mass, air, wind and delays may be off, one at a time in a
 //! robust tuning, all at once and at random in the flights that gains are tried on afterwards.
 
+use crate::assess::coordinates::UnknownRanges;
 use crate::model::rigid_body::BodyState;
 use crate::sim::planar::Variation;
 
@@ -108,6 +109,18 @@ pub fn varied(
     let mut release = *release;
     release.v_ned.z += gravity_m_s2 * off(DELAY_S);
     (release, variation)
+}
+
+/// The ranges that [`varied`] draws from, for a target speed [m/s].
+pub fn ranges(gravity_m_s2: f64, target_m_s: f64) -> UnknownRanges {
+    UnknownRanges {
+        mass: MASS,
+        inertia: INERTIA,
+        aero: AERO,
+        density: DENSITY,
+        wind_m_s: target_m_s * WIND,
+        fall_m_s: gravity_m_s2 * DELAY_S,
+    }
 }
 
 #[cfg(test)]

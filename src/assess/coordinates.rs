@@ -1,0 +1,345 @@
+//! A trial as independent standard-normal coordinates: every draw of a campaign's trial is a function of
+//! them, white noise of the air included.
+//!
+//! The coordinates have the distribution of [`ReleaseDistribution::draw`] and of turbulence as campaigns draw
+//! it, but not their streams: normal draws are coordinates times their deviation, uniform ones come by
+//! `2 Phi(z) - 1`, and white noise has a coordinate for each number that a filter takes, so that nothing of
+//! its variance is left out. What a flight in the plane does not feel - turbulence across it, the vortex ring
+//! of mirror images one by one - has no coordinate where the trials are flown there.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+
+use super::batch::{BatchMeasure, Outcome, judge_flights};
+use super::releases::{RandomRelease, ReleaseDistribution};
+use super::safety::TrialOutcome;
+use super::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
+use crate::control::{Gains, WithDelay};
+use crate::math;
+use crate::model::MAX_ROTORS;
+use crate::model::parachute::TipOff;
+use crate::model::wind::{FlightNoise, GivenNoise};
+use crate::sim::Sample;
+use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
+
+/// White noise over this time [s] counts as one number where a whole block moves; longer in long flights.
+const BLOCK_S: f64 = 0.2;
+/// Most such blocks of a column.
+const BLOCKS_MOST: usize = 60;
+
+/// How far what the controller does not know may be off, each uniform between its ends; measurements are a
+/// control period late in every other trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnknownRanges {
+    /// Mass, either way, as a fraction.
+    pub mass: f64,
+    /// Moment of inertia, either way, as a fraction.
+    pub inertia: f64,
+    /// Drag and pitching moment, either way, as a fraction.
+    pub aero: f64,
+    /// Density of the air, either way, as a fraction.
+    pub density: f64,
+    /// Wind from t = 0 on, north, either way [m/s].
+    pub wind_m_s: f64,
+    /// Velocity down at t = 0, either way, of a release delay that is off [m/s].
+    pub fall_m_s: f64,
+}
+
+/// A quantity that is drawn, with its coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// The quantity.
+    pub quantity: Quantity,
+    /// Its coordinates: one, or as many as the flight has control periods.
+    pub range: Range<usize>,
+}
+
+/// A quantity that is drawn for a trial.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Amplitude of the swing theta_0.
+    Amplitude,
+    /// Phase of the swing phi.
+    Phase,
+    /// Rate about a body axis that the cut gives, 0 to 2.
+    TipOffRate(usize),
+    /// Velocity along a body axis that the cut gives, 0 to 2.
+    TipOffVelocity(usize),
+    /// Mass.
+    Mass,
+    /// Moment of inertia.
+    Inertia,
+    /// Drag.
+    Drag,
+    /// Pitching moment of the air.
+    PitchingMoment,
+    /// Density of the air.
+    Density,
+    /// Steady wind in addition.
+    Wind,
+    /// Whether measurements come late.
+    Lateness,
+    /// Delay of the release.
+    Delay,
+    /// A column of turbulence's white noise, 0 to 4.
+    Turbulence(usize),
+    /// The column of a rotor in the vortex ring.
+    Ring(usize),
+}
+
+impl Quantity {
+    /// What it is, in words; columns of one filter alike.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Amplitude => "swing, amplitude",
+            Self::Phase => "swing, phase",
+            Self::TipOffRate(_) => "tip-off, rates",
+            Self::TipOffVelocity(_) => "tip-off, velocities",
+            Self::Mass => "mass",
+            Self::Inertia => "moment of inertia",
+            Self::Drag => "drag",
+            Self::PitchingMoment => "pitching moment of the air",
+            Self::Density => "density of the air",
+            Self::Wind => "steady wind",
+            Self::Lateness => "lateness of measurements",
+            Self::Delay => "release delay",
+            Self::Turbulence(0) => "turbulence along the wind",
+            Self::Turbulence(1 | 2) => "turbulence across the wind",
+            Self::Turbulence(_) => "turbulence, vertical",
+            Self::Ring(_) => "thrusts in the vortex ring",
+        }
+    }
+
+    const UNKNOWNS: [Self; 8] = [
+        Self::Mass,
+        Self::Inertia,
+        Self::Drag,
+        Self::PitchingMoment,
+        Self::Density,
+        Self::Wind,
+        Self::Lateness,
+        Self::Delay,
+    ];
+}
+
+/// What is drawn for a trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DrawnTrial {
+    /// The release, with the state at t = 0.
+    pub release: RandomRelease,
+    /// What the controller does not know.
+    pub variation: Variation,
+    /// White noise of the air.
+    pub noise: FlightNoise,
+}
+
+/// The trials of a campaign by coordinates.
+#[derive(Clone, Debug)]
+pub struct TrialSpace {
+    study: SafetyStudy,
+    entry: StudyEntry,
+    releases: ReleaseDistribution,
+    unknowns: Option<UnknownRanges>,
+    plane: Result<Plane, OneAtATime>,
+    parts: Vec<Part>,
+    dimensions: usize,
+}
+
+#[derive(Clone, Debug)]
+struct Plane {
+    model: Model,
+    gains: Gains,
+    measure: BatchMeasure,
+}
+
+impl TrialSpace {
+    /// The trials of an entry of a study from random releases, with unknowns where there are any.
+    pub fn new(
+        study: SafetyStudy,
+        entry: StudyEntry,
+        releases: ReleaseDistribution,
+        unknowns: Option<UnknownRanges>,
+    ) -> Self {
+        let plan = study.flight_plan(&entry, CONTROL_PERIOD_S);
+        let steps = plan.steps() as usize;
+        let plane = || {
+            // Any release tells whether they are in the plane: the same quantities move all of them.
+            let tipped = releases.tip_off_sigma.after(releases.state(0.1, 0.1));
+            Release::of(&tipped)?;
+            let (model, gains) = study.in_the_plane(&entry)?;
+            let target_m_s = [study.target_v_ned.x, study.target_v_ned.z];
+            let measure = BatchMeasure::new(&plan, None, study.limits, target_m_s, study.steady_within_m_s)?
+                .to_plans_end(study.plan.end_s());
+            Ok(Plane { model, gains, measure })
+        };
+        let plane: Result<Plane, OneAtATime> = plane();
+        let mut study = study.clone();
+        if plane.is_ok() {
+            study.wind = study.wind.uniform(&study.environment).in_plane();
+        }
+        let quantities =
+            quantities(&study, &releases, unknowns.is_some(), plane.as_ref().ok().map(|p| &p.model));
+        let mut parts = Vec::new();
+        let mut dimensions = 0;
+        for quantity in quantities {
+            let many = matches!(quantity, Quantity::Turbulence(_) | Quantity::Ring(_));
+            let from = dimensions;
+            dimensions += if many { steps } else { 1 };
+            parts.push(Part { quantity, range: from..dimensions });
+        }
+        Self { study, entry, releases, unknowns, plane, parts, dimensions }
+    }
+
+    /// Number of coordinates.
+    pub fn dimensions(&self) -> usize {
+        self.dimensions
+    }
+
+    /// The quantities that are drawn, with their coordinates in order.
+    pub fn parts(&self) -> &[Part] {
+        &self.parts
+    }
+
+    /// Why the trials are flown one at a time; `None` where they are flown side by side.
+    pub fn one_at_a_time(&self) -> Option<&OneAtATime> {
+        self.plane.as_ref().err()
+    }
+
+    /// Blocks of coordinates that act alike: each alone, white noise by the time that it drives.
+    pub fn blocks(&self) -> Vec<Range<usize>> {
+        let cut = |part: &Part| {
+            let size =
+                ((BLOCK_S / CONTROL_PERIOD_S).round() as usize).max(part.range.len().div_ceil(BLOCKS_MOST));
+            let end = part.range.end;
+            part.range.clone().step_by(size).map(move |from| from..end.min(from + size)).collect::<Vec<_>>()
+        };
+        self.parts.iter().flat_map(cut).collect()
+    }
+
+    /// What is drawn at a point.
+    pub fn drawn(&self, point: &[f64]) -> DrawnTrial {
+        let (mut amplitude_rad, mut phase_rad) = (0.0, 0.0);
+        let mut tip_off = TipOff::default();
+        let mut variation = Variation { air: Some(0), ..Variation::NONE };
+        let (mut fall_m_s, mut noise) = (0.0, FlightNoise::default());
+        let sigma = &self.releases.tip_off_sigma;
+        for Part { quantity, range } in &self.parts {
+            let column = point.get(range.clone()).unwrap_or_default();
+            let z = column.first().copied().unwrap_or_default();
+            let off = |most: fn(&UnknownRanges) -> f64| self.unknowns.as_ref().map_or(0.0, most) * uniform(z);
+            match quantity {
+                Quantity::Amplitude => amplitude_rad = self.releases.amplitude_sigma_rad * z,
+                Quantity::Phase => phase_rad = std::f64::consts::PI * uniform(z),
+                Quantity::TipOffRate(axis) => tip_off.omega_body[*axis] = sigma.omega_body[*axis] * z,
+                Quantity::TipOffVelocity(axis) => tip_off.v_body[*axis] = sigma.v_body[*axis] * z,
+                Quantity::Mass => variation.mass += off(|most| most.mass),
+                Quantity::Inertia => variation.inertia += off(|most| most.inertia),
+                Quantity::Drag => variation.aero[0] += off(|most| most.aero),
+                Quantity::PitchingMoment => variation.aero[2] += off(|most| most.aero),
+                Quantity::Density => variation.density += off(|most| most.density),
+                Quantity::Wind => variation.wind_m_s[0] += off(|most| most.wind_m_s),
+                Quantity::Lateness => variation.delayed = z > 0.0,
+                Quantity::Delay => fall_m_s = off(|most| most.fall_m_s),
+                Quantity::Turbulence(k) => noise.turbulence[*k] = Arc::from(column),
+                Quantity::Ring(rotor) => noise.ring[*rotor] = Arc::from(column),
+            }
+        }
+        let mut state = tip_off.after(self.releases.state(amplitude_rad, phase_rad));
+        state.v_ned.z += fall_m_s;
+        let release = RandomRelease { trial: 0, amplitude_rad, phase_rad, state };
+        DrawnTrial { release, variation, noise }
+    }
+
+    /// Flies the trials at these points; threads are the caller's affair: split at multiples of [`LANES`].
+    pub fn fly(&self, points: &[impl AsRef<[f64]>]) -> Vec<TrialOutcome> {
+        points.chunks(LANES).flat_map(|some| self.fly_some(some)).collect()
+    }
+
+    fn fly_some(&self, points: &[impl AsRef<[f64]>]) -> Vec<TrialOutcome> {
+        let drawn: Vec<DrawnTrial> = points.iter().map(|point| self.drawn(point.as_ref())).collect();
+        let flights = self.plane.as_ref().ok().and_then(|plane| {
+            let flight = |(trial, number): (&DrawnTrial, u64)| -> Result<Flight, NotPlanar> {
+                let variation = Variation { air: Some(number), ..trial.variation };
+                Ok(Flight { gains: plane.gains, release: Release::of(&trial.release.state)?, variation })
+            };
+            Some((plane, drawn.iter().zip(0..).map(flight).collect::<Result<Vec<Flight>, _>>().ok()?))
+        });
+        let Some((plane, flights)) = flights else {
+            return drawn.iter().map(|trial| self.outcome(trial)).collect();
+        };
+        let given: Arc<[FlightNoise]> = drawn.iter().map(|trial| trial.noise.clone()).collect();
+        let mut wind = self.study.wind.clone();
+        wind.given = Some(GivenNoise(given));
+        let mut outcomes = vec![Outcome::default(); flights.len()];
+        judge_flights(&plane.model.clone().in_wind(&wind), &plane.measure, &flights, &mut outcomes);
+        let whole = |(judged, trial): (&Outcome, &DrawnTrial)| {
+            // A flight that the batch engine gave up on still has its peaks before it.
+            if judged.given_up {
+                return self.outcome(trial);
+            }
+            let to_t0: Vector3<f64> = self.study.way_to_t0(&trial.release.state);
+            TrialOutcome { way_ned_m: to_t0 + judged.trial.way_ned_m, ..judged.trial }
+        };
+        outcomes.iter().zip(&drawn).map(whole).collect()
+    }
+
+    /// The flight of a trial in six degrees of freedom: what flies it, and its beginning. A variation of
+    /// which no vehicle can be made is left out.
+    fn in_space(&self, trial: &DrawnTrial) -> (SafetyStudy, StudyEntry, StudyStart) {
+        let (mut study, mut entry) = (self.study.clone(), self.entry.clone());
+        if let Some((vehicle, environment)) = trial.variation.applied(&study.vehicle, &study.environment) {
+            (study.vehicle, study.environment) = (vehicle, environment);
+        }
+        if trial.variation.delayed {
+            entry.controller = Box::new(WithDelay::new(entry.controller));
+        }
+        study.wind.given = Some(GivenNoise(Arc::from([trial.noise.clone()])));
+        (study, entry, StudyStart { state: trial.release.state, air: 0 })
+    }
+
+    fn outcome(&self, trial: &DrawnTrial) -> TrialOutcome {
+        let (study, entry, start) = self.in_space(trial);
+        study.outcome(&entry, start)
+    }
+
+    /// Every sample of a trial's flight in six degrees of freedom.
+    pub fn samples(&self, trial: &DrawnTrial) -> Vec<Sample> {
+        let (study, entry, start) = self.in_space(trial);
+        study.samples(&entry, start)
+    }
+}
+
+/// `2 Phi(z) - 1`: uniform in (-1, 1) for a standard-normal z.
+fn uniform(z: f64) -> f64 {
+    1.0 - math::erfc(z * std::f64::consts::FRAC_1_SQRT_2)
+}
+
+/// The quantities that are drawn for a trial, in order.
+fn quantities(
+    study: &SafetyStudy,
+    releases: &ReleaseDistribution,
+    with_unknowns: bool,
+    plane: Option<&Model>,
+) -> Vec<Quantity> {
+    let mut quantities = vec![Quantity::Amplitude, Quantity::Phase];
+    let sigma = &releases.tip_off_sigma;
+    quantities.extend((0..3).filter(|axis| sigma.omega_body[*axis] != 0.0).map(Quantity::TipOffRate));
+    quantities.extend((0..3).filter(|axis| sigma.v_body[*axis] != 0.0).map(Quantity::TipOffVelocity));
+    if with_unknowns {
+        quantities.extend(Quantity::UNKNOWNS);
+    }
+    // Noise from a file is the same for all trials.
+    if let Some(turbulence) = study.wind.turbulence.as_ref().filter(|turbulence| turbulence.noise.is_none()) {
+        let columns = [0usize, 1, 1, 2, 2];
+        let blows = |k: &usize| turbulence.sigma_m_s[columns[*k]] != 0.0;
+        quantities.extend((0..columns.len()).filter(blows).map(Quantity::Turbulence));
+    }
+    if study.wind.ring.is_some() {
+        let rotors = study.vehicle.rotors.len().min(MAX_ROTORS);
+        let drawn = |rotor: &usize| plane.is_none_or(|model| model.ring_draws().any(|first| first == *rotor));
+        quantities.extend((0..rotors).filter(drawn).map(Quantity::Ring));
+    }
+    quantities
+}
