@@ -30,6 +30,7 @@ mod planner;
 mod px4;
 mod px4_model;
 mod px4_stand_in;
+mod rare;
 mod reference_autopilot;
 mod reference_flight;
 mod replan;

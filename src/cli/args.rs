@@ -197,7 +197,7 @@ impl ChoiceArgs {
 #[derive(Args, Debug)]
 #[command(next_help_heading = "Autopilot")]
 pub struct StateArgs {
-    /// What the autopilot takes its state from: truth or ekf.
+    /// State that the autopilot flies by: truth or ekf.
     #[arg(long, value_enum, default_value_t = EstimatorChoice::Truth, hide_possible_values = true)]
     pub estimator: EstimatorChoice,
 }

@@ -11,6 +11,7 @@
 //! | `plan_grid` | its grid of plans: what it spans, how it is judged, its files |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
+//! | `rare_failure` | the most likely way to fail that a search found |
 //! | `checkpoint` | evaluations of an interrupted search of gains |
 //! | `vehicle_file` | `params/vehicles/*.json` |
 //! | `rotor_table` | the rotor table beside a vehicle |
@@ -40,6 +41,7 @@ mod names;
 mod number;
 mod params_file;
 mod plan_grid;
+mod rare_failure;
 mod rotor_table;
 pub mod schema;
 pub mod shipped;
@@ -66,6 +68,7 @@ pub use plan_grid::{
     GridFileError, GridJudge, JudgedRelease, PlanGridFile, decode_plan_grid, encode_plan_grid,
     write_plan_grid_csv,
 };
+pub use rare_failure::{RareFailureFile, load_rare_failure};
 pub use trajectory_csv::{
     Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,
 };

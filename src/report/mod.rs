@@ -26,6 +26,7 @@
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`free_fall`] | finding the fall from the accelerometer alone: tables |
 //! | [`envelope`] | the safe-release envelope: tables, edges |
+//! | [`rare`] | probabilities of rare failures: tables, the most likely failure |
 //! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the flights, their table |
 //! | `shard` | parts of a campaign that are flown apart: rows as Parquet, statistics (feature `shards`) |
@@ -55,6 +56,7 @@ pub mod params;
 pub mod plan_grid;
 mod plan_motion;
 pub mod px4_gains;
+pub mod rare;
 pub mod repeats;
 pub mod replan;
 pub mod replay;

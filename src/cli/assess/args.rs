@@ -1,14 +1,17 @@
 //! What can be typed after `samara assess`.
 
+use std::path::PathBuf;
+
 use clap::Args;
 
 use crate::cli::args::{
-    AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, PatienceArgs, StateArgs, autopilot, instance, positive,
-    whole,
+    AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, PatienceArgs, StateArgs, autopilot, instance, number,
+    positive, whole,
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
 use samara::assess::envelope::EnvelopeAxis;
+use samara::assess::rare::{PER_LEVEL, PER_LEVEL_LEAST, PROBABILITY_LEAST};
 use samara::config::Mission;
 use samara::replan::Cadence;
 use samara::report::campaign::Keep;
@@ -55,6 +58,34 @@ fn cadences(text: &str) -> Result<Cadences, String> {
     Ok(Cadences(cadences))
 }
 
+/// What `--only` flies again.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Only {
+    /// The trial of this number.
+    Trial(u64),
+    /// The failure that `--rare` wrote to this file.
+    Failure(PathBuf),
+}
+
+fn only(text: &str) -> Result<Only, String> {
+    if text.ends_with(".json") {
+        return Ok(Only::Failure(text.into()));
+    }
+    let trial = whole::<u64>(0..=u64::MAX)(text);
+    trial.map(Only::Trial).map_err(|expected| format!("{expected}, or the rare_failure.json of --rare"))
+}
+
+fn rare(text: &str) -> Result<f64, String> {
+    let fits = |p: f64| (PROBABILITY_LEAST..=0.1).contains(&p);
+    number(text, fits, &format!("a probability from {PROBABILITY_LEAST:e} to 0.1 is expected, such as 1e-6"))
+}
+
+fn per_level(text: &str) -> Result<usize, String> {
+    let range = PER_LEVEL_LEAST..=1_000_000;
+    let expected = format!("a whole number from {PER_LEVEL_LEAST} to 1000000 is expected");
+    text.parse().ok().filter(|n| range.contains(n)).ok_or(expected)
+}
+
 fn rays(text: &str) -> Result<usize, String> {
     let expected = "a multiple of 4 from 4 to 64 is expected";
     text.parse()
@@ -77,7 +108,7 @@ pub struct ShardArgs {
         value_name = "I/N",
         value_parser = shard,
         requires = "out",
-        conflicts_with_all = ["paper", "effects", "envelope", "replan", "free_fall", "only", "resume"]
+        conflicts_with_all = ["paper", "effects", "envelope", "replan", "free_fall", "rare", "only", "resume"]
     )]
     pub shard: Option<Shard>,
     /// Fly the part only if it is one of the campaign of this ID, as --describe prints it.
@@ -187,6 +218,26 @@ pub struct AssessArgs {
             ["paper", "autopilot", "effects", "envelope", "replan", "only", "resume", "bound", "params", "case"]
     )]
     pub free_fall: Option<u64>,
+    /// Find how rare failures are, down to probability P.
+    ///
+    /// Subset simulation over everything that is drawn, turbulence's white noise included: the probability
+    /// that J_TPF reaches --bound with its interval, or that it is below P, and the most likely failure.
+    #[arg(
+        long,
+        value_name = "P",
+        value_parser = rare,
+        conflicts_with_all =
+            ["paper", "autopilot", "effects", "envelope", "replan", "free_fall", "only", "resume", "keep", "trials"]
+    )]
+    pub rare: Option<f64>,
+    /// Draw the controller's unknowns too, with --rare.
+    ///
+    /// Mass, inertia, drag, density, steady wind, delays: as `samara tune --robust` draws them.
+    #[arg(long, requires = "rare", hide_short_help = true)]
+    pub unknowns: bool,
+    /// Flights of each level of --rare.
+    #[arg(long, value_name = "N", default_value_t = PER_LEVEL, value_parser = per_level, requires = "rare", hide_short_help = true)]
+    pub per_level: usize,
     /// Trials of each campaign.
     ///
     /// Instead of the mission's `monte_carlo.trials`; with --effects 1000, with --replan 300, with
@@ -227,9 +278,10 @@ pub struct AssessArgs {
     pub with_parent: Option<Option<u32>>,
     /// Fly trial K alone, with flight log and figures.
     ///
-    /// Of each campaign: prints what was drawn and what came of it.
-    #[arg(long, value_name = "K", value_parser = whole::<u64>(0..=u64::MAX), conflicts_with_all = ["trials", "resume"])]
-    pub only: Option<u64>,
+    /// Of each campaign: prints what was drawn and what came of it. Or the most likely failure of --rare,
+    /// from its rare_failure.json.
+    #[arg(long, value_name = "K|FILE", value_parser = only, conflicts_with_all = ["trials", "resume"])]
+    pub only: Option<Only>,
     /// Fly the trial of --only so many times: how alike are they?
     ///
     /// With --autopilot: how far the flights lie apart, by standard deviation and range of J_TPF, of the time

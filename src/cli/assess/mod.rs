@@ -15,6 +15,7 @@
 //! | `effects` | `--effects`: campaigns of drops with and without each effect |
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `replan` | `--replan`: drops along one plan and along renewed ones |
+//! | `rare` | `--rare`: how rare failures are, and the most likely one |
 //! | `free_fall` | `--free-fall`: how well the release is found by the fall that the accelerometer shows |
 //! | `shards` | `--shard` and `samara merge`: parts of a campaign, flown apart and put together |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
@@ -30,6 +31,7 @@ mod free_fall;
 mod only;
 mod own;
 mod paper;
+mod rare;
 mod replan;
 mod rows;
 #[cfg(feature = "shards")]
@@ -41,7 +43,7 @@ use super::system::interrupt_flag;
 #[cfg(unix)]
 use super::system::raise_without_parent;
 pub use args::AssessArgs;
-use args::{Cadences, Pairs};
+use args::{Cadences, Only, Pairs};
 
 /// The paper's study.
 const PAPER: &str = "titan_paper";
@@ -80,6 +82,10 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
         envelope::run(args, pairs, &stop)
     } else if let Some(hours) = args.free_fall {
         free_fall::run(args, hours, &stop)
+    } else if let Some(least) = args.rare {
+        rare::run(args, least, &stop)
+    } else if let Some(Only::Failure(file)) = &args.only {
+        rare::fly_again(args, file)
     } else {
         study::run(args, &stop)
     }

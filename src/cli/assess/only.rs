@@ -6,12 +6,16 @@ use super::args::AssessArgs;
 use super::campaign::TrialRunner;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::conclusion::write_mcap;
+use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
+use samara::config::Mission;
 use samara::report::campaign::own::OPTIMAL;
 use samara::report::study::campaign_csv::write_row;
 use samara::report::study::{OURS, only};
 use samara::report::{DropRun, FlightCsv, ShownDrop, drop_figure, drop_page};
+use samara::sim::Sample;
+use samara::trajectory::Trajectory;
 
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes
 /// `trial_<K>_<name>.csv` (the flight), `.svg`, `.html` and `.mcap`, and `assess_only_manifest.json`.
@@ -62,35 +66,60 @@ fn write(
     args: &AssessArgs,
 ) -> Result<(), Failure> {
     let TrialRunner { mission, folder, .. } = *runner;
-    let samples = runner.study.samples(entry, release);
     let name = format!("trial_{}_{}", release.trial, entry.name);
-    folder.write(&format!("{name}.csv"), |out| {
-        let mut csv = FlightCsv::new(out, mission, false)?;
-        samples.iter().try_for_each(|sample| csv.write(sample))?;
-        csv.finish().map(|_| ())
-    })?;
-    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
-        .steady_within(mission.limits.steady_within_m_s)
-        .within(mission.limits.flight)
-        .to_plans_end(runner.study.plan.end_s());
-    samples.iter().for_each(|sample| verdict.observe(sample));
-    let verdict = verdict.finish();
-    let shown = ShownDrop {
+    let flight = AloneFlight {
         mission,
-        title: &format!("{}, trial {}, {}", mission.name, release.trial, entry.name),
+        title: format!("{}, trial {}, {}", mission.name, release.trial, entry.name),
         gains: &entry.gains_name,
-        samples: &samples,
-        plan: Some(&runner.study.plan),
-        verdict: verdict.as_ref(),
-        run: &DropRun { completed: true, must_be_steady: true, ..DropRun::default() },
+        plan: &runner.study.plan,
+        samples: &runner.study.samples(entry, release),
     };
-    let figure = drop_figure(&shown).context("the figure of the trial")?;
-    folder.write_text(&format!("{name}.svg"), &figure)?;
-    if !args.page.no_html {
-        folder.write_text(&format!("{name}.html"), &drop_page(&shown))?;
+    flight.write(folder, &name, args)
+}
+
+/// A flight of a campaign, to be looked at by itself.
+pub struct AloneFlight<'a> {
+    pub mission: &'a Mission,
+    pub title: String,
+    /// Name of the gains.
+    pub gains: &'a str,
+    /// The plan that was flown.
+    pub plan: &'a Trajectory,
+    pub samples: &'a [Sample],
+}
+
+impl AloneFlight<'_> {
+    /// Writes flight log, figure and pages: `<name>.csv`, `.svg`, `.html` and `.mcap`.
+    pub fn write(&self, folder: &OutputFolder, name: &str, args: &AssessArgs) -> Result<(), Failure> {
+        let Self { mission, samples, plan, .. } = *self;
+        folder.write(&format!("{name}.csv"), |out| {
+            let mut csv = FlightCsv::new(out, mission, false)?;
+            samples.iter().try_for_each(|sample| csv.write(sample))?;
+            csv.finish().map(|_| ())
+        })?;
+        let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
+            .steady_within(mission.limits.steady_within_m_s)
+            .within(mission.limits.flight)
+            .to_plans_end(plan.end_s());
+        samples.iter().for_each(|sample| verdict.observe(sample));
+        let verdict = verdict.finish();
+        let shown = ShownDrop {
+            mission,
+            title: &self.title,
+            gains: self.gains,
+            samples,
+            plan: Some(plan),
+            verdict: verdict.as_ref(),
+            run: &DropRun { completed: true, must_be_steady: true, ..DropRun::default() },
+        };
+        let figure = drop_figure(&shown).context("the figure of the trial")?;
+        folder.write_text(&format!("{name}.svg"), &figure)?;
+        if !args.page.no_html {
+            folder.write_text(&format!("{name}.html"), &drop_page(&shown))?;
+        }
+        if args.page.mcap {
+            write_mcap(folder, &format!("{name}.mcap"), &shown, false, None)?;
+        }
+        Ok(())
     }
-    if args.page.mcap {
-        write_mcap(folder, &format!("{name}.mcap"), &shown, false, None)?;
-    }
-    Ok(())
 }

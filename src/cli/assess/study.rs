@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 
-use super::args::AssessArgs;
+use super::args::{AssessArgs, Only};
 use super::campaign::TrialRunner;
 use super::{only, own, paper};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
@@ -28,11 +28,13 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     write_plan(&folder, &mission, &plan.plan)?;
     let Some(plan) = converged(args, &mission, plan, &narrator)? else { return Ok(Answer::No) };
     let runner = runner(args, &mission, &plan, &folder, stop)?;
-    match (args.only, args.paper) {
-        (Some(trial), true) => only::run(&runner, &paper::entries_of(&mission)?, trial, args),
-        (Some(trial), false) => only::run(&runner, &own_entries(&mission).bad_input()?, trial, args),
-        (None, true) => paper::run(args, &plan, &runner, &narrator),
-        (None, false) => own::run(args, &plan, &runner, &narrator),
+    match (&args.only, args.paper) {
+        (Some(Only::Trial(trial)), true) => only::run(&runner, &paper::entries_of(&mission)?, *trial, args),
+        (Some(Only::Trial(trial)), false) => {
+            only::run(&runner, &own_entries(&mission).bad_input()?, *trial, args)
+        }
+        (_, true) => paper::run(args, &plan, &runner, &narrator),
+        (_, false) => own::run(args, &plan, &runner, &narrator),
     }
 }
 

@@ -15,6 +15,7 @@
 //! | `distribution` | the share of a campaign's trials below each value, beside the limit |
 //! | `envelope` | the safe-release envelope, a panel for each two quantities |
 //! | `free_fall` | operating curves of rules that find a fall |
+//! | `rare` | the probability of reaching a cost, down to a rare one |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
 //! | `study`, `study_paths`, `study_campaigns` | the paper's figures 7 to 14 |
 
@@ -31,6 +32,7 @@ mod glyph;
 mod heading;
 mod label;
 mod polyline;
+mod rare;
 mod rotors;
 mod sheet;
 mod study;
@@ -45,6 +47,7 @@ pub use convergence::convergence_figure;
 pub use distribution::{Distribution, distribution_figure};
 pub use envelope::envelope_figure;
 pub use free_fall::free_fall_figure;
+pub use rare::rare_figure;
 
 use nalgebra::Vector3;
 

@@ -17,7 +17,7 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
 
-use super::args::AssessArgs;
+use super::args::{AssessArgs, Only};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
@@ -50,6 +50,11 @@ pub struct Campaign<'a> {
 
 /// Flies the campaign, or one trial of it.
 pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
+    if let Some(Only::Failure(file)) = &args.only {
+        let message =
+            "a failure of --rare flies without --autopilot; the number of a trial is expected with it";
+        return Err(Failure::input(format!("--only {}: {message}", file.display())));
+    }
     let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
     print_origin(&args.mission, &mission)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
@@ -58,10 +63,10 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
     pilot.check(&mission, &planned.trajectory, args.instance)?;
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
-    match (args.only, args.repeat) {
-        (Some(trial), Some(times)) => campaign.repeat(trial, times, &folder, stop),
-        (Some(trial), None) => campaign.only(trial, stop),
-        (None, _) => {
+    match (&args.only, args.repeat) {
+        (Some(Only::Trial(trial)), Some(times)) => campaign.repeat(*trial, times, &folder, stop),
+        (Some(Only::Trial(trial)), None) => campaign.only(*trial, stop),
+        _ => {
             campaign.check_places()?;
             campaign.fly_all(&folder, stop)
         }

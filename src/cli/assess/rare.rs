@@ -1,0 +1,183 @@
+//! `samara assess --rare`: how rare failures are by subset simulation, and the most likely one; and that one
+//! flown again.
+
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use anyhow::Context as _;
+use rayon::prelude::*;
+
+use super::args::AssessArgs;
+use super::command::Command;
+use super::only::AloneFlight;
+use super::study;
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::estimate::warn_one_at_a_time;
+use crate::cli::narrator::Narrator;
+use crate::cli::planning::plan_to_fly;
+use crate::cli::progress::Progress;
+use crate::cli::results::OutputFolder;
+use crate::cli::system::thread_pool;
+use crate::cli::terminal::print;
+use samara::assess::coordinates::TrialSpace;
+use samara::assess::rare::RareSearch;
+use samara::config::{Mission, load_rare_failure};
+use samara::report::campaign::own::own_entries;
+use samara::report::figure::{FigureError, rare_figure};
+use samara::report::rare::RareReport;
+use samara::sim::planar::LANES;
+use samara::trajectory::Trajectory;
+use samara::tune::unknowns;
+
+/// Name of the files of the most likely failure.
+const FAILURE: &str = "rare_failure";
+
+/// Ctrl-C ended the search.
+struct Stopped;
+
+/// Searches, writes and reports.
+pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let narrator = Narrator::alone(args.mission.json);
+    let mission = mission(args, &narrator)?;
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
+        return Ok(Answer::No);
+    };
+    let plan = &timed.plan.trajectory;
+    let space = space(&mission, plan, args.unknowns)?;
+    let search = RareSearch { bound: args.bound, least, per_level: args.per_level, seed: mission.seed };
+    let pool = thread_pool(args.threads)?;
+    if let Some(reason) = space.one_at_a_time() {
+        let nominal = [vec![0.0; space.dimensions()]];
+        let most = search.points_most() as u64;
+        warn_one_at_a_time(reason, most, pool.current_num_threads(), || space.fly(&nominal));
+    }
+    let progress = Progress::new("assess", "flights", search.points_most() as u64);
+    let found = search.run(space.dimensions(), &space.blocks(), |points| {
+        if stop.load(Ordering::Relaxed) {
+            return Err(Stopped);
+        }
+        let flown = pool.install(|| points.par_chunks(LANES).map(|some| space.fly(some)).collect::<Vec<_>>());
+        progress.inc(points.len() as u64);
+        Ok(flown.into_iter().flatten().map(|outcome| outcome.j_tpf).collect())
+    });
+    progress.finish();
+    let Ok(found) = found else {
+        narrator.say("stopped: nothing is kept of a search that is not complete\n");
+        narrator.check()?;
+        if args.mission.json {
+            let object =
+                serde_json::json!({ "mission": mission.name, "probability": null, "reason": "stopped" });
+            print(&format!("{object:#}\n"))?;
+        }
+        return Ok(Answer::No);
+    };
+    let nearest = found.nearest.as_ref().map(|nearest| space.drawn(&nearest.point));
+    let command = Command::of(args, &mission).alone();
+    let (parts, unknowns) = (space.parts().to_vec(), args.unknowns);
+    let report = RareReport { mission: &mission, unknowns, found, parts, nearest };
+    write(&report, &folder)?;
+    if let Some(drawn) = &report.nearest {
+        alone(&mission, plan, &space.samples(drawn)).write(&folder, FAILURE, args)?;
+    }
+    let asked = [("rare", least.to_string()), ("bound", args.bound.to_string())];
+    folder.write_manifest("assess_rare", &mission, &asked)?;
+    let again = match report.nearest {
+        Some(_) => {
+            let file = folder.path().join(FAILURE).with_extension("json");
+            format!("flown in {FAILURE}.svg; again: {command} --only {}\n", file.display())
+        }
+        None => String::new(),
+    };
+    folder.print_result(args.mission.json, || report.json(), || format!("\n{}\n{again}", report.text()))?;
+    Ok(Answer::from(report.found.is_below()))
+}
+
+fn write(report: &RareReport<'_>, folder: &OutputFolder) -> Result<(), Failure> {
+    folder.write_text("rare.txt", &report.text())?;
+    folder.write_text("rare.json", &report.json())?;
+    folder.write_text("rare.csv", &report.csv())?;
+    match rare_figure(report) {
+        Ok(svg) => folder.write_text("rare.svg", &svg).map(|_| ())?,
+        Err(FigureError::Empty) => {}
+        Err(e) => Err(e).context("the figure of the probabilities")?,
+    }
+    if let Some(json) = report.failure_json() {
+        folder.write_text(&format!("{FAILURE}.json"), &json)?;
+    }
+    if report.nearest.is_none() {
+        let names = ["json", "csv", "svg", "html", "mcap"].map(|ending| format!("{FAILURE}.{ending}"));
+        folder.remove_leftovers(&names.each_ref().map(String::as_str))?;
+    }
+    Ok(())
+}
+
+/// Flies the most likely failure of a file again: prints J_TPF, writes flight log, figure and pages.
+pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
+    if args.paper {
+        return Err(Failure::input(
+            "--only FILE: a failure of --rare is expected without --paper".to_owned(),
+        ));
+    }
+    let narrator = Narrator::alone(args.mission.json);
+    let mission = mission(args, &narrator)?;
+    let failure = load_rare_failure(file, &mission).bad_input()?;
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
+        return Ok(Answer::No);
+    };
+    let plan = &timed.plan.trajectory;
+    let space = space(&mission, plan, failure.unknowns)?;
+    let (found, expected) = (failure.coordinates.len(), space.dimensions());
+    if found != expected {
+        return Err(Failure::input(format!(
+            "{}: coordinates: {expected} numbers are expected, found {found}",
+            file.display()
+        )));
+    }
+    let outcome = space.fly(&[&failure.coordinates]).into_iter().next().unwrap_or_default();
+    alone(&mission, plan, &space.samples(&space.drawn(&failure.coordinates)))
+        .write(&folder, FAILURE, args)?;
+    folder.write_manifest("assess_only", &mission, &[("only", file.display().to_string())])?;
+    let failed = !(outcome.j_tpf < failure.bound);
+    let json = || {
+        let object = serde_json::json!({
+            "mission": mission.name,
+            "j_tpf": outcome.j_tpf.is_finite().then_some(outcome.j_tpf),
+            "bound": failure.bound,
+            "failed": failed,
+        });
+        format!("{object:#}\n")
+    };
+    let said = if failed { "reaches" } else { "stays below" };
+    let text =
+        || format!("J_TPF {:.6}, which {said} {}; flight in {FAILURE}.*, ", outcome.j_tpf, failure.bound);
+    folder.print_result(args.mission.json, json, text)?;
+    Ok(Answer::from(!failed))
+}
+
+fn mission(args: &AssessArgs, narrator: &Narrator) -> Result<Mission, Failure> {
+    let mission = study::mission(args, narrator)?;
+    if mission.release.standing {
+        let message = "--rare is about drops, and this mission begins on the ground";
+        return Err(Failure::input(format!("{}: {message}", mission.file.display())));
+    }
+    Ok(mission)
+}
+
+/// The trials of the campaign along the plan, by their coordinates.
+fn space(mission: &Mission, plan: &Trajectory, with_unknowns: bool) -> Result<TrialSpace, Failure> {
+    let [along_plan, _] = own_entries(mission).bad_input()?;
+    let g = mission.site.environment.gravity_m_s2;
+    let ranges = with_unknowns.then(|| unknowns::ranges(g, mission.target_v_ned.norm()));
+    Ok(TrialSpace::new(mission.safety_study(plan), along_plan, mission.releases(), ranges))
+}
+
+fn alone<'a>(
+    mission: &'a Mission,
+    plan: &'a Trajectory,
+    samples: &'a [samara::sim::Sample],
+) -> AloneFlight<'a> {
+    let title = format!("{}, the most likely failure", mission.name);
+    AloneFlight { mission, title, gains: &mission.control.gains_name, plan, samples }
+}

@@ -1,0 +1,226 @@
+//! Rare failures: trials by their coordinates against those of plain campaigns, and `samara assess --rare` as
+//! a user meets it.
+#![cfg(feature = "cli")]
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use samara::assess::coordinates::{Quantity, TrialSpace};
+use samara::assess::{RandomRelease, SafetyStudy, StudyEntry};
+use samara::config::Mission;
+use samara::math::erfc;
+use samara::model::rigid_body::BodyState;
+use samara::plan::SolverOptions;
+use samara::random::{Stream, normal_pair};
+use samara::report::campaign::own::own_entries;
+use samara::sim::planar::Variation;
+use samara::tune::unknowns::{self, varied};
+use samara::units::RAD_PER_DEG;
+
+fn planned(name: &str) -> (Mission, SafetyStudy, StudyEntry) {
+    let mission = Mission::shipped(name).unwrap();
+    let plan =
+        mission.solve(&SolverOptions::default(), &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
+    let study = mission.safety_study(&plan.trajectory);
+    let [along_plan, _] = own_entries(&mission).unwrap();
+    (mission, study, along_plan)
+}
+
+/// The z with `2 Phi(z) - 1 = x`, by bisection.
+fn normal_of(x: f64) -> f64 {
+    let (mut low, mut high) = (-9.0, 9.0);
+    for _ in 0..80 {
+        let middle = 0.5 * (low + high);
+        if 1.0 - erfc(middle * std::f64::consts::FRAC_1_SQRT_2) < x { low = middle } else { high = middle }
+    }
+    low
+}
+
+/// The numbers of a stream as a plain flight's filters take them: in pairs, one column after the other, or
+/// both into one.
+fn pairs(seed: u64, stream: u64, count: usize) -> Vec<[f64; 2]> {
+    let mut stream = Stream::new(seed, stream);
+    (0..count).map(|_| normal_pair(stream.bits())).collect()
+}
+
+/// What tells the streams of the vortex ring from others of a seed.
+const RING: u64 = 0x7672_696e_6721_0000;
+
+/// The coordinates at which a trial is that of a plain campaign: from the same streams of random numbers.
+fn coordinates_of(mission: &Mission, space: &TrialSpace, release: &RandomRelease) -> Vec<f64> {
+    let air = release.trial + 1;
+    let seed = mission.seed;
+    let mut point = Vec::new();
+    for part in space.parts() {
+        let count = part.range.len();
+        let of_pairs =
+            |stream, place: usize| pairs(seed, stream, count).into_iter().map(move |pair| pair[place]);
+        match part.quantity {
+            Quantity::Amplitude => {
+                point.push(release.amplitude_rad / mission.releases().amplitude_sigma_rad);
+            }
+            Quantity::Phase => point.push(normal_of(release.phase_rad / std::f64::consts::PI)),
+            Quantity::Turbulence(0) => {
+                point.extend(pairs(seed, 3 * air, count).into_iter().flatten().take(count));
+            }
+            Quantity::Turbulence(k @ (3 | 4)) => point.extend(of_pairs(3 * air + 2, k - 3)),
+            Quantity::Ring(rotor) => {
+                let numbers = pairs(seed ^ RING, 8 * air + rotor as u64, count);
+                point.extend(numbers.into_iter().flatten().take(count));
+            }
+            Quantity::TipOffRate(axis) => {
+                let swung = mission.releases().state(release.amplitude_rad, release.phase_rad);
+                let more = release.state.omega_body[axis] - swung.omega_body[axis];
+                point.push(more / mission.releases().tip_off_sigma.omega_body[axis]);
+            }
+            other => panic!("{other:?} is not drawn in the plane"),
+        }
+    }
+    point
+}
+
+/// A trial whose coordinates are made of a plain trial's own random numbers is that trial: turbulence, vortex
+/// ring, swing; its flight in space, too.
+#[test]
+fn reference_coordinates_of_plain_trials_fly_them() {
+    let (mission, study, entry) = planned("x500_real_air");
+    let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases(), None);
+    assert!(space.one_at_a_time().is_none() && space.dimensions() > 5000, "{}", space.dimensions());
+    let releases: Vec<RandomRelease> = (3..12).map(|k| mission.releases().draw(mission.seed, k)).collect();
+    let points: Vec<Vec<f64>> = releases.iter().map(|r| coordinates_of(&mission, &space, r)).collect();
+    assert!(points.iter().all(|point| point.len() == space.dimensions()));
+    let (plain, mapped) = (study.fly_releases(&entry, &releases), space.fly(&points));
+    for (plain, mapped) in plain.iter().zip(&mapped) {
+        assert!((plain.j_tpf - mapped.j_tpf).abs() < 1e-9, "{} {}", plain.j_tpf, mapped.j_tpf);
+        assert!((plain.way_ned_m - mapped.way_ned_m).norm() < 1e-6);
+    }
+    assert!(plain.windows(2).all(|two| (two[0].j_tpf - two[1].j_tpf).abs() > 1e-6), "the air differs");
+    let samples = space.samples(&space.drawn(&points[0]));
+    let speed = samples.iter().map(|s| s.state.body.v_ned.norm()).fold(0.0, f64::max);
+    assert!((speed - mapped[0].peak_speed_m_s).abs() < 1e-6, "{speed} {}", mapped[0].peak_speed_m_s);
+}
+
+/// Normal coordinates give J_TPF the distribution that plain trials have: Kolmogorov and Smirnov's distance
+/// of two samples stays below that of a millionth.
+#[test]
+fn reference_j_tpf_of_normal_coordinates_is_distributed_as_in_plain_trials() {
+    let (mission, study, entry) = planned("x500_real_air");
+    let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases(), None);
+    let n = 256;
+    let releases: Vec<RandomRelease> = (0..n).map(|k| mission.releases().draw(5, k)).collect();
+    let point = |k| pairs(77, k, space.dimensions()).into_iter().map(|pair| pair[0]).collect::<Vec<f64>>();
+    let sorted = |outcomes: Vec<samara::assess::TrialOutcome>| {
+        let mut j_tpf: Vec<f64> = outcomes.iter().map(|o| o.j_tpf).collect();
+        j_tpf.sort_by(f64::total_cmp);
+        j_tpf
+    };
+    let plain = sorted(study.fly_releases(&entry, &releases));
+    let mapped = sorted(space.fly(&(0..n).map(point).collect::<Vec<_>>()));
+    let share = |sorted: &[f64], x: f64| sorted.partition_point(|y| *y <= x) as f64 / n as f64;
+    let apart = |x: &f64| (share(&plain, *x) - share(&mapped, *x)).abs();
+    let distance = plain.iter().chain(&mapped).map(apart).fold(0.0, f64::max);
+    let critical = (-0.5 * (0.5e-6f64).ln()).sqrt() * (2.0 / n as f64).sqrt();
+    assert!(distance < critical, "{distance}, not below {critical}");
+}
+
+/// Unknowns are those of robust tuning: at the coordinates of their draws they are drawn again.
+#[test]
+fn reference_unknowns_are_those_of_robust_tuning() {
+    let (mission, study, entry) = planned("x500_drop");
+    let (g, speed) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
+    let most = unknowns::ranges(g, speed);
+    let space = TrialSpace::new(study, entry, mission.releases(), Some(most));
+    let still = mission.releases().state(0.0, 0.0);
+    for k in 0..50 {
+        let (state, variation): (BodyState, Variation) = varied(&still, 3, k, g, speed);
+        let point: Vec<f64> = space.parts().iter().map(|part| match part.quantity {
+            Quantity::Amplitude | Quantity::Phase => 0.0,
+            Quantity::Mass => normal_of((variation.mass - 1.0) / most.mass),
+            Quantity::Inertia => normal_of((variation.inertia - 1.0) / most.inertia),
+            Quantity::Drag => normal_of((variation.aero[0] - 1.0) / most.aero),
+            Quantity::PitchingMoment => normal_of((variation.aero[2] - 1.0) / most.aero),
+            Quantity::Density => normal_of((variation.density - 1.0) / most.density),
+            Quantity::Wind => normal_of(variation.wind_m_s[0] / most.wind_m_s),
+            Quantity::Lateness => {
+                if variation.delayed {
+                    0.3
+                } else {
+                    -0.3
+                }
+            }
+            Quantity::Delay => normal_of((state.v_ned.z - still.v_ned.z) / most.fall_m_s),
+            other => panic!("{other:?} is not drawn"),
+        });
+        let drawn = space.drawn(&point);
+        let numbers = |v: &Variation| {
+            [v.mass, v.inertia, v.aero[0], v.aero[1], v.aero[2], v.density, v.wind_m_s[0], v.wind_m_s[1]]
+        };
+        for (found, expected) in numbers(&drawn.variation).into_iter().zip(numbers(&variation)) {
+            assert!((found - expected).abs() < 1e-12, "{found} {expected}");
+        }
+        assert_eq!(drawn.variation.delayed, variation.delayed);
+        assert!((drawn.release.state.v_ned - state.v_ned).norm() < 1e-12);
+    }
+    let swung = space.drawn(&[1.0]).release.amplitude_rad;
+    assert!((swung - 3.0 * RAD_PER_DEG).abs() < 1e-15, "{swung}");
+}
+
+fn samara(args: &[&str], out: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_samara"))
+        .arg("assess")
+        .args(args)
+        .args(["--out", out.to_str().unwrap()])
+        .output()
+        .unwrap()
+}
+
+const X500: &str = "mission/x500_drop.json";
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// A search leaves its files, with the same bytes on one thread and on two; its most likely failure flies
+/// again to the same J_TPF; a file of another seed, and one of another length, are refused.
+#[test]
+fn a_search_is_reproducible_and_its_failure_flies_again() {
+    let [one, two] = [(); 2].map(|()| tempfile::tempdir().unwrap());
+    let search = [X500, "--rare", "0.01", "--bound", "0.4999", "--per-level", "800", "--threads"];
+    for (out, threads) in [(&one, "1"), (&two, "2")] {
+        let output = samara(&[&search[..], &[threads]].concat(), out.path());
+        // About one in twelve: not rarer than 1 %.
+        assert_eq!(output.status.code(), Some(1), "{output:?}");
+    }
+    let names = ["rare.txt", "rare.json", "rare.csv", "rare.svg", "rare_failure.json", "rare_failure.csv"];
+    for name in names.iter().chain(&["rare_failure.svg", "rare_failure.html", "assess_rare_manifest.json"]) {
+        let [a, b] = [&one, &two].map(|out| fs::read(out.path().join(name)).unwrap());
+        assert!(a == b, "{name} differs");
+    }
+    let found = json(&one.path().join("rare.json"));
+    let number = |key: &str| found[key].as_f64().unwrap();
+    assert!(number("low") < number("probability") && number("probability") < number("high"), "{found}");
+    assert_eq!((found["below"].as_bool(), found["coordinates"].as_u64()), (Some(false), Some(2)));
+    let failure = one.path().join("rare_failure.json");
+    let again = samara(&[X500, "--json", "--only", failure.to_str().unwrap()], two.path());
+    assert_eq!(again.status.code(), Some(1), "{again:?}");
+    let again: serde_json::Value = serde_json::from_slice(&again.stdout).unwrap();
+    assert_eq!(again["j_tpf"], json(&failure)["j_tpf"]);
+    assert!(again["failed"] == true && again["j_tpf"].as_f64().unwrap() >= 0.4999, "{again}");
+    let refused = |args: &[&str], words: &str| {
+        let output = samara(&[&[X500, "--only"], args].concat(), two.path());
+        let said = String::from_utf8(output.stderr.clone()).unwrap();
+        assert!(output.status.code() == Some(2) && said.contains(words), "{said}");
+    };
+    let of = failure.to_str().unwrap();
+    refused(&[of, "--seed", "9"], "input_hash: a failure of x500_drop");
+    refused(&[of, "--autopilot", "reference"], "a failure of --rare flies without --autopilot");
+    refused(&["nowhere.json"], "cannot read failure of --rare");
+    let mut longer = json(&failure);
+    longer["coordinates"].as_array_mut().unwrap().push(0.5.into());
+    fs::write(&failure, longer.to_string()).unwrap();
+    refused(&[of], "coordinates: 2 numbers are expected, found 3");
+    longer["coordinates"][0] = "high".into();
+    fs::write(&failure, longer.to_string()).unwrap();
+    refused(&[of], "coordinates[0]");
+}
