@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use samara::assess::coordinates::{Quantity, TrialSpace};
+use samara::assess::coordinates::{Part, Quantity, TrialSpace};
 use samara::assess::{RandomRelease, SafetyStudy, StudyEntry};
 use samara::config::Mission;
 use samara::math::erfc;
@@ -134,7 +134,7 @@ fn reference_unknowns_are_those_of_robust_tuning() {
     let still = mission.releases().state(0.0, 0.0);
     for k in 0..50 {
         let (state, variation): (BodyState, Variation) = varied(&still, 3, k, g, speed);
-        let point: Vec<f64> = space.parts().iter().map(|part| match part.quantity {
+        let coordinate = |part: &Part| match part.quantity {
             Quantity::Amplitude | Quantity::Phase => 0.0,
             Quantity::Mass => normal_of((variation.mass - 1.0) / most.mass),
             Quantity::Inertia => normal_of((variation.inertia - 1.0) / most.inertia),
@@ -151,7 +151,8 @@ fn reference_unknowns_are_those_of_robust_tuning() {
             }
             Quantity::Delay => normal_of((state.v_ned.z - still.v_ned.z) / most.fall_m_s),
             other => panic!("{other:?} is not drawn"),
-        });
+        };
+        let point: Vec<f64> = space.parts().iter().map(coordinate).collect();
         let drawn = space.drawn(&point);
         let numbers = |v: &Variation| {
             [v.mass, v.inertia, v.aero[0], v.aero[1], v.aero[2], v.density, v.wind_m_s[0], v.wind_m_s[1]]

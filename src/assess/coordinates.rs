@@ -52,7 +52,7 @@ pub struct UnknownRanges {
 pub struct Part {
     /// The quantity.
     pub quantity: Quantity,
-    /// Its coordinates: one, or as many as the flight has control periods.
+    /// Places of its coordinates: one, or as many as the flight has control periods.
     pub range: Range<usize>,
 }
 
@@ -90,7 +90,7 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// What it is, in words; columns of one filter alike.
+    /// Name of the quantity for a reader; columns of one filter alike.
     pub fn words(self) -> &'static str {
         match self {
             Self::Amplitude => "swing, amplitude",

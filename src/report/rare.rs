@@ -58,7 +58,7 @@ fn value(quantity: Quantity, drawn: &DrawnTrial) -> Option<String> {
 struct Share {
     words: &'static str,
     value: Option<String>,
-    /// Its coordinate, or the length of all of them.
+    /// The coordinate, or the length of all of them where there are several.
     deviations: f64,
     /// Share of the square of the distance.
     share: f64,
@@ -245,7 +245,7 @@ impl RareReport<'_> {
         }
     }
 
-    /// The most likely failure with all of its coordinates, as `rare_failure.json` holds it to be flown again.
+    /// The most likely failure with all of its coordinates, to be flown again: `rare_failure.json`.
     pub fn failure_json(&self) -> Option<String> {
         let nearest = self.found.nearest.as_ref()?;
         Some(text(&object! {

@@ -26,10 +26,11 @@ mod tests;
 use std::ops::Range;
 
 pub use estimate::Estimate;
+pub use nearest::Nearest;
 pub use population::{Ascent, Level};
 
 use crate::math;
-use population::Population;
+use population::{Population, SHARE};
 
 /// Populations that climb apart from each other.
 pub const POPULATIONS: usize = 8;
@@ -37,8 +38,6 @@ pub const POPULATIONS: usize = 8;
 pub const PER_LEVEL: usize = 6800;
 /// Fewest points of a level: ten chains in each population.
 pub const PER_LEVEL_LEAST: usize = 800;
-/// Share of a level's points that begin the next.
-const SHARE: f64 = 0.1;
 /// Least probability that can be asked for.
 pub const PROBABILITY_LEAST: f64 = 1e-12;
 
@@ -145,17 +144,6 @@ pub struct RareFound {
     pub nearest: Option<Nearest>,
     /// Points that were scored, those on the way to the most likely failure included.
     pub scored: u64,
-}
-
-/// A failing point that is likelier than all others known.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Nearest {
-    /// The coordinates.
-    pub point: Vec<f64>,
-    /// The score there, at or above the bound.
-    pub score: f64,
-    /// Distance from the origin, in standard deviations.
-    pub distance: f64,
 }
 
 impl RareFound {

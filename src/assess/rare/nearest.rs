@@ -7,8 +7,6 @@
 
 use std::ops::Range;
 
-use super::Nearest;
-
 /// Failures of each population from which lines are followed, the nearest.
 const TRIED: usize = 4;
 /// Places along a line that are looked at, at once.
@@ -23,6 +21,17 @@ const SHARES: [f64; 4] = [1.0, 0.6, 0.3, 0.1];
 const GAIN: f64 = 0.002;
 /// Step of the differences, in standard deviations.
 const STEP: f64 = 0.1;
+
+/// A failing point that is likelier than all others known.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Nearest {
+    /// The coordinates.
+    pub point: Vec<f64>,
+    /// The score there, at or above the bound.
+    pub score: f64,
+    /// Distance from the origin, in standard deviations.
+    pub distance: f64,
+}
 
 /// Goes from the failures that each population met to the most likely one; `None` without any.
 ///

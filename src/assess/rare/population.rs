@@ -1,9 +1,10 @@
 //! A population on its way up: levels of points, each sampled beyond a threshold that the one before reached.
 
-use super::SHARE;
 use crate::math;
 use crate::random::{Stream, normal_pair};
 
+/// Share of a level's points that begin the next.
+pub(super) const SHARE: f64 = 0.1;
 /// What tells the streams of these searches from others of a seed.
 const OTHER_STREAMS: u64 = 0x7261_7265_0000_0000;
 /// Share of accepted steps that the width is steered to (Papaioannou et al. 2015, 4.2).

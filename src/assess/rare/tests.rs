@@ -170,7 +170,7 @@ fn closed_form_a_staircase_is_climbed() {
             Ok::<_, ()>(points.iter().map(|z| (z[0] / step + 1e-12).floor() * step).collect())
         };
         let bound = bound - 1e-9;
-        let found = search(bound, TAIL, *seed).run(1, &[0..1], score).unwrap();
+        let found = search(bound, TAIL, *seed).run(1, std::slice::from_ref(&(0..1)), score).unwrap();
         let Estimate { low, high, .. } = found.estimate();
         low <= TAIL && TAIL <= high
     });
@@ -215,5 +215,5 @@ fn an_error_of_the_score_ends_the_search() {
         calls += 1;
         if calls > 9 { Err("stop") } else { Ok(vec![0.0; points.len()]) }
     };
-    assert_eq!(search(1.0, TAIL, 1).run(2, &[0..2], score), Err("stop"));
+    assert_eq!(search(1.0, TAIL, 1).run(2, std::slice::from_ref(&(0..2)), score), Err("stop"));
 }
