@@ -11,6 +11,7 @@
 
 mod architecture;
 mod assess;
+mod card;
 mod cli;
 #[cfg(all(feature = "files", feature = "link"))]
 mod command_long;

@@ -16,8 +16,12 @@ use samara::report::{
     drop_json, drop_mcap, drop_page, judge_drop, verdict_text,
 };
 
+/// The parameters that PX4, or the model of it, was given for a drop.
+pub const GIVEN_PARAMETERS: &str = "px4.params";
+
 /// The files that the flight of a drop may leave; a drop removes those that it has not written.
-pub const FLIGHT_FILES: [&str; 9] = [
+pub const FLIGHT_FILES: [&str; 10] = [
+    GIVEN_PARAMETERS,
     "flight.csv",
     "drop.json",
     "drop.svg",

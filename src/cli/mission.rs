@@ -1,6 +1,6 @@
 //! Missions as a verb uses them: read, with the choices of the command line put in.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
@@ -108,8 +108,8 @@ pub fn mission_for_px4(
         mission.note_choice("gains", PX4_DEFAULT);
         return Ok((mission, Some(ParameterFile::default())));
     }
-    let named = mission.px4.params.clone().filter(|_| choice.gains.is_none());
-    let Some(given) = choice.params.clone().or(named) else { return Ok((mission, None)) };
+    let chosen = (choice.gains.as_deref(), choice.params.as_deref());
+    let Some(given) = px4_parameters(&mission, chosen) else { return Ok((mission, None)) };
     let file = mission.note_parameters(&given);
     let file = match choice.params {
         Some(_) => file.bad_input()?,
@@ -127,6 +127,13 @@ pub fn mission_for_px4(
     }
     refuse_useless(&given, &check)?;
     Ok((mission, Some(file)))
+}
+
+/// The parameter file that PX4 flies by where gains and parameters of these names are chosen, or none: that
+/// which is chosen, else the mission's own, unless gains are.
+pub fn px4_parameters(mission: &Mission, (gains, params): (Option<&str>, Option<&Path>)) -> Option<PathBuf> {
+    let named = mission.px4.params.clone().filter(|_| gains.is_none());
+    params.map(Path::to_owned).or(named)
 }
 
 fn check_of(file: &ParameterFile) -> Check {

@@ -8,6 +8,7 @@ mod answer;
 mod args;
 mod assess;
 mod autopilot;
+mod card;
 mod check;
 mod conclusion;
 mod design;
@@ -81,6 +82,7 @@ pub fn run() -> ExitCode {
         Verb::Completions(args) => shell_files::completions(&args, command()),
         Verb::Man(args) => shell_files::man(&args, command()),
         Verb::Init(args) => init::run(&args),
+        Verb::Card(args) => card::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::New(args) => new::run(&args),
     })

@@ -73,6 +73,15 @@ fn write_aside(path: &Path, content: impl FnOnce(&mut BufWriter<File>) -> io::Re
     })
 }
 
+fn hexadecimal(hash: Sha256) -> String {
+    hash.finalize().iter().map(|b| format!("{b:02x}")).collect()
+}
+
+/// SHA-256 of a text, hexadecimal.
+pub fn sha256_of(text: &str) -> String {
+    hexadecimal(Sha256::new_with_prefix(text))
+}
+
 /// What came of removing something; what was not there is gone, too.
 pub fn gone(removed: io::Result<()>) -> io::Result<()> {
     match removed {
@@ -199,7 +208,7 @@ impl OutputFolder {
         };
         let hash: io::Result<Sha256> = read();
         let hash = hash.with_context(|| format!("cannot read {} again", path.display())).bad_input()?;
-        Ok(hash.finalize().iter().map(|b| format!("{b:02x}")).collect())
+        Ok(hexadecimal(hash))
     }
 
     /// Writes `<verb>_manifest.json`: version, seed and hash of the inputs of this run, its circumstances

@@ -6,6 +6,7 @@ use super::assess::AssessArgs;
 #[cfg(feature = "shards")]
 use super::assess::shards::merge::MergeArgs;
 use super::autopilot::AutopilotArgs;
+use super::card::CardArgs;
 use super::check::CheckArgs;
 use super::design::DesignArgs;
 use super::drop::DropArgs;
@@ -53,6 +54,9 @@ pub enum Verb {
     /// Fly the paper's safety study: release cases, Monte Carlo campaigns, figures, one page.
     #[command(after_long_help = include_str!("help/assess.txt"))]
     Assess(AssessArgs),
+    /// Make the release card of a mission: all evidence on one page, and whether to go.
+    #[command(after_long_help = include_str!("help/card.txt"))]
+    Card(CardArgs),
     /// Put the shards of a campaign together: the tables and the page of all its trials.
     #[cfg(feature = "shards")]
     #[command(after_long_help = include_str!("help/merge.txt"))]

@@ -195,6 +195,14 @@ impl InputHash {
     }
 }
 
+/// The text of an input file, of the disk or built in; `role` is what an error calls it: "mission file".
+///
+/// # Errors
+/// [`ConfigError::Read`] when it cannot be read.
+pub fn input_text(path: &Path, role: &'static str) -> Result<String, ConfigError> {
+    Ok(Source::read(path, role, None)?.text)
+}
+
 /// SHA-256 of a text in hexadecimal, as `sha256sum` prints it.
 pub(super) fn sha256(text: &str) -> String {
     let mut hash = InputHash::default();

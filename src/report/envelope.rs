@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::columns::short;
 use super::json::{head, object, text};
@@ -13,6 +13,66 @@ use crate::config::{ENVELOPE_LIMITS, Mission};
 /// Columns of `envelope.csv`.
 const COLUMNS: &str = "pair,limit,ray,angle_deg,safe_x,safe_y,unsafe_x,unsafe_y,flights,confirmed,confirmed_x,\
                        confirmed_y,tries,fresh_flights";
+
+/// Two quantities of an envelope, as a panel of its figure shows them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvelopePair {
+    /// The two quantities, x and y.
+    pub axes: [EnvelopeAxis; 2],
+    /// What was looked at of each.
+    pub ranges: [AxisRange; 2],
+    /// The outlines of [`ENVELOPE_LIMITS`].
+    pub outlines: [EnvelopeOutline; 2],
+}
+
+/// The edges of a limit around the nominal release, ray by ray, as points (x, y); none where the nominal
+/// release is not safe.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct EnvelopeOutline {
+    /// The last points at which the search lost no flight.
+    pub safe: Vec<[f64; 2]>,
+    /// The farthest points that held on fresh flights; the nominal release where none did.
+    pub confirmed: Vec<[f64; 2]>,
+}
+
+/// How far a quantity goes by itself, confirmed, below a limit of J_state.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EnvelopeReach {
+    /// Name of the quantity, [`EnvelopeAxis::name`].
+    pub axis: String,
+    /// The limit.
+    pub limit: f64,
+    /// The way down; `None`: there is nothing to look at, or the nominal release is not safe.
+    pub low: Option<ReachEnd>,
+    /// The way up, likewise.
+    pub high: Option<ReachEnd>,
+}
+
+/// Where a way from the nominal release ends.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ReachEnd {
+    /// The farthest value that held on fresh flights, in the quantity's unit; `None`: none did.
+    pub confirmed: Option<f64>,
+    /// Whether that is the end of what was looked at.
+    pub is_the_end: bool,
+}
+
+impl EnvelopeReach {
+    /// From where to where, in words: `-2.1 .. 4+`, `up to 1.5`; + where it is the end of what was looked at,
+    /// - where nothing is confirmed.
+    pub fn words(&self) -> String {
+        let words = |end: &ReachEnd| {
+            let mark = if end.is_the_end { "+" } else { "" };
+            end.confirmed.map_or_else(|| "-".to_owned(), |value| short(value, 2) + mark)
+        };
+        match (self.low.as_ref().map(words), self.high.as_ref().map(words)) {
+            (Some(low), Some(high)) => format!("{low} .. {high}"),
+            (None, Some(high)) => format!("up to {high}"),
+            (Some(low), None) => format!("down to {low}"),
+            (None, None) => "none".to_owned(),
+        }
+    }
+}
 
 /// A fan with the edges along its rays.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,6 +97,21 @@ impl FanEdges {
     pub fn place(&self, ray: &Ray, share: f64) -> [f64; 2] {
         let point = ray.at(share);
         self.fan.axes.map(|axis| point.value(axis))
+    }
+
+    /// What a panel shows of it.
+    pub fn pair(&self, ranges: &[AxisRange; 6]) -> EnvelopePair {
+        let points = |limit: f64, share: fn(&Edge) -> f64| {
+            self.of_limit(limit).map(|(_, ray, edge)| self.place(ray, share(edge))).collect()
+        };
+        EnvelopePair {
+            axes: self.fan.axes,
+            ranges: self.fan.axes.map(|axis| ranges[axis as usize]),
+            outlines: ENVELOPE_LIMITS.map(|limit| EnvelopeOutline {
+                safe: points(limit, |edge| edge.safe),
+                confirmed: points(limit, |edge| edge.confirmed().unwrap_or(0.0)),
+            }),
+        }
     }
 
     /// Name in files: both quantities, a colon between.
@@ -109,33 +184,29 @@ impl EnvelopeReport<'_> {
         self.fans.iter().all(|fan| fan.nominal[limit])
     }
 
+    /// How far a quantity goes by itself below a limit; `None` where no pair that was asked for has it.
+    fn reach(&self, axis: EnvelopeAxis, limit: f64) -> Option<EnvelopeReach> {
+        let fan = self.fans.iter().find(|fan| fan.fan.axes.contains(&axis))?;
+        let quarter = fan.fan.turns / 4;
+        let up = if fan.fan.axes[0] == axis { 0 } else { quarter };
+        let end = |turn: usize| {
+            let (_, ray, edge) = fan.of_limit(limit).find(|(of, ..)| *of == turn)?;
+            let share = edge.confirmed();
+            let confirmed = share.map(|share| ray.at(share).value(axis));
+            Some(ReachEnd { confirmed, is_the_end: share == Some(1.0) })
+        };
+        Some(EnvelopeReach { axis: axis.name().to_owned(), limit, low: end(up + 2 * quarter), high: end(up) })
+    }
+
     /// How far each quantity goes by itself.
     fn one_at_a_time(&self) -> Grid {
         let head = ["", "nominal", "J_state < 0.7", "J_state < 1"];
         let mut grid = Grid::new("One at a time, confirmed", head);
         for axis in EnvelopeAxis::ALL {
-            let Some(fan) = self.fans.iter().find(|fan| fan.fan.axes.contains(&axis)) else { continue };
-            let quarter = fan.fan.turns / 4;
-            let first = if fan.fan.axes[0] == axis { 0 } else { quarter };
-            let end = |limit: f64, turn: usize| {
-                fan.of_limit(limit).find(|(of, ..)| *of == turn).map(|(_, ray, edge)| {
-                    match edge.confirmed() {
-                        Some(share) => {
-                            let mark = if share == 1.0 { "+" } else { "" };
-                            short(ray.at(share).value(axis), 2) + mark
-                        }
-                        None => "-".to_owned(),
-                    }
-                })
-            };
-            let from_to = |limit: f64| match (end(limit, first + 2 * quarter), end(limit, first)) {
-                (Some(low), Some(high)) => format!("{low} .. {high}"),
-                (None, Some(high)) => format!("up to {high}"),
-                (Some(low), None) => format!("down to {low}"),
-                (None, None) => "none".to_owned(),
-            };
+            let reaches = ENVELOPE_LIMITS.map(|limit| self.reach(axis, limit));
+            let [Some(narrow), Some(wide)] = reaches else { continue };
             let nominal = short(self.ranges[axis as usize].nominal, 2);
-            grid.row(axis.words(), [nominal, from_to(ENVELOPE_LIMITS[0]), from_to(ENVELOPE_LIMITS[1])]);
+            grid.row(axis.words(), [nominal, narrow.words(), wide.words()]);
         }
         grid
     }
@@ -203,6 +274,9 @@ impl EnvelopeReport<'_> {
         let ranges = EnvelopeAxis::ALL.into_iter().zip(&self.ranges).map(|(axis, range)| {
             object! { axis: axis.name(), low: range.low, nominal: range.nominal, high: range.high }
         });
+        let alone = EnvelopeAxis::ALL
+            .into_iter()
+            .flat_map(|axis| ENVELOPE_LIMITS.into_iter().filter_map(move |limit| self.reach(axis, limit)));
         text(&object! {
             #[serde(flatten)] head: head(self.mission),
             gains: &self.mission.control.gains_name,
@@ -212,6 +286,7 @@ impl EnvelopeReport<'_> {
             flights: self.search.flights,
             fresh_flights: self.search.fresh_flights(),
             axes: ranges.collect::<Vec<_>>(),
+            one_at_a_time: alone.collect::<Vec<_>>(),
             pairs: self.fans.iter().map(|fan| self.fan_json(fan)).collect::<Vec<_>>(),
         })
     }

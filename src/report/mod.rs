@@ -18,6 +18,8 @@
 //! | [`figure`] | SVG figures |
 //! | [`mcap`] | the drop for Foxglove, Rerun and PlotJuggler |
 //! | [`replay`] | the page on which a drop is seen again |
+//! | [`shell`] | commands as a shell reads them back |
+//! | [`card`] | the release card: all evidence on one page |
 //! | `shown_drop` | what figure and page show of a drop |
 //! | `marks` | the instants of a drop that have names |
 //! | [`plan_grid`] | grids of plans: tables, JSON |
@@ -36,6 +38,7 @@
 //! come from the caller and go to the terminal and to `--json` only, never into a file.
 
 pub mod campaign;
+pub mod card;
 mod columns;
 mod derived;
 pub mod design;
@@ -62,6 +65,7 @@ pub mod replan;
 pub mod replay;
 #[cfg(feature = "shards")]
 pub mod shard;
+pub mod shell;
 mod shown_drop;
 pub mod study;
 pub mod truth;

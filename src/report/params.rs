@@ -21,6 +21,16 @@ pub fn params_file(mission: &Mission, export: &Export) -> String {
     write(&format!("samara {VERSION}"), &export.notes(&origin), &export.parameters)
 }
 
+/// The parameter file of all that an autopilot was given for a drop: equal parameters for a mission and gains
+/// are equal bytes, whatever the seed.
+pub fn given_parameters(mission: &Mission, export: &Export) -> String {
+    let origin = [format!(
+        "Mission: {}; airframe: {}; gains: {}",
+        mission.name, mission.vehicle_name, mission.control.gains_name
+    )];
+    write(&format!("samara {VERSION}"), &export.notes(&origin), &export.parameters)
+}
+
 /// Findings and remarks as text, a line each, indented.
 fn lines<'a>(findings: impl Iterator<Item = &'a Finding>, remarks: &[String]) -> String {
     findings.map(Finding::text).chain(remarks.iter().cloned()).map(|line| format!("  {line}\n")).collect()

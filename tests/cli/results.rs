@@ -96,7 +96,7 @@ fn a_drop_without_a_page_leaves_none() {
 fn a_drop_without_a_wire_leaves_no_recording_of_an_earlier_one() {
     let out = tempfile::tempdir().unwrap();
     let folder = out.path().to_str().unwrap();
-    for (autopilot, count) in [("reference", 11), ("px4-model", 7)] {
+    for (autopilot, count) in [("reference", 11), ("px4-model", 8)] {
         let args = ["drop", "mission/x500_drop.json", "--autopilot", autopilot, "--json", "--out", folder];
         assert_eq!(json(&samara(&args))["autopilot"], autopilot);
         let manifest = object(&out.path().join("drop_manifest.json"));

@@ -8,62 +8,61 @@ use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::config::shipped::is_built_in;
-#[cfg(feature = "shards")]
 use samara::report::campaign::Keep;
+use samara::report::shell::command_line;
 
-/// The command that makes the campaigns again, its choices spelt out; folder and number of threads do not
-/// belong to it.
+/// The command that makes the campaigns again, its choices spelt out, quoted for a shell; folder and number
+/// of threads do not belong to it.
 pub struct Command {
-    text: String,
-    bound: String,
+    words: Vec<String>,
+    keep: Option<Keep>,
+    bound: f64,
 }
 
 impl Command {
     /// The command up to the number of trials.
     pub fn of(args: &AssessArgs, mission: &Mission) -> Self {
-        let mut text = if args.paper {
-            "samara assess --paper".to_owned()
+        let mut words = vec!["samara".to_owned(), "assess".to_owned()];
+        words.push(if args.paper {
+            "--paper".to_owned()
         } else {
             // A built-in mission by its name, which means it anywhere else, too.
             let file = if is_built_in(&mission.file) { &args.mission.mission } else { &mission.file };
-            format!("samara assess {}", file.display())
-        };
-        if let Some(gains) = &args.choice.gains {
-            text += &format!(" --gains {gains}");
-        }
-        if let Some(params) = &args.choice.params {
-            text += &format!(" --params {}", params.display());
-        }
-        if let Some(case) = &args.choice.case {
-            text += &format!(" --case {case}");
-        }
-        text += &format!(" --seed {}", mission.seed);
-        let bound = if args.bound == 1.0 { String::new() } else { format!(" --bound {}", args.bound) };
-        Self { text, bound }
+            file.display().to_string()
+        });
+        words.extend(choices(args, mission));
+        Self { words, keep: args.keep, bound: args.bound }
     }
 
     /// The command with the autopilot that flies whole drops.
     pub fn by(mut self, autopilot: &AutopilotArg) -> Self {
-        self.text += &format!(" --autopilot {autopilot}");
+        self.words.extend(["--autopilot".to_owned(), autopilot.to_string()]);
         self
     }
 
     /// The whole command.
     pub fn with_trials(&self, trials: u64) -> String {
-        format!("{} --trials {trials}{}", self.text, self.bound)
+        // A merged campaign says what is usual, too.
+        let keep = self.keep.filter(|keep| *keep != Keep::usual(trials));
+        let keep = keep.map(|keep| ["--keep".to_owned(), name_of(keep)]);
+        let trials = ["--trials".to_owned(), trials.to_string()];
+        self.line(trials.into_iter().chain(keep.into_iter().flatten()))
     }
 
     /// The command that takes `--only`.
     pub fn alone(&self) -> String {
-        format!("{}{}", self.text, self.bound)
+        self.line([])
+    }
+
+    fn line(&self, more: impl IntoIterator<Item = String>) -> String {
+        let bound = (self.bound != 1.0).then(|| ["--bound".to_owned(), self.bound.to_string()]);
+        command_line(self.words.iter().cloned().chain(more).chain(bound.into_iter().flatten()))
     }
 }
 
-/// The arguments of `samara assess` that fly the campaign anywhere, its choices spelt out: without folder,
-/// part, and whatever changes no result.
-#[cfg(feature = "shards")]
-pub fn arguments(args: &AssessArgs, mission: &Mission, trials: u64, keep: Keep) -> Vec<String> {
-    let mut words = vec![args.mission.mission.display().to_string()];
+/// The options that decide what is flown, but for the autopilot and how many trials.
+fn choices(args: &AssessArgs, mission: &Mission) -> Vec<String> {
+    let mut words = Vec::new();
     let mut add = |option: &str, value: Option<String>| {
         words.extend(value.into_iter().flat_map(|value| [option.to_owned(), value]));
     };
@@ -71,13 +70,29 @@ pub fn arguments(args: &AssessArgs, mission: &Mission, trials: u64, keep: Keep) 
     add("--params", args.choice.params.as_ref().map(|path| path.display().to_string()));
     add("--case", args.choice.case.clone());
     add("--seed", Some(mission.seed.to_string()));
-    add("--trials", Some(trials.to_string()));
-    add("--keep", Some(format!("{keep:?}").to_lowercase()));
-    add("--bound", (args.bound != 1.0).then(|| args.bound.to_string()));
-    add("--autopilot", args.autopilot.as_ref().map(ToString::to_string));
     add("--estimator", args.state.asked().then(|| "ekf".to_owned()));
     if args.feed_forward {
         words.push("--feed-forward".to_owned());
+    }
+    words
+}
+
+fn name_of(keep: Keep) -> String {
+    format!("{keep:?}").to_lowercase()
+}
+
+/// The arguments of `samara assess` that fly the campaign anywhere, its choices spelt out: without folder,
+/// part, and whatever changes no result.
+#[cfg(feature = "shards")]
+pub fn arguments(args: &AssessArgs, mission: &Mission, trials: u64, keep: Keep) -> Vec<String> {
+    let mut words = vec![args.mission.mission.display().to_string()];
+    words.extend(choices(args, mission));
+    words.extend(["--trials".to_owned(), trials.to_string(), "--keep".to_owned(), name_of(keep)]);
+    if args.bound != 1.0 {
+        words.extend(["--bound".to_owned(), args.bound.to_string()]);
+    }
+    if let Some(autopilot) = &args.autopilot {
+        words.extend(["--autopilot".to_owned(), autopilot.to_string()]);
     }
     words
 }

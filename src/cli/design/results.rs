@@ -57,9 +57,12 @@ pub fn write_distributions(folder: &OutputFolder, mission: &Mission, run: &Desig
     folder.write_text("design.svg", &figure).map(|_| ())
 }
 
-/// Writes the manifest of a design, with the options that made it.
+/// Writes the manifest of a design, with the options that made it and the hash of the inputs of the mission
+/// that it wrote.
 pub fn write_manifest(args: &DesignArgs, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
+    let designed = load_mission(&folder.path().join(MISSION)).context("the mission that was written")?;
     let options = [
+        ("designed_input_hash", designed.inputs.hash),
         ("budget", args.budget.to_string()),
         ("time_limit", args.time_limit.map_or_else(|| "none".to_owned(), |s| s.to_string())),
         ("start", args.start.clone().unwrap_or_else(|| mission.control.gains_name.clone())),

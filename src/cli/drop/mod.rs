@@ -12,7 +12,7 @@ mod args;
 mod cases;
 
 use super::answer::{Answer, Failure};
-use super::conclusion::{Conclusion, FLIGHT_FILES};
+use super::conclusion::{Conclusion, FLIGHT_FILES, GIVEN_PARAMETERS};
 use super::mission::{origin, use_replan};
 use super::narrator::Narrator;
 use super::pilot::{Flight, pilot_and_mission};
@@ -71,6 +71,9 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     };
     if args.cases {
         return cases::run(args, pilot.as_ref(), &planned, &flight);
+    }
+    if let Some(text) = pilot.parameters(&mission, &planned.trajectory)? {
+        folder.write_text(GIVEN_PARAMETERS, &text)?;
     }
     let flown = pilot.fly(&flight)?;
     let mut conclusion = Conclusion::new(&mission, Some(&planned), &flown).with_page(&args.page);

@@ -26,6 +26,12 @@ pub trait Pilot: Sync {
     /// parameters that the pilot is given.
     fn check(&self, mission: &Mission, trajectory: &Trajectory, instance: u16) -> Result<(), Failure>;
 
+    /// The parameter file of all that the autopilot is given for a flight; `None` where it flies the
+    /// mission's own gains.
+    fn parameters(&self, _mission: &Mission, _trajectory: &Trajectory) -> Result<Option<String>, Failure> {
+        Ok(None)
+    }
+
     /// Whether each flight takes the ports of an instance for itself.
     fn takes_ports(&self) -> bool {
         false

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::contract::{Flight, Flown, Pilot, PilotOption};
-use super::px4::upload::{preparation, suits};
+use super::px4::upload::{preparation, suits, whole};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::{AutopilotArg, ChoiceArgs};
 use crate::cli::mission::mission_for_px4;
@@ -14,6 +14,7 @@ use samara::config::Mission;
 use samara::control::px4::{Law, Parameters, Px4Controller, is_quad_x};
 use samara::params::{ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
+use samara::report::params::given_parameters;
 use samara::sim::{self, FlightPlan, FlightRecord, Reference};
 use samara::trajectory::Trajectory;
 
@@ -51,6 +52,11 @@ impl Pilot for Px4Model {
         let (_, remarks) = parameters_for(mission, trajectory, &self.law, self.parameters.as_ref())?;
         print_remarks(&mission.control.gains_name, &remarks);
         Ok(())
+    }
+
+    fn parameters(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Option<String>, Failure> {
+        let whole = whole(mission, trajectory, self.parameters.as_ref(), !self.law.allocates)?;
+        Ok(Some(given_parameters(mission, &whole)))
     }
 
     /// Flies the mission, the release at the end of the hang.

@@ -6,7 +6,7 @@ use super::canvas::{self, Anchor, FigureError, Font, Pen, Point, Stroke, sub};
 use super::color::{FIRST, GRID, INK, Rgb, THIRD};
 use crate::assess::envelope::AxisRange;
 use crate::config::ENVELOPE_LIMITS;
-use crate::report::envelope::{EnvelopeReport, FanEdges};
+use crate::report::envelope::{EnvelopePair, EnvelopeReport};
 
 const WIDTH_PX: u32 = 1100;
 const COLUMNS: usize = 3;
@@ -42,10 +42,40 @@ pub fn envelope_figure(report: &EnvelopeReport<'_>) -> Result<String, FigureErro
         pen.text(remark, (16.0, 51.0), Anchor::Left, SMALL);
         legend(pen);
         for (place, fan) in report.fans.iter().enumerate() {
-            panel(pen, fan, &report.ranges, place);
+            let (column, row) = ((place % COLUMNS) as f64, (place / COLUMNS) as f64);
+            let corner = (LEFT_PX + COLUMN_PX * column, TOP_PX + ROW_PX * row);
+            panel(pen, &fan.pair(&report.ranges), corner, PANEL_PX);
         }
     })
 }
+
+/// Draws up to [`STRIP_PANELS`] pairs of an envelope in a row, without a headline: for a page that says what
+/// they are. `title` and `origin` go into the document's head.
+///
+/// # Errors
+/// [`FigureError::Empty`] without pairs; [`FigureError`] when the backend fails.
+pub fn envelope_strip(head: (&str, &str), pairs: &[EnvelopePair]) -> Result<String, FigureError> {
+    let pairs = &pairs[..pairs.len().min(STRIP_PANELS)];
+    if pairs.is_empty() {
+        return Err(FigureError::Empty);
+    }
+    let width = STRIP_COLUMN_PX * pairs.len() as f64;
+    let height = STRIP_TOP_PX + STRIP_PANEL_PX.1 + 48.0;
+    canvas::sheet((width as u32, height as u32), head, |pen| {
+        for (place, pair) in pairs.iter().enumerate() {
+            let corner = (STRIP_LEFT_PX + STRIP_COLUMN_PX * place as f64, STRIP_TOP_PX);
+            panel(pen, pair, corner, STRIP_PANEL_PX);
+        }
+    })
+}
+
+/// Most panels of a strip.
+pub const STRIP_PANELS: usize = 2;
+/// A strip's panels are small, for a page where there is little room.
+const STRIP_PANEL_PX: (f64, f64) = (190.0, 120.0);
+const STRIP_COLUMN_PX: f64 = 262.0;
+const STRIP_LEFT_PX: f64 = 50.0;
+const STRIP_TOP_PX: f64 = 26.0;
 
 fn legend(pen: &mut Pen<'_>) {
     let mut x = 16.0;
@@ -58,45 +88,38 @@ fn legend(pen: &mut Pen<'_>) {
     }
 }
 
-fn panel(pen: &mut Pen<'_>, fan: &FanEdges, ranges: &[AxisRange; 6], place: usize) {
-    let left = LEFT_PX + COLUMN_PX * (place % COLUMNS) as f64;
-    let top = TOP_PX + ROW_PX * (place / COLUMNS) as f64;
-    let [x, y] = fan.fan.axes;
+fn panel(pen: &mut Pen<'_>, pair: &EnvelopePair, (left, top): Point, (width, height): (f64, f64)) {
+    let [x, y] = pair.axes;
     let panel = Panel {
-        x: Axis::new(span(fan, 0, ranges), (left, left + PANEL_PX.0)),
-        y: Axis::new(span(fan, 1, ranges), (top + PANEL_PX.1, top)),
+        x: Axis::new(span(pair, 0), (left, left + width)),
+        y: Axis::new(span(pair, 1), (top + height, top)),
     };
     pen.text(y.words(), (left - 44.0, top - 14.0), Anchor::Left, TITLE);
-    pen.text(x.words(), (left + 0.5 * PANEL_PX.0, top + PANEL_PX.1 + 34.0), Anchor::Center, TITLE);
-    let outline = |limit: f64, share: fn(&crate::assess::envelope::Edge) -> f64| -> Vec<Point> {
-        let at = |place: [f64; 2]| panel.px(place[0], place[1]);
-        fan.of_limit(limit).map(|(_, ray, edge)| at(fan.place(ray, share(edge)))).collect()
-    };
-    let confirmed = ENVELOPE_LIMITS.map(|limit| outline(limit, |edge| edge.confirmed().unwrap_or(0.0)));
+    pen.text(x.words(), (left + 0.5 * width, top + height + 34.0), Anchor::Center, TITLE);
+    let at = |points: &[[f64; 2]]| -> Vec<Point> { points.iter().map(|[x, y]| panel.px(*x, *y)).collect() };
+    let confirmed = pair.outlines.each_ref().map(|outline| at(&outline.confirmed));
     // The larger region first, the grid over both.
     for (points, inside) in confirmed.iter().zip(INSIDES).rev().filter(|(points, _)| points.len() > 2) {
         pen.polygon(points, inside);
     }
     panel.grid(pen, 6, 5, true);
     frame(pen, &panel);
-    for ((points, limit), color) in confirmed.iter().zip(ENVELOPE_LIMITS).zip(LINES).rev() {
-        pen.line(&closed(&outline(limit, |edge| edge.safe)), Stroke::dashed(color, 1.0, 4.0, 3.0));
+    for ((points, outline), color) in confirmed.iter().zip(&pair.outlines).zip(LINES).rev() {
+        pen.line(&closed(&at(&outline.safe)), Stroke::dashed(color, 1.0, 4.0, 3.0));
         pen.line(&closed(points), Stroke::solid(color, 2.0));
     }
-    if let Some((_, ray)) = fan.fan.rays.first() {
-        let [nominal_x, nominal_y] = fan.place(ray, 0.0);
-        let (px, py) = panel.px(nominal_x, nominal_y);
-        for (dx, dy) in [(5.0, 0.0), (0.0, 5.0)] {
-            pen.line(&[(px - dx, py - dy), (px + dx, py + dy)], Stroke::solid(INK, 1.6));
-        }
+    let [nominal_x, nominal_y] = pair.ranges.map(|range| range.nominal);
+    let (px, py) = panel.px(nominal_x, nominal_y);
+    for (dx, dy) in [(5.0, 0.0), (0.0, 5.0)] {
+        pen.line(&[(px - dx, py - dy), (px + dx, py + dy)], Stroke::solid(INK, 1.6));
     }
 }
 
 /// The range of a panel along the first or the second quantity: about the edges, or what was looked at.
-fn span(fan: &FanEdges, along: usize, ranges: &[AxisRange; 6]) -> (f64, f64) {
-    let edges = ENVELOPE_LIMITS.into_iter().flat_map(|limit| fan.of_limit(limit));
-    let found = range(edges.map(|(_, ray, edge)| fan.place(ray, edge.safe)[along]));
-    let AxisRange { low, nominal, high } = ranges[fan.fan.axes[along] as usize];
+fn span(pair: &EnvelopePair, along: usize) -> (f64, f64) {
+    let safe = pair.outlines.iter().flat_map(|outline| &outline.safe);
+    let found = range(safe.map(|point| point[along]));
+    let AxisRange { low, nominal, high } = pair.ranges[along];
     let (low, high) = found.filter(|(low, high)| high > low).unwrap_or((low, high));
     let (low, high) = (low.min(nominal), high.max(nominal));
     let air = MARGIN * (high - low).max(1e-9);
@@ -118,6 +141,7 @@ mod tests {
     use super::*;
     use crate::assess::envelope::{Edge, EdgeSearch, EnvelopeAxis, Fan, reaches_of};
     use crate::config::Mission;
+    use crate::report::envelope::FanEdges;
 
     /// Every panel has its axes' names, every limit its outline; without fans there is no figure.
     #[test]

@@ -45,7 +45,7 @@ pub use bode::bode_figure;
 pub use canvas::FigureError;
 pub use convergence::convergence_figure;
 pub use distribution::{Distribution, distribution_figure};
-pub use envelope::envelope_figure;
+pub use envelope::{STRIP_PANELS, envelope_figure, envelope_strip};
 pub use free_fall::free_fall_figure;
 pub use rare::rare_figure;
 

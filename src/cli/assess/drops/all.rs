@@ -22,7 +22,7 @@ use crate::cli::terminal::{print, print_err};
 use samara::assess::{plan_j_tpf, tracking};
 use samara::report::campaign::exact::MeasureValues;
 use samara::report::campaign::{
-    CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialJudge, TrialRecord,
+    CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialJudge, TrialRecord, json,
 };
 use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
 
@@ -139,6 +139,9 @@ impl Campaign<'_> {
         let mut circumstances =
             vec![("trials", trials.to_string()), ("autopilot", self.pilot.name().to_owned())];
         circumstances.extend(version.map(|version| ("autopilot_version", version.to_owned())));
+        if let Some(text) = self.pilot.parameters(&self.mission, &self.planned.trajectory)? {
+            folder.write_text(&format!("{}.params", self.name()), &text)?;
+        }
         let page = format!("{}.html", self.name());
         if tally.flown() > 0 {
             self.write_page(folder, trials, summary, csv.clone())?;
@@ -165,7 +168,7 @@ impl Campaign<'_> {
         format!("{}.csv", self.name())
     }
 
-    /// Writes the page of the campaign.
+    /// Writes the page of the campaign and the object of its numbers.
     fn write_page(
         &self,
         folder: &OutputFolder,
@@ -195,8 +198,11 @@ impl Campaign<'_> {
             cases: Vec::new(),
             tracking_period_s: tracking::control_period_s(&self.planned.trajectory),
         };
+        let json = format!("{name}.json");
+        folder.write_text(&json, &json::json(&report, None))?;
         let prefix = format!("{name}_");
-        write_page(folder, &report, [&name, &prefix], [], csv.as_slice())
+        let files: Vec<String> = csv.into_iter().chain([json]).collect();
+        write_page(folder, &report, [&name, &prefix], [], &files)
     }
 
     fn report(trial: &DropTrial, trials: u64) {

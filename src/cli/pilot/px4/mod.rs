@@ -52,6 +52,7 @@ use samara::link::streamer::{Clock, Procedure, SolvedBy, Uploads};
 use samara::link::{Link, parties};
 use samara::params::ParameterFile;
 use samara::report::FlownBy;
+use samara::report::params::given_parameters;
 use samara::trajectory::Trajectory;
 use upload::{Preparation, estimators_window, preparation, suits};
 pub use watched::Patience;
@@ -131,6 +132,11 @@ impl Pilot for Px4 {
         let (_, preparation) = self.prepare(mission, trajectory)?;
         print_remarks(&mission.control.gains_name, &preparation.upload.remarks);
         Ok(())
+    }
+
+    fn parameters(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Option<String>, Failure> {
+        let (_, preparation) = self.prepare(mission, trajectory)?;
+        Ok(Some(given_parameters(mission, &preparation.into_export(self.parameters.is_some()))))
     }
 
     fn takes_ports(&self) -> bool {

@@ -96,6 +96,19 @@ pub fn estimators_window(envelope: &DropEnvelope) -> Vec<(&'static str, f64)> {
     vec![("EKF2_GPS_DELAY", 1e3 * delay_s), ("EKF2_AVEL_DELAY", window_ms), ("EKF2_DELAY_MAX", window_ms)]
 }
 
+impl Preparation {
+    /// All that PX4 is given, as a file's content; `by_a_file`: whether a file stands in the gains' place.
+    pub fn into_export(self, by_a_file: bool) -> Export {
+        let Self { upload, mut export, .. } = self;
+        if by_a_file {
+            // Those are remarks on the mission's gains.
+            export.remarks.clear();
+        }
+        export.remarks.extend(upload.remarks);
+        export.with(upload.parameters)
+    }
+}
+
 /// All that PX4 is given, as a file's content.
 pub fn whole(
     mission: &Mission,
@@ -103,13 +116,7 @@ pub fn whole(
     given: Option<&ParameterFile>,
     mixer: bool,
 ) -> Result<Export, Failure> {
-    let Preparation { upload, mut export, .. } = preparation(mission, trajectory, given, mixer)?;
-    if given.is_some() {
-        // Those are remarks on the mission's gains.
-        export.remarks.clear();
-    }
-    export.remarks.extend(upload.remarks);
-    Ok(export.with(upload.parameters))
+    Ok(preparation(mission, trajectory, given, mixer)?.into_export(given.is_some()))
 }
 
 /// What the setpoints will demand, in PX4's units.

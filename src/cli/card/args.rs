@@ -1,0 +1,75 @@
+//! What can be typed after `samara card`.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+use crate::cli::args::{CHOICES, MissionArgs, PX4_DEFAULT, number};
+use samara::config::Mission;
+use samara::config::shipped::is_built_in;
+use samara::report::shell::command_line;
+
+/// `samara card`.
+#[derive(Args, Debug)]
+pub struct CardArgs {
+    /// Mission, folder, output form.
+    #[command(flatten)]
+    pub mission: MissionArgs,
+    /// A folder of results to take evidence from [default: out/<mission name>].
+    ///
+    /// May be repeated. Every run in it that has a manifest is looked at; folders in it are not.
+    #[arg(long, value_name = "DIR")]
+    pub evidence: Vec<PathBuf>,
+    /// Gains that the evidence must have been flown with: a name or a file.
+    #[arg(long, value_name = "NAME|FILE", help_heading = CHOICES)]
+    pub gains: Option<String>,
+    /// PX4 parameter file that the evidence must have been flown with.
+    #[arg(long, value_name = "FILE", conflicts_with = "gains", help_heading = CHOICES)]
+    pub params: Option<PathBuf>,
+    /// Probability of failure that is accepted.
+    ///
+    /// Campaigns must show that no more is possible, at 95 % confidence, and may have failures then. Without
+    /// it not one trial may have failed, and 0.01 is asked for, which takes 299.
+    #[arg(long, value_name = "P", value_parser = accepted_probability)]
+    pub p_failure: Option<f64>,
+}
+
+fn accepted_probability(text: &str) -> Result<f64, String> {
+    number(text, |p| p > 0.0 && p < 1.0, "a probability between 0 and 1 is expected")
+}
+
+impl CardArgs {
+    /// How the evidence's runs name the gains, as options.
+    pub fn gains_options(&self) -> Vec<String> {
+        let gains = self.gains.iter().flat_map(|gains| ["--gains".to_owned(), gains.clone()]);
+        let params = self.params.iter().flat_map(|path| ["--params".to_owned(), path.display().to_string()]);
+        gains.chain(params).collect()
+    }
+
+    /// The mission as it was named, where that means it in any folder, else its file.
+    pub fn mission_word(&self, mission: &Mission) -> String {
+        let file = if is_built_in(&mission.file) { &self.mission.mission } else { &mission.file };
+        file.display().to_string()
+    }
+
+    /// The command that makes the card again.
+    pub fn command(&self, mission: &Mission) -> String {
+        let mut words = vec!["samara".to_owned(), "card".to_owned(), self.mission_word(mission)];
+        words.extend(self.gains_options());
+        let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
+        self.evidence.iter().for_each(|folder| add("--evidence", folder.display().to_string()));
+        self.p_failure.iter().for_each(|p| add("--p-failure", p.to_string()));
+        self.mission.out.iter().for_each(|folder| add("--out", folder.display().to_string()));
+        command_line(words)
+    }
+
+    /// The gains and the parameter file that are chosen.
+    pub fn chosen(&self) -> (Option<&str>, Option<&Path>) {
+        (self.gains.as_deref(), self.params.as_deref())
+    }
+
+    /// Whether PX4 is to have the gains that it has.
+    pub fn px4s_own_gains(&self) -> bool {
+        self.gains.as_deref() == Some(PX4_DEFAULT)
+    }
+}

@@ -1,0 +1,219 @@
+//! The evidence of folders of results: every run that has a manifest, and results that no manifest lists.
+//! Each piece is accepted or refused with the reason; nothing is passed over but runs that a card does not
+//! read.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+
+use super::args::CardArgs;
+use super::inputs::Present;
+use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::new::relative;
+use crate::cli::results::{OutputFolder, sha256_of};
+use samara::report::card::Evidence;
+use samara::report::card::command::command;
+use samara::report::card::finding::Finding;
+use samara::report::card::manifest::{Kind, RunManifest};
+use samara::report::json::VERSION;
+
+/// Largest file that is read [bytes]; an envelope of all pairs and 64 rays has less than a tenth of it.
+const LARGEST: u64 = 64 << 20;
+
+/// The evidence of the folders that were named, or of where verbs put results.
+pub fn of_folders(
+    args: &CardArgs,
+    present: &Present<'_>,
+    card: &OutputFolder,
+) -> Result<Vec<Evidence>, Failure> {
+    let usual = Path::new("out").join(&present.mission().name);
+    let named = !args.evidence.is_empty();
+    let folders = if named { args.evidence.clone() } else { vec![usual] };
+    let (mut found, mut seen) = (Vec::new(), BTreeSet::new());
+    for folder in &folders {
+        if !folder.is_dir() && !named {
+            continue;
+        }
+        let place = fs::canonicalize(folder)
+            .with_context(|| format!("--evidence {}: a folder of results is expected", folder.display()))
+            .bad_input()?;
+        if seen.insert(place) {
+            let place = Place { args, present, folder, card: card.path() };
+            found.extend(place.evidence()?);
+        }
+    }
+    found.sort_by_key(|evidence| evidence.kind);
+    Ok(found)
+}
+
+/// A folder of results.
+struct Place<'a> {
+    args: &'a CardArgs,
+    present: &'a Present<'a>,
+    folder: &'a Path,
+    /// The folder that the card goes to.
+    card: &'a Path,
+}
+
+impl Place<'_> {
+    fn evidence(&self) -> Result<Vec<Evidence>, Failure> {
+        let folder = self.folder;
+        let entries = fs::read_dir(folder)
+            .and_then(|entries| {
+                entries.map(|entry| Ok(entry?.file_name())).collect::<Result<BTreeSet<_>, _>>()
+            })
+            .with_context(|| format!("--evidence {}: a folder of results is expected", folder.display()))
+            .bad_input()?;
+        let names: Vec<String> = entries.into_iter().filter_map(|name| name.into_string().ok()).collect();
+        let (mut found, mut listed) = (Vec::new(), BTreeSet::new());
+        for (name, verb) in names.iter().filter_map(|name| Some((name, name.strip_suffix(MANIFEST)?))) {
+            let Some(kind) = Kind::of_verb(verb) else { continue };
+            let run = read(&folder.join(name)).and_then(|text| {
+                serde_json::from_str::<RunManifest>(&text)
+                    .map_err(|error| format!("it is no manifest as a verb writes it: {error}"))
+            });
+            match run {
+                Ok(run) => {
+                    listed.extend(run.files.keys().cloned());
+                    found.push(self.of_run(kind, run));
+                }
+                Err(why) => found.push(self.piece(kind, name, None, Err(why))),
+            }
+        }
+        // Results of a run that a card does not read have manifests, too.
+        let others = names.iter().filter(|name| name.ends_with(MANIFEST));
+        for text in others.filter_map(|name| read(&folder.join(name)).ok()) {
+            let run = serde_json::from_str::<RunManifest>(&text);
+            listed.extend(run.into_iter().flat_map(|run| run.files.into_keys()));
+        }
+        for name in names.iter().filter(|name| !listed.contains(*name)) {
+            if let Some(kind) = Kind::of_file(name) {
+                let why = "no manifest in the folder lists it, so nothing says what it is of";
+                found.push(self.piece(kind, name, None, Err(why.to_owned())));
+            }
+        }
+        Ok(found)
+    }
+
+    /// The evidence of a run.
+    fn of_run(&self, kind: Kind, run: RunManifest) -> Evidence {
+        // A drop whose plan was not found has written why, and nothing else.
+        let unplanned = kind == Kind::Drop && !run.files.contains_key(&kind.file(&run.verb));
+        let kind = if unplanned { Kind::Plan } else { kind };
+        let name = kind.file(&run.verb);
+        let found = self.found(kind, &run, &name);
+        self.piece(kind, &name, Some(run), found)
+    }
+
+    /// What a run's file says, or why it is refused.
+    fn found(&self, kind: Kind, run: &RunManifest, name: &str) -> Result<Finding, String> {
+        let mission = self.present.mission();
+        if run.version != VERSION {
+            return Err(format!("it is by version {} of samara, this is {VERSION}", run.version));
+        }
+        let Some(listed) = run.files.get(name) else {
+            return Err(format!("its run did not come to its end: the manifest has no {name}"));
+        };
+        if kind != Kind::Design && run.mission != mission.name {
+            return Err(format!("it is of the mission {}, not of {}", run.mission, mission.name));
+        }
+        let text = read(&self.folder.join(name))?;
+        if sha256_of(&text) != *listed {
+            return Err("it is not as its run wrote it: the SHA-256 in the manifest is another".to_owned());
+        }
+        let found = Finding::parse(kind, run, &text)?;
+        self.check_inputs(run, &found)?;
+        Ok(found)
+    }
+
+    /// Refuses what is not of the mission's present inputs.
+    fn check_inputs(&self, run: &RunManifest, found: &Finding) -> Result<(), String> {
+        let mission = self.present.mission();
+        match found {
+            Finding::Tune(_) => {
+                let mut tuned = mission.clone();
+                let file = self.folder.join(Kind::Tune.file(&run.verb));
+                tuned.use_gains(&file.to_string_lossy()).map_err(|error| error.to_string())?;
+                if tuned.control.gains != mission.control.gains || run.vehicle != mission.vehicle_name {
+                    return Err(format!(
+                        "it found other gains than {}, which the card is of: --gains {} makes a card of them",
+                        mission.control.gains_name,
+                        file.display()
+                    ));
+                }
+                Ok(())
+            }
+            Finding::Design(design) => {
+                let designed = run.circumstances.get("designed_input_hash");
+                let is_this = designed == Some(&mission.inputs.hash);
+                if !is_this && !design.is_own(&mission.hash_without_gains()) {
+                    let file = self.folder.join("design_mission.json");
+                    return Err(format!(
+                        "it is another design than the mission's: a card of {} has it",
+                        file.display()
+                    ));
+                }
+                Ok(())
+            }
+            _ => {
+                let expected = self.present.hash_with(&run.choices)?;
+                if run.input_hash == expected {
+                    return Ok(());
+                }
+                let gains = &mission.control.gains_name;
+                let begin = |hash: &str| hash.chars().take(16).collect::<String>();
+                let hashes = format!("{} there, {} now", begin(&run.input_hash), begin(&expected));
+                let by_px4 = run.choices.contains_key("autopilot");
+                Err(if run.gains != *gains && !by_px4 {
+                    format!(
+                        "it was flown with gains {}, the card is of {gains} (hash of the inputs {hashes})",
+                        run.gains
+                    )
+                } else {
+                    format!("the inputs have changed since (hash {hashes})")
+                })
+            }
+        }
+    }
+
+    fn piece(
+        &self,
+        kind: Kind,
+        name: &str,
+        run: Option<RunManifest>,
+        found: Result<Finding, String>,
+    ) -> Evidence {
+        let path = self.folder.join(name);
+        let mission = self.args.mission_word(self.present.mission());
+        let again =
+            |run: &RunManifest| command(kind, run, found.as_ref().ok(), &mission, &self.args.gains_options());
+        Evidence {
+            kind,
+            file: path.display().to_string(),
+            link: relative(self.card, &path),
+            sha256: read(&path).ok().map(|text| sha256_of(&text)),
+            command: run.as_ref().and_then(again),
+            run,
+            found,
+        }
+    }
+}
+
+/// How the names of manifests end.
+const MANIFEST: &str = "_manifest.json";
+
+/// The text of a file of results, or why it cannot be read.
+fn read(path: &PathBuf) -> Result<String, String> {
+    let cannot = |error: std::io::Error| match error.kind() {
+        std::io::ErrorKind::NotFound => "it is gone".to_owned(),
+        _ => format!("it cannot be read: {error}"),
+    };
+    let about = fs::metadata(path).map_err(cannot)?;
+    if !about.is_file() || about.len() > LARGEST {
+        return Err("it is no file of results".to_owned());
+    }
+    #[expect(clippy::disallowed_methods, reason = "a result of an earlier run")]
+    fs::read_to_string(path).map_err(cannot)
+}

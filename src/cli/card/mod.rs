@@ -1,0 +1,81 @@
+//! `samara card`: the release card of a mission, made of the evidence that other verbs have written.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `args` | what can be typed |
+//! | `evidence` | the evidence of folders, each piece checked |
+//! | `inputs` | the hash that a run of the mission's present inputs has |
+
+mod args;
+mod evidence;
+mod inputs;
+
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+
+use super::answer::{Answer, BadInput as _, Failure};
+use super::mission::{print_origin, px4_parameters};
+use super::results::{OutputFolder, sha256_of};
+pub use args::CardArgs;
+use inputs::Present;
+use samara::config::{Mission, input_text};
+use samara::report::card::{Card, InputFile, json::json, page::page};
+
+/// Looks at the evidence, writes the card and reports it. Yes: go.
+pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
+    let present = Present::of(args)?;
+    let mission = present.mission();
+    print_origin(&args.mission, mission)?;
+    if mission.release.standing {
+        return Err(Failure::input(format!(
+            "{}: a mission with a drop is expected, and this one begins on the ground",
+            mission.file.display()
+        )));
+    }
+    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let card = Card {
+        mission,
+        inputs: input_files(args, mission)?,
+        evidence: evidence::of_folders(args, &present, &folder)?,
+        accepted: args.p_failure,
+        command: args.command(mission),
+    };
+    let object = json(&card);
+    folder.write_text("card.json", &object)?;
+    folder.write_text("card.html", &page(&card).context("the figure of the envelope")?)?;
+    folder.write_manifest("card", mission, &[])?;
+    folder.print_result(args.mission.json, || object, || text(&card))?;
+    Ok(Answer::from(card.reasons().is_empty()))
+}
+
+/// Files that the mission is read from, and the chosen parameters.
+fn input_files(args: &CardArgs, mission: &Mission) -> Result<Vec<InputFile>, Failure> {
+    let of_px4 = px4_parameters(mission, args.chosen());
+    let files = [
+        ("mission", "mission file", &mission.file),
+        ("vehicle", "vehicle file", &mission.vehicle_file),
+        ("gains", "gains file", &mission.inputs.gains_file),
+    ];
+    let parameters = of_px4.iter().map(|path| ("parameters", "parameter file", path));
+    let input = |(role, called, path): (&'static str, &'static str, &PathBuf)| {
+        let text = input_text(path, called).bad_input()?;
+        Ok(InputFile { role, file: path.display().to_string(), sha256: sha256_of(&text) })
+    };
+    files.into_iter().chain(parameters).map(input).collect()
+}
+
+/// The card for the terminal.
+fn text(card: &Card<'_>) -> String {
+    let mut text = format!("{}\n", card.conclusion());
+    for reason in card.reasons() {
+        let from =
+            if reason.from.is_empty() { String::new() } else { format!(" ({})", reason.from.join(", ")) };
+        text += &format!("  {}{from}\n", reason.text);
+    }
+    for (id, evidence, why) in card.refused() {
+        text += &format!("refused {id} {}: {why}\n", evidence.file);
+    }
+    let accepted = card.evidence.iter().filter(|evidence| evidence.found.is_ok()).count();
+    text + &format!("{accepted} pieces of evidence accepted, {} refused\n", card.evidence.len() - accepted)
+}

@@ -1,0 +1,137 @@
+//! What a card's evidence assumes, and what was never modelled: sentences that follow from the mission, from
+//! its effects and from what flew.
+
+use super::Card;
+use super::finding::Finding;
+use super::manifest::Kind;
+use crate::config::{Effect, Mission};
+use crate::model::Interference;
+use crate::report::columns::short;
+use crate::units::DEG_PER_RAD;
+
+/// What is assumed, a sentence each.
+pub fn assumed(card: &Card<'_>) -> Vec<String> {
+    let mission = card.mission;
+    let mut sentences = vec![limits(mission), releases(mission)];
+    sentences.push(
+        "The vehicle is as its file has it: no campaign here varies mass, inertia, drag, motors or density."
+            .to_owned(),
+    );
+    let on_the_truth: Vec<String> = card
+        .standing()
+        .filter(|(_, evidence, _, found)| match found {
+            Finding::Drop(drop) => flies_on_the_truth(drop.autopilot.as_deref()),
+            Finding::Campaign(_) => {
+                let by = evidence.run.as_ref().and_then(|run| run.circumstances.get("autopilot"));
+                evidence.kind == Kind::Campaign || flies_on_the_truth(by.map(String::as_str))
+            }
+            Finding::Cases(cases) => cases.iter().any(|case| flies_on_the_truth(Some(&case.autopilot))),
+            Finding::Envelope(_) => true,
+            Finding::Plan(_) | Finding::Tune(_) | Finding::Design(_) => false,
+        })
+        .map(|(id, ..)| id)
+        .collect();
+    if !on_the_truth.is_empty() {
+        sentences.push(format!("In {} the controller knows the true state.", on_the_truth.join(", ")));
+    }
+    let odd = crate::config::derived(mission).odd;
+    if !odd.is_empty() {
+        sentences.push(format!("samara check finds odd: {}.", odd.join("; ")));
+    }
+    sentences
+}
+
+/// Whether an autopilot of this name has the simulator's state for a measurement.
+fn flies_on_the_truth(autopilot: Option<&str>) -> bool {
+    matches!(autopilot, Some("reference" | "px4-model"))
+}
+
+fn limits(mission: &Mission) -> String {
+    let limits = &mission.limits;
+    let deg = |rad: f64| short(rad * DEG_PER_RAD, 2);
+    let mut text = format!(
+        "Safe is: J_TPF below 1 (speed {} m/s, pitch and roll {} deg, their rates {} deg/s), steady within {} m/s of [{}] m/s (NED)",
+        short(limits.safety.speed_m_s, 2),
+        deg(limits.safety.pitch_rad),
+        deg(limits.safety.pitch_rate_rad_s),
+        short(limits.steady_within_m_s, 3),
+        mission.target_v_ned.iter().map(|v| short(*v, 2)).collect::<Vec<_>>().join(" "),
+    );
+    let more = [
+        (limits.flight.altitude_lost_m, "altitude lost", "m"),
+        (limits.flight.tilt_rad.map(|tilt| tilt * DEG_PER_RAD), "tilt", "deg"),
+        (limits.flight.steady_after_s, "steady after", "s"),
+    ];
+    for (limit, what, unit) in more.into_iter().filter_map(|(limit, what, unit)| Some((limit?, what, unit))) {
+        text += &format!(", {what} at most {} {unit}", short(limit, 2));
+    }
+    text + "."
+}
+
+fn releases(mission: &Mission) -> String {
+    let random = &mission.study.monte_carlo;
+    let mut text = format!(
+        "Trials are independent: swing normal with {} deg, phase uniform, {} rad/s on {} m",
+        short(random.amplitude_sigma_rad * DEG_PER_RAD, 2),
+        short(random.omega_rad_s, 3),
+        short(random.length_m, 2)
+    );
+    if random.wind_sigma_m_s > 0.0 {
+        text += &format!(
+            "; in whole drops wind normal with {} m/s north and east",
+            short(random.wind_sigma_m_s, 2)
+        );
+    }
+    if !random.tip_off_sigma.is_none() {
+        text += "; tip-off normal as the mission has it";
+    }
+    text + "."
+}
+
+/// What was never modelled, a sentence each.
+pub fn not_modelled(card: &Card<'_>) -> Vec<String> {
+    let mission = card.mission;
+    let named = mission.effects();
+    let absent = Effect::ALL
+        .into_iter()
+        .filter(|effect| *effect != Effect::Faults && !named.contains(effect))
+        .map(|effect| match effect.instead() {
+            "none" => effect.name().to_owned(),
+            instead => format!("{} ({instead} instead)", effect.name()),
+        });
+    let absent: Vec<String> = absent.collect();
+    let mut sentences = Vec::new();
+    if !absent.is_empty() {
+        sentences.push(format!("What the mission does not name: {}.", absent.join(", ")));
+    }
+    let from_t0: Vec<String> = card
+        .standing()
+        .filter(|(_, evidence, ..)| matches!(evidence.kind, Kind::Campaign | Kind::Envelope))
+        .map(|(id, ..)| id)
+        .collect();
+    let left_out: Vec<&str> = [Effect::Canopy, Effect::RotorStart, Effect::Battery]
+        .into_iter()
+        .filter(|effect| named.contains(effect))
+        .map(Effect::name)
+        .collect();
+    if !from_t0.is_empty() && !left_out.is_empty() {
+        let (ids, what) = (from_t0.join(", "), left_out.join(", "));
+        sentences.push(format!("Flights from t = 0 ({ids}) leave out what the mission names: {what}."));
+    }
+    sentences.push(match mission.site.ground {
+        None => "There is no ground.".to_owned(),
+        Some(_) => "The ground is a level plane: no terrain, no landing gear.".to_owned(),
+    });
+    if named.contains(&Effect::Canopy) {
+        sentences.push("The canopy is a point mass with drag: no shape, no attitude.".to_owned());
+    }
+    if mission.vehicle.rotors.iter().any(|rotor| rotor.interference != Interference::NONE) {
+        sentences.push("A coaxial pair is two constant factors: no wake dynamics.".to_owned());
+    }
+    if !named.contains(&Effect::Faults) {
+        sentences.push("Nothing fails: no motor, no sensor, no link.".to_owned());
+    }
+    sentences
+        .push("The vehicle is one rigid body in one wind: nothing bends, sloshes or ices up.".to_owned());
+    sentences
+}

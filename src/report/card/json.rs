@@ -1,0 +1,63 @@
+//! `card.json` and the object of `samara card --json`.
+
+use serde::Serialize;
+
+use super::assumptions::{assumed, not_modelled};
+use super::sections::{air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst};
+use super::{Card, Evidence, Reason};
+use crate::config::ENVELOPE_LIMITS;
+use crate::report::json::{head, object, text};
+
+fn reason(reason: &Reason) -> impl Serialize {
+    let kind = if reason.failed { "failed" } else { "missing" };
+    object! { kind: kind, text: reason.text.clone(), from: reason.from.clone() }
+}
+
+fn evidence((place, evidence): (usize, &Evidence)) -> impl Serialize {
+    let run = evidence.run.as_ref();
+    object! {
+        id: Card::id(place),
+        kind: evidence.kind.words(),
+        file: evidence.file.clone(),
+        sha256: evidence.sha256.clone(),
+        accepted: evidence.found.is_ok(),
+        refused: evidence.found.as_ref().err().cloned(),
+        verb: run.map(|run| run.verb.clone()),
+        version: run.map(|run| run.version.clone()),
+        gains: run.map(|run| run.gains.clone()),
+        seed: run.map(|run| run.seed),
+        input_hash: run.map(|run| run.input_hash.clone()),
+        choices: run.map(|run| run.choices.clone()),
+        circumstances: run.map(|run| run.circumstances.clone()),
+        command: evidence.command.clone(),
+    }
+}
+
+/// The object.
+pub fn json(card: &Card<'_>) -> String {
+    let reasons = card.reasons();
+    let inputs = card.inputs.iter().enumerate().map(|(place, input)| {
+        object! { id: format!("I{}", place + 1), role: input.role, file: &input.file, sha256: &input.sha256 }
+    });
+    text(&object! {
+        #[serde(flatten)] head: head(card.mission),
+        vehicle: &card.mission.vehicle_name,
+        gains: &card.mission.control.gains_name,
+        go: reasons.is_empty(),
+        conclusion: card.conclusion(),
+        reasons: reasons.iter().map(reason).collect::<Vec<_>>(),
+        p_failure_asked_for: card.demanded(),
+        vehicle_and_design: vehicle_and_design(card),
+        air_and_release: air_and_release(card),
+        drops: drops(card),
+        envelope: object! { limits: ENVELOPE_LIMITS, one_at_a_time: reaches(card) },
+        probability: probabilities(card),
+        worst: worst(card),
+        autopilot: autopilot(card),
+        assumed: assumed(card),
+        not_modelled: not_modelled(card),
+        inputs: inputs.collect::<Vec<_>>(),
+        evidence: card.evidence.iter().enumerate().map(evidence).collect::<Vec<_>>(),
+        command: &card.command,
+    })
+}
