@@ -14,6 +14,7 @@ program    the program, run as a child; what campaign its arguments make
 work       what a worker does: it checks itself, and flies a shard
 roster     which shard goes to which worker, without Dask and without a clock
 folder     the campaign's folder: what is there, what is left, one driver at a time
+instances  numbers of the PX4s on each host
 clusters   where workers come from: this machine, Slurm, Kubernetes, an address
 flight     the roster's decisions carried out by Dask
 progress   how far it is, on the terminal

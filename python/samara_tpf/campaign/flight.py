@@ -19,6 +19,7 @@ from distributed import Client, Future, KilledWorker
 
 from . import work
 from .folder import Folder, FolderError
+from .instances import NUMBERS, Instances
 from .order import Order
 from .roster import Roster
 
@@ -87,6 +88,8 @@ class Flight:
         self.patience_s = patience_s
         self.stop = stop
         self.report = report
+        self._instances = Instances() if order.campaign["autopilot"] == "px4" else None
+        self._threads: dict[str, int] = {}
         self._client: Client | None = None
         self._under_way: dict[Asked, Future] = {}
         self._came: queue.SimpleQueue[Came] = queue.SimpleQueue()
@@ -145,7 +148,10 @@ class Flight:
         except OSError:
             # The connection says by itself when it is lost for good.
             return
+        self._threads = dict(present)
         for gone in self.roster.present(present):
+            if self._instances:
+                self._instances.give_back(gone)
             for asked in [asked for asked in self._under_way if asked.address == gone]:
                 self._withdraw(asked)
         if self.roster.fit():
@@ -172,9 +178,15 @@ class Flight:
         if asked.shard is None:
             future = client.submit(work.check, self.order, **where)
         else:
-            future = client.submit(work.fly, self.order, asked.shard, **where)
+            future = client.submit(work.fly, self.order, asked.shard, self._own_options(asked.address), **where)
         self._under_way[asked] = future
         future.add_done_callback(lambda future: self._fetching.submit(self._fetch, asked, future))
+
+    def _own_options(self, address: str) -> tuple[str, ...]:
+        """Options of ``samara assess`` for one worker: the numbers of its PX4s."""
+        if self._instances is None:
+            return ()
+        return ("--instance", str(self._instances.first(address, self._threads[address])))
 
     def _fetch(self, asked: Asked, future: Future) -> None:
         """Fetches a result, and writes it when it is a shard."""
@@ -227,10 +239,17 @@ class Flight:
         if isinstance(outcome, LOST):
             self.roster.check_lost(address)
             return
-        if not isinstance(outcome, work.Fit):
-            why = outcome.why if isinstance(outcome, work.OtherCampaign) else _text(outcome)
+        why = None
+        if isinstance(outcome, work.OtherCampaign):
+            why = outcome.why
+        elif not isinstance(outcome, work.Fit):
+            why = _text(outcome)
+        elif self._instances and address in self._threads:
+            first = self._instances.first(address, self._threads[address])
+            why = f"its host has no number left for its PX4s, {NUMBERS} in all" if first is None else None
+        if why is not None:
             self._left_out(address, why)
-        self.roster.checked(address, isinstance(outcome, work.Fit))
+        self.roster.checked(address, fit=why is None)
 
     def _left_out(self, address: str, why: str) -> None:
         self.report(f"{address} is left out: {why}")

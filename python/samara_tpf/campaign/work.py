@@ -73,8 +73,8 @@ def check(order: Order) -> Fit | OtherCampaign:
     return OtherCampaign("; ".join(differences)) if differences else Fit()
 
 
-def fly(order: Order, shard: int, extra: tuple[str, ...] = ()) -> Flown | Failed | OtherCampaign | Withdrawn:
-    """Flies a shard in a folder of the worker's own, which goes with it."""
+def fly(order: Order, shard: int, own: tuple[str, ...]) -> Flown | Failed | OtherCampaign | Withdrawn:
+    """Flies a shard in a folder of the worker's own, which goes with it; ``own``: options for this worker alone."""
     worker = get_worker()
     key = worker.get_current_task()
     try:
@@ -84,7 +84,7 @@ def fly(order: Order, shard: int, extra: tuple[str, ...] = ()) -> Flown | Failed
             prefix="samara-", dir=worker.local_directory, ignore_cleanup_errors=True
         ) as out:
             threads = ("--threads", str(worker.state.nthreads))
-            return _fly(order, shard, (*threads, *extra), Path(out), lambda: _is_wanted(worker, key))
+            return _fly(order, shard, (*threads, *own), Path(out), lambda: _is_wanted(worker, key))
     except (ProgramError, OSError) as error:
         return Failed(str(error), killed=False)
 
