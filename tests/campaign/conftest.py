@@ -75,7 +75,7 @@ class Driver:
         command = [sys.executable, "-m", "samara_tpf.campaign", mission, "--trials", str(trials)]
         command += ["--shards", str(shards), "--out", out, *program, *options]
         with self.log.open("w") as log:
-            self.process = subprocess.Popen(command, cwd=cwd, env=env, stdout=log, stderr=log)
+            self.process = subprocess.Popen(command, cwd=cwd, env=env, stdout=log, stderr=log, start_new_session=True)
 
     def said(self):
         """What it has printed."""

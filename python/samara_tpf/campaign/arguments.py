@@ -19,12 +19,21 @@ Examples:
 """
 
 
-def count(text: str) -> int:
+SHARDS_MOST = 100_000
+"""Most shards of a campaign: their numbers have five digits."""
+
+
+def count(text: str, most: int = 1_000_000_000) -> int:
     """A whole number above 0, also as ``1e8``."""
     number = float(text)
-    if not (1.0 <= number <= 1e9) or number != int(number):
-        raise argparse.ArgumentTypeError(f"a whole number from 1 to 1e9 is expected, found {text}")
+    if not (1.0 <= number <= most) or number != int(number):
+        raise argparse.ArgumentTypeError(f"a whole number from 1 to {most} is expected, found {text}")
     return int(number)
+
+
+def shards(text: str) -> int:
+    """A number of shards."""
+    return count(text, SHARDS_MOST)
 
 
 def seconds(text: str) -> float:
@@ -49,7 +58,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("--trials", type=count, metavar="N", help="trials of each campaign, such as 1e8")
     options.add_argument("--out", metavar="DIR", help="folder for shards and results [out/<mission name>]")
     options.add_argument(
-        "--shards", type=count, metavar="N", help="number of shards [that of those in DIR, or by the trials]"
+        "--shards", type=shards, metavar="N", help="number of shards [that of those in DIR, or by the trials]"
     )
     options.add_argument(
         "--program", metavar="PATH", help="the program, here and on the workers [beside Python, or on PATH]"

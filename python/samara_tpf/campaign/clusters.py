@@ -20,7 +20,7 @@ from pathlib import Path
 from distributed import LocalCluster
 from distributed.utils import get_ip
 
-from . import manifests
+from . import manifests, terminal
 
 WORKER = "distributed.cli.dask_worker"
 """The module that is a worker, ``python -m``."""
@@ -130,6 +130,7 @@ def _scheduler(workers: int, threads: int, host: str | None) -> Iterator[str]:
             host=host,
             memory_limit=0,
             silence_logs=logging.CRITICAL,
+            preload=[terminal.__name__],
         )
     with started as local:
         yield str(local.scheduler_address)

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from . import clusters, program
-from .arguments import parse
+from .arguments import SHARDS_MOST, parse
 from .clusters import Asked, ClusterError
 from .flight import Flight, Interrupted, NoWorkers
 from .folder import Folder, FolderError
@@ -30,7 +30,6 @@ FLIGHTS_OF_A_SHARD = 100_000
 """Flights from t = 0 of a shard, unless it is said how many shards: some minutes on one core."""
 DROPS_OF_A_SHARD = 100
 """Whole drops of a shard, unless it is said how many shards."""
-SHARDS_MOST = 100_000
 PATIENCE_S = 600.0
 
 REFUSED = (ProgramError, FolderError, ClusterError, CampaignFailed, NoWorkers)
