@@ -53,7 +53,7 @@ def descendants(driver):
         for process in psutil.Process(driver.process.pid).children(recursive=True):
             with contextlib.suppress(psutil.Error):
                 command = " ".join(process.cmdline())
-                if "spawn_main" in command:
+                if "dask_worker" in command:
                     found["worker"].append(process)
                 elif all(word in command for word in FLYING):
                     found["child"].append(process)

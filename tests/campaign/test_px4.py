@@ -79,4 +79,4 @@ def is_worker_or_child(process):
         command = " ".join(process.cmdline())
     except psutil.Error:
         return False
-    return "spawn_main" in command or ("assess" in command and "--shard" in command)
+    return "dask_worker" in command or ("assess" in command and "--shard" in command)

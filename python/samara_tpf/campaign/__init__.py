@@ -16,7 +16,6 @@ roster     which shard goes to which worker, without Dask and without a clock
 folder     the campaign's folder: what is there, what is left, one driver at a time
 instances  numbers of the PX4s on each host
 clusters   where workers come from: this machine, Slurm, Kubernetes, an address
-terminal   what workers of this machine do at Ctrl-C: nothing
 flight     the roster's decisions carried out by Dask
 progress   how far it is, on the terminal
 driver     the whole, from the arguments to the merge

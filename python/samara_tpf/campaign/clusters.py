@@ -10,22 +10,28 @@ import os
 import shlex
 import subprocess
 import sys
+import tempfile
 import threading
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+import dask
 from distributed import LocalCluster
 from distributed.utils import get_ip
 
-from . import manifests, terminal
+from . import manifests
 
 WORKER = "distributed.cli.dask_worker"
 """The module that is a worker, ``python -m``."""
 ANSWERS_S = 900.0
 """How long a cluster's program may take; Kubernetes fetches an image meanwhile."""
+BEGUN_ANEW_S = 1.0
+"""How long it takes until a process that ended is begun anew."""
+ENDS_S = 10.0
+"""How long a process may take to end when it is asked to."""
 SLURM_OPTIONS = ("workers", "threads", "memory", "host", "sbatch")
 KUBERNETES_OPTIONS = ("workers", "threads", "memory", "image", "namespace")
 OPTIONS = {"local": ("workers", "threads"), "slurm": SLURM_OPTIONS, "kubernetes": KUBERNETES_OPTIONS, "tcp": ()}
@@ -112,26 +118,20 @@ def script(asked: Asked, address: str, folder: Path) -> str:
     lines += [f"#SBATCH {option}" for option in shlex.split(asked.sbatch or "")]
     worker = [sys.executable, "-m", WORKER, address, "--nthreads", str(asked.threads or 1), "--memory-limit", "0"]
     worker += ["--no-dashboard", "--death-timeout", "600", "--local-directory"]
+    lines += [f"export {name}={value}" for name, value in manifests.WORKERS_ENVIRONMENT.items()]
     return "\n".join(["#!/bin/sh", *lines, f'exec {shlex.join(worker)} "${{TMPDIR:-/tmp}}"', ""])
 
 
 @contextmanager
-def _scheduler(workers: int, threads: int, host: str | None) -> Iterator[str]:
-    """A scheduler in this process, and workers on this machine."""
+def _scheduler(host: str | None) -> Iterator[str]:
+    """A scheduler in this process."""
     # Workers that are killed are no news here: the roster knows.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    dask.config.set({"distributed.admin.tick.interval": "500ms"})
     with warnings.catch_warnings():
         # The dashboard's port is in use: it takes another one.
         warnings.simplefilter("ignore", UserWarning)
-        started = LocalCluster(
-            n_workers=workers,
-            threads_per_worker=threads,
-            processes=True,
-            host=host,
-            memory_limit=0,
-            silence_logs=logging.CRITICAL,
-            preload=[terminal.__name__],
-        )
+        started = LocalCluster(n_workers=0, host=host, silence_logs=logging.CRITICAL)
     with started as local:
         yield str(local.scheduler_address)
 
@@ -140,13 +140,19 @@ def _scheduler(workers: int, threads: int, host: str | None) -> Iterator[str]:
 def _local(asked: Asked, folder: Path) -> Iterator[str]:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     workers = asked.workers or max(1, min(16, cores // (asked.threads or 1)))
-    with _scheduler(workers, asked.threads or max(1, cores // workers), None) as address:
-        yield address
+    threads = asked.threads or max(1, cores // workers)
+    with _scheduler(None) as address, tempfile.TemporaryDirectory(prefix="samara-", ignore_cleanup_errors=True) as own:
+        worker = [sys.executable, "-m", WORKER, address, "--no-nanny", "--nthreads", str(threads)]
+        worker += ["--memory-limit", "0", "--no-dashboard", "--death-timeout", "60", "--local-directory", own]
+        with ExitStack() as kept:
+            for _ in range(workers):
+                kept.enter_context(_kept_up(worker))
+            yield address
 
 
 @contextmanager
 def _slurm(asked: Asked, folder: Path) -> Iterator[str]:
-    with _scheduler(0, 1, asked.host or get_ip()) as address:
+    with _scheduler(asked.host or get_ip()) as address:
         (folder / "workers").mkdir(parents=True, exist_ok=True)
         job = _run(["sbatch", "--parsable"], script(asked, address, folder)).strip().partition(";")[0]
         try:
@@ -175,34 +181,42 @@ def _kubernetes(asked: Asked, folder: Path) -> Iterator[str]:
     try:
         _run(["kubectl", *where, "rollout", "status", f"deployment/{scheduler}", "--timeout=600s"], "")
         forward = ["kubectl", *where, "port-forward", f"service/{scheduler}"]
-        with _kept_up(forward, manifests.SCHEDULER_PORT) as port:
+        port = manifests.free_port()
+        with _kept_up([*forward, f"{port}:{manifests.SCHEDULER_PORT}"]):
             yield f"tcp://127.0.0.1:{port}"
     finally:
         _run(["kubectl", *where, "delete", "--ignore-not-found", "--wait=false", "-f", "-"], manifests.text(pods))
 
 
 @contextmanager
-def _kept_up(command: list[str], remote_port: int) -> Iterator[int]:
-    """A forwarded port: begun anew when it ends, as it does with the pod that it leads to."""
-    port, over = manifests.free_port(), threading.Event()
+def _kept_up(command: list[str]) -> Iterator[None]:
+    """A process of this machine that is begun anew whenever it ends, and ended behind the context.
+
+    Dask's own nanny does not come back from a worker that is killed while it begins.
+    """
+    over = threading.Event()
     running: list[subprocess.Popen[bytes]] = []
+    env = {**os.environ, **manifests.WORKERS_ENVIRONMENT, "DASK_LOGGING__DISTRIBUTED": "critical"}
 
     def keep_up() -> None:
         while not over.is_set():
-            with subprocess.Popen([*command, f"{port}:{remote_port}"], stdout=subprocess.DEVNULL) as process:
-                running[:] = [process]
-                process.wait()
-            over.wait(1.0)
+            # In a session of its own: Ctrl-C on the terminal is for the driver.
+            running[:] = [subprocess.Popen(command, env=env, stdout=subprocess.DEVNULL, start_new_session=True)]
+            running[0].wait()
+            over.wait(BEGUN_ANEW_S)
 
-    keeper = threading.Thread(target=keep_up, name="port-forward", daemon=True)
+    keeper = threading.Thread(target=keep_up, name="keeper", daemon=True)
     keeper.start()
     try:
-        yield port
+        yield
     finally:
         over.set()
-        for process in running:
-            process.terminate()
-        keeper.join()
+        while keeper.is_alive():
+            for process in running:
+                process.terminate()
+            keeper.join(ENDS_S)
+            for process in running:
+                process.kill()
 
 
 def _run(command: list[str], text: str) -> str:

@@ -27,7 +27,7 @@ STOPPED = 1
 BAD_INPUT = 2
 INTERNAL = 3
 FLIGHTS_OF_A_SHARD = 100_000
-"""Flights from t = 0 of a shard, unless it is said how many shards: some minutes on one core."""
+"""Flights from t = 0 of a shard, unless it is said how many shards: from half a minute on one core on."""
 DROPS_OF_A_SHARD = 100
 """Whole drops of a shard, unless it is said how many shards."""
 PATIENCE_S = 600.0
