@@ -167,6 +167,51 @@ fn reference_unknowns_are_those_of_robust_tuning() {
     assert!((swung - 3.0 * RAD_PER_DEG).abs() < 1e-15, "{swung}");
 }
 
+/// What was drawn is what flies: read back from the vehicle and the site of the flight in space; and each
+/// quantity by itself changes the flight of the batch engine.
+#[test]
+fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
+    let (mission, study, entry) = planned("x500_drop");
+    let (g, speed) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
+    let (vehicle, site) = (study.vehicle.clone(), study.environment.clone());
+    let space = TrialSpace::new(study, entry, mission.releases(), Some(unknowns::ranges(g, speed)));
+    let nominal = vec![0.1; space.dimensions()];
+    let unmoved = space.fly(std::slice::from_ref(&nominal))[0];
+    for part in space.parts() {
+        let mut point = nominal.clone();
+        point[part.range.start] = -1.3;
+        let (flown, air) = space.vehicle_flown(&space.drawn(&point));
+        // A uniform quantity is 2 Phi(z) - 1 of its range away.
+        let off = |quantity: Quantity, most: f64| {
+            let z = if quantity == part.quantity { -1.3 } else { 0.1f64 };
+            most * (1.0 - erfc(z * std::f64::consts::FRAC_1_SQRT_2))
+        };
+        let most = unknowns::ranges(g, speed);
+        let load = |v: &samara::model::Vehicle| v.aero.load(nalgebra::Vector3::new(5.0, 0.0, 2.0), 1.0);
+        let drag = |v: &samara::model::Vehicle| v.aero.coefficients()[0].eval(0.3);
+        for (found, expected) in [
+            (flown.mass.mass_kg / vehicle.mass.mass_kg, 1.0 + off(Quantity::Mass, most.mass)),
+            (
+                flown.mass.inertia_kg_m2[(1, 1)] / vehicle.mass.inertia_kg_m2[(1, 1)],
+                1.0 + off(Quantity::Inertia, most.inertia),
+            ),
+            (drag(&flown) / drag(&vehicle), 1.0 + off(Quantity::Drag, most.aero)),
+            (
+                load(&flown).moment_body.y,
+                load(&vehicle).moment_body.y * (1.0 + off(Quantity::PitchingMoment, most.aero)),
+            ),
+            (air.density_kg_m3 / site.density_kg_m3, 1.0 + off(Quantity::Density, most.density)),
+            (air.wind_ned_m_s.x - site.wind_ned_m_s.x, off(Quantity::Wind, most.wind_m_s)),
+        ] {
+            assert!((found - expected).abs() < 1e-12, "{part:?}: {found} {expected}");
+        }
+        let moved = space.fly(&[point])[0];
+        // A vehicle without a pitching moment of the air has none at any factor.
+        let idle = part.quantity == Quantity::PitchingMoment && load(&vehicle).moment_body.y == 0.0;
+        assert!(idle || moved.final_v_ned != unmoved.final_v_ned, "{part:?} changes nothing");
+    }
+}
+
 fn samara(args: &[&str], out: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_samara"))
         .arg("assess")
@@ -224,4 +269,28 @@ fn a_search_is_reproducible_and_its_failure_flies_again() {
     longer["coordinates"][0] = "high".into();
     fs::write(&failure, longer.to_string()).unwrap();
     refused(&[of], "coordinates[0]");
+}
+
+/// What decides a drop, in every form: a row and an interval for each quantity and output.
+#[test]
+fn what_decides_a_drop_is_written_and_sums_up() {
+    let out = tempfile::tempdir().unwrap();
+    let output = samara(&[X500, "--sobol=64", "--json"], out.path());
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(found, json(&out.path().join("sobol.json")));
+    let outputs = found["outputs"].as_array().unwrap();
+    let names: Vec<&str> = outputs.iter().map(|o| o["output"].as_str().unwrap()).collect();
+    assert_eq!(names, ["j_tpf", "steady_after_s", "altitude_lost_m"]);
+    let quantities = outputs[0]["quantities"].as_array().unwrap().len();
+    assert_eq!(found["flights"].as_u64(), Some(64 * (quantities as u64 + 2)));
+    // Totals are no less than all of the variance, but for what so few points leave open.
+    let total: f64 =
+        outputs[2]["quantities"].as_array().unwrap().iter().map(|q| q["total"].as_f64().unwrap()).sum();
+    assert!(total > 0.7, "{total}");
+    let csv = fs::read_to_string(out.path().join("sobol.csv")).unwrap();
+    let rows: Vec<&str> = csv.lines().filter(|line| !line.starts_with('#')).collect();
+    assert_eq!(rows.len(), 1 + 3 * quantities);
+    assert!(rows.iter().all(|row| row.split(',').count() == 8), "{csv}");
+    assert!(fs::read_to_string(out.path().join("sobol.svg")).unwrap().contains("release delay"));
 }

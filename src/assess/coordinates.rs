@@ -18,9 +18,9 @@ use super::safety::TrialOutcome;
 use super::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
 use crate::control::{Gains, WithDelay};
 use crate::math;
-use crate::model::MAX_ROTORS;
 use crate::model::parachute::TipOff;
 use crate::model::wind::{FlightNoise, GivenNoise};
+use crate::model::{Environment, MAX_ROTORS, Vehicle};
 use crate::sim::Sample;
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 
@@ -124,6 +124,15 @@ impl Quantity {
     ];
 }
 
+/// Quantities that go by one name, with their coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Group {
+    /// Name for a reader.
+    pub words: &'static str,
+    /// Places of the coordinates.
+    pub ranges: Vec<Range<usize>>,
+}
+
 /// What is drawn for a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnTrial {
@@ -200,6 +209,30 @@ impl TrialSpace {
     /// The quantities that are drawn, with their coordinates in order.
     pub fn parts(&self) -> &[Part] {
         &self.parts
+    }
+
+    /// The quantities by their names: columns of one filter, or axes of one thing, are one group.
+    pub fn groups(&self) -> Vec<Group> {
+        let mut groups: Vec<Group> = Vec::new();
+        for Part { quantity, range } in &self.parts {
+            let words = quantity.words();
+            match groups.last_mut().filter(|last| last.words == words) {
+                Some(last) => last.ranges.push(range.clone()),
+                None => groups.push(Group { words, ranges: vec![range.clone()] }),
+            }
+        }
+        groups
+    }
+
+    /// Length of a flight [s].
+    pub fn duration_s(&self) -> f64 {
+        self.study.plan.end_s() + self.study.settle_s
+    }
+
+    /// The vehicle and the site of a trial's flight in space, with what was drawn applied.
+    pub fn vehicle_flown(&self, trial: &DrawnTrial) -> (Arc<Vehicle>, Environment) {
+        let (study, ..) = self.in_space(trial);
+        (study.vehicle, study.environment)
     }
 
     /// Why the trials are flown one at a time; `None` where they are flown side by side.

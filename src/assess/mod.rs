@@ -12,6 +12,7 @@
 //! | [`envelope`] | how far from the nominal release a drop may begin and be safe | |
 //! | [`free_fall`] | how well a fall is found from the accelerometer alone |
 //! | [`grid_loss`] | what interpolating plans costs against solving for each release | |
+//! | [`sobol`] | what decides an output: Sobol's indices | |
 //! | [`study`] | controllers flown from many releases | V |
 //! | [`statistics`], [`beta`] | mean, deviation, extremes, confidence intervals | V.A |
 //! | [`blocks`] | the same of a campaign whose parts are flown apart | |
@@ -36,6 +37,7 @@ pub mod rare;
 pub mod releases;
 pub mod repeats;
 pub mod safety;
+pub mod sobol;
 pub mod statistics;
 pub mod study;
 pub mod tracking;

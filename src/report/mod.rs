@@ -32,6 +32,7 @@
 //! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the flights, their table |
 //! | `shard` | parts of a campaign that are flown apart: rows as Parquet, statistics (feature `shards`) |
+//! | [`sobol`] | what decides a drop: Sobol's indices |
 //! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made from its arguments: the same arguments give the same bytes. Wall-clock times
@@ -67,6 +68,7 @@ pub mod replay;
 pub mod shard;
 pub mod shell;
 mod shown_drop;
+pub mod sobol;
 pub mod study;
 pub mod truth;
 pub mod tune;

@@ -86,6 +86,11 @@ fn per_level(text: &str) -> Result<usize, String> {
     text.parse().ok().filter(|n| range.contains(n)).ok_or(expected)
 }
 
+fn points(text: &str) -> Result<usize, String> {
+    let expected = "a whole number from 64 to 10000000 is expected";
+    text.parse().ok().filter(|n| (64..=10_000_000).contains(n)).ok_or_else(|| expected.to_owned())
+}
+
 fn rays(text: &str) -> Result<usize, String> {
     let expected = "a multiple of 4 from 4 to 64 is expected";
     text.parse()
@@ -108,7 +113,7 @@ pub struct ShardArgs {
         value_name = "I/N",
         value_parser = shard,
         requires = "out",
-        conflicts_with_all = ["paper", "effects", "envelope", "replan", "free_fall", "rare", "only", "resume"]
+        conflicts_with_all = ["paper", "effects", "envelope", "replan", "free_fall", "rare", "sobol", "only", "resume"]
     )]
     pub shard: Option<Shard>,
     /// Fly the part only if it is one of the campaign of this ID, as --describe prints it.
@@ -230,6 +235,22 @@ pub struct AssessArgs {
             ["paper", "autopilot", "effects", "envelope", "replan", "free_fall", "only", "resume", "keep", "trials"]
     )]
     pub rare: Option<f64>,
+    /// Show what decides a drop, of all that is uncertain.
+    ///
+    /// Sobol's indices of J_TPF, the time to steady flight and the altitude lost, over swing, air and the
+    /// controller's unknowns, from N trials and as many more for each quantity, 2048 unless it is given.
+    #[arg(
+        long,
+        value_name = "N",
+        num_args = 0..=1,
+        require_equals = true,
+        default_missing_value = "2048",
+        value_parser = points,
+        hide_short_help = true,
+        conflicts_with_all =
+            ["paper", "autopilot", "effects", "envelope", "replan", "free_fall", "rare", "only", "resume", "keep", "trials", "bound"]
+    )]
+    pub sobol: Option<usize>,
     /// Draw the controller's unknowns too, with --rare.
     ///
     /// Mass, inertia, drag, density, steady wind, delays: as `samara tune --robust` draws them.

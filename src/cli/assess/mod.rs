@@ -16,6 +16,7 @@
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `replan` | `--replan`: drops along one plan and along renewed ones |
 //! | `rare` | `--rare`: how rare failures are, and the most likely one |
+//! | `sobol` | `--sobol`: what of all that is drawn decides a drop |
 //! | `free_fall` | `--free-fall`: how well the release is found by the fall that the accelerometer shows |
 //! | `shards` | `--shard` and `samara merge`: parts of a campaign, flown apart and put together |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
@@ -36,6 +37,7 @@ mod replan;
 mod rows;
 #[cfg(feature = "shards")]
 pub mod shards;
+mod sobol;
 mod study;
 
 use super::answer::{Answer, Failure};
@@ -84,6 +86,8 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
         free_fall::run(args, hours, &stop)
     } else if let Some(least) = args.rare {
         rare::run(args, least, &stop)
+    } else if let Some(points) = args.sobol {
+        sobol::run(args, points, &stop)
     } else if let Some(Only::Failure(file)) = &args.only {
         rare::fly_again(args, file)
     } else {

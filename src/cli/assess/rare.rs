@@ -32,13 +32,13 @@ use samara::tune::unknowns;
 /// Name of the files of the most likely failure.
 const FAILURE: &str = "rare_failure";
 
-/// Ctrl-C ended the search.
-struct Stopped;
+/// Ctrl-C ended the flights.
+pub struct Stopped;
 
 /// Searches, writes and reports.
 pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
-    let mission = mission(args, &narrator)?;
+    let mission = mission(args, "--rare", &narrator)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
@@ -120,7 +120,7 @@ pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
         ));
     }
     let narrator = Narrator::alone(args.mission.json);
-    let mission = mission(args, &narrator)?;
+    let mission = mission(args, "--rare", &narrator)?;
     let failure = load_rare_failure(file, &mission).bad_input()?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
@@ -156,17 +156,18 @@ pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
     Ok(Answer::from(!failed))
 }
 
-fn mission(args: &AssessArgs, narrator: &Narrator) -> Result<Mission, Failure> {
+/// The mission of an `option` that is about drops.
+pub fn mission(args: &AssessArgs, option: &str, narrator: &Narrator) -> Result<Mission, Failure> {
     let mission = study::mission(args, narrator)?;
     if mission.release.standing {
-        let message = "--rare is about drops, and this mission begins on the ground";
+        let message = format!("{option} is about drops, and this mission begins on the ground");
         return Err(Failure::input(format!("{}: {message}", mission.file.display())));
     }
     Ok(mission)
 }
 
 /// The trials of the campaign along the plan, by their coordinates.
-fn space(mission: &Mission, plan: &Trajectory, with_unknowns: bool) -> Result<TrialSpace, Failure> {
+pub fn space(mission: &Mission, plan: &Trajectory, with_unknowns: bool) -> Result<TrialSpace, Failure> {
     let [along_plan, _] = own_entries(mission).bad_input()?;
     let g = mission.site.environment.gravity_m_s2;
     let ranges = with_unknowns.then(|| unknowns::ranges(g, mission.target_v_ned.norm()));

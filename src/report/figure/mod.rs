@@ -16,6 +16,7 @@
 //! | `envelope` | the safe-release envelope, a panel for each two quantities |
 //! | `free_fall` | operating curves of rules that find a fall |
 //! | `rare` | the probability of reaching a cost, down to a rare one |
+//! | `sobol` | what decides a drop, a bar for each quantity |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
 //! | `study`, `study_paths`, `study_campaigns` | the paper's figures 7 to 14 |
 
@@ -35,6 +36,7 @@ mod polyline;
 mod rare;
 mod rotors;
 mod sheet;
+mod sobol;
 mod study;
 mod study_campaigns;
 mod study_paths;
@@ -48,6 +50,7 @@ pub use distribution::{Distribution, distribution_figure};
 pub use envelope::{STRIP_PANELS, envelope_figure, envelope_strip};
 pub use free_fall::free_fall_figure;
 pub use rare::rare_figure;
+pub use sobol::sobol_figure;
 
 use nalgebra::Vector3;
 
