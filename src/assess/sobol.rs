@@ -156,8 +156,12 @@ mod tests {
         0.5 * math::erfc(-z * std::f64::consts::FRAC_1_SQRT_2)
     }
 
+    fn one(range: Range<usize>) -> Vec<Range<usize>> {
+        std::iter::once(range).collect()
+    }
+
     fn study(dimensions: usize, f: fn(&[f64]) -> f64) -> Sensitivity {
-        let groups: Vec<Vec<Range<usize>>> = (0..dimensions).map(|k| vec![k..k + 1]).collect();
+        let groups: Vec<Vec<Range<usize>>> = (0..dimensions).map(|k| one(k..k + 1)).collect();
         let study = SobolStudy { points: 20_000, seed: 4 };
         let outputs = |points: &[Vec<f64>]| Ok::<_, ()>(points.iter().map(|z| [f(z)]).collect());
         let [found] = study.run(dimensions, &groups, outputs).unwrap();
@@ -210,7 +214,7 @@ mod tests {
     #[test]
     fn closed_form_groups_of_a_sum() {
         let study = SobolStudy { points: 4000, seed: 1 };
-        let groups = [vec![0..1, 2..4], vec![1..2], vec![4..5]];
+        let groups = [vec![0..1, 2..4], one(1..2), one(4..5)];
         let outputs = |points: &[Vec<f64>]| {
             Ok::<_, ()>(points.iter().map(|z| [z[0] + z[1] + z[2] + z[3], 7.0]).collect())
         };
