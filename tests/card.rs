@@ -165,8 +165,15 @@ fn what_failed_and_what_is_missing_decide() {
     let out = place.path().join("out");
     let (answer, found) = card(&mission, place.path(), &[]);
     assert_eq!(answer, Some(1));
-    let command = format!("missing: a safe-release envelope is missing: samara assess {mission} --envelope");
-    assert!(reasons(&found).contains(&command), "{}", reasons(&found));
+    for command in [
+        format!("a safe-release envelope is missing: samara assess {mission} --envelope"),
+        format!("a campaign is missing: samara assess {mission} --trials 299"),
+    ] {
+        assert!(reasons(&found).contains(&command), "{}", reasons(&found));
+    }
+    let strict = ["--gains", "x500_hover", "--p-failure", "1e-3"];
+    let against = reasons(&card(&mission, place.path(), &strict).1);
+    assert!(against.contains(&format!("{mission} --gains x500_hover --trials 2995")), "{against}");
     assert_eq!(code(&samara(&["drop", &mission, "--no-html"], &out)), Some(1));
     assert_eq!(code(&samara(&["assess", &mission, "--trials", "4"], &out)), Some(1));
     let (answer, found) = card(&mission, &out, &[]);
@@ -190,7 +197,9 @@ fn evidence_with_choices_is_of_the_same_inputs() {
     let place = tempfile::tempdir().unwrap();
     let out = |name: &str| place.path().join(name);
     let law = ["--autopilot", "px4-model=v1.16"];
-    let runs: [(&str, Vec<&str>); 4] = [
+    let rare = ["--rare", "0.05", "--per-level", "800"];
+    let runs: [(&str, Vec<&str>); 5] = [
+        ("rare", [&["assess", X500, "--seed", "7"][..], &rare].concat()),
         ("model", [&["drop", X500, "--no-html", "--seed", "5", "--feed-forward"][..], &law].concat()),
         ("own", vec!["drop", X500, "--no-html", "--gains", "px4_default", "--autopilot", "px4-model"]),
         ("ekf", vec!["drop", X500, "--no-html", "--estimator", "ekf"]),
@@ -201,9 +210,15 @@ fn evidence_with_choices_is_of_the_same_inputs() {
         assert!(code(&samara(args, &out(name))).is_some_and(|code| code < 2), "{args:?}");
     }
     let folders: Vec<String> = runs.iter().map(|(name, _)| out(name).to_str().unwrap().to_owned()).collect();
-    let more: Vec<&str> = folders[1..].iter().flat_map(|folder| ["--evidence", folder]).collect();
-    let (_, found) = card(X500, &out("model"), &more);
+    let more: Vec<&str> = folders.iter().flat_map(|folder| ["--evidence", folder]).collect();
+    let (_, found) = card(X500, &out("rare"), &more);
     assert_eq!(refusals(&found, "campaign of whole drops"), [""], "{found:#}");
+    assert_eq!(refusals(&found, "search of rare failures"), [""], "{found:#}");
+    let searched: Value =
+        serde_json::from_str(&fs::read_to_string(out("rare").join("rare.json")).unwrap()).unwrap();
+    let rows = found["probability"].as_array().unwrap();
+    let row = rows.iter().find(|row| row["found_by"].as_str().unwrap().starts_with("subset")).unwrap();
+    assert_eq!((&row["p_failure_at_most"], &row["trials"]), (&searched["high"], &searched["flights"]));
     let refused = refusals(&found, "drop");
     assert_eq!(refused.iter().filter(|why| why.is_empty()).count(), 2, "{refused:?}");
     assert!(refused.iter().any(|why| why.contains("PX4 flew its own gains")), "{refused:?}");

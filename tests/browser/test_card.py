@@ -59,22 +59,46 @@ def test_a_go_is_one_sheet(evidence, tmp_path):
     assert_one_sheet(tmp_path / "card.html", tmp_path / "card.pdf")
 
 
-def test_a_great_deal_of_evidence_is_one_sheet(evidence, tmp_path):
-    """Fifteen folders with a drop by PX4's model each, another mission's among them, and no failure allowed."""
+def test_each_piece_of_evidence_more_is_one_sheet(evidence, tmp_path):
+    """From one folder to seventeen: a design, a search, campaigns, drops by PX4's model, another mission's."""
+    def made(name, *words):
+        run(*words, "--out", tmp_path / name, expected=(0, 1))
+        return tmp_path / name
+
+    law = ["--autopilot", "px4-model=v1.16"]
+    folders = [
+        evidence,
+        made("design", "design", MISSION, "--budget", "0", "--unseen", "300"),
+        made("rare", "assess", MISSION, "--rare", "0.05", "--per-level", "800"),
+        made("plan", "plan", MISSION),
+        made("campaign_by_the_model_of_px4", "assess", MISSION, "--trials", "20", *law),
+        made("cases", "drop", MISSION, "--cases", "--no-html"),
+        made("short", "assess", MISSION, "--trials", "20"),
+        made("other", "drop", "titan_drop", "--no-html"),
+    ]
+    for seed in range(9):
+        options = law if seed % 2 else ["--estimator", "ekf"]
+        name = f"a_folder_with_a_name_of_some_length_for_seed_{seed}"
+        folders.append(made(name, "drop", MISSION, "--seed", seed + 1, "--no-html", *options))
+    for count in range(1, len(folders) + 1):
+        words = [word for folder in folders[:count] for word in ("--evidence", folder)]
+        out = tmp_path / f"card_{count}"
+        run("card", MISSION, *words, "--out", out, expected=(0, 1))
+        assert_one_sheet(out / "card.html", out / "card.pdf")
+    card = json.loads((out / "card.json").read_text())
+    assert len(card["evidence"]) > len(folders)
+    assert "more in card.json" in (out / "card.html").read_text()
+
+
+def test_a_no_go_with_many_reasons_is_one_sheet(evidence, tmp_path):
+    text = (ROOT / MISSION).read_text().replace("../params", str(ROOT / "params"))
+    mission = tmp_path / "mission.json"
+    mission.write_text(text.replace('"speed_m_s": ', '"altitude_lost_m": 1, "speed_m_s": ', 1))
     words = ["--evidence", evidence]
-    for seed in range(14):
-        folder = tmp_path / f"a_folder_with_a_name_of_some_length_for_seed_{seed}"
-        options = ["--autopilot", "px4-model=v1.16"] if seed % 2 else ["--estimator", "ekf"]
-        run("drop", MISSION, "--seed", seed + 1, "--no-html", *options, "--out", folder, expected=(0, 1))
-        words += ["--evidence", folder]
-    run("drop", "titan_drop", "--no-html", "--out", tmp_path / "other")
-    for mission in ("assess", "plan"):
-        run(mission, MISSION, *(["--trials", "20"] if mission == "assess" else []), "--out", tmp_path / mission)
-        words += ["--evidence", tmp_path / mission]
-    words += ["--evidence", tmp_path / "other"]
-    run("card", MISSION, *words, "--out", tmp_path / "card", expected=(1,))
-    card = json.loads((tmp_path / "card" / "card.json").read_text())
-    assert len(card["evidence"]) > 18
-    page = tmp_path / "card" / "card.html"
-    assert "more in card.json" in page.read_text()
-    assert_one_sheet(page, tmp_path / "card.pdf")
+    for seed in range(5):
+        run("drop", mission, "--seed", seed + 1, "--no-html", "--out", tmp_path / f"{seed}", expected=(1,))
+        words += ["--evidence", tmp_path / f"{seed}"]
+    run("assess", mission, "--trials", "20", "--out", tmp_path / "0", expected=(1,))
+    run("card", mission, *words, "--out", tmp_path / "card", expected=(1,))
+    assert "more in card.json" in (tmp_path / "card" / "card.html").read_text()
+    assert_one_sheet(tmp_path / "card" / "card.html", tmp_path / "card.pdf")

@@ -39,6 +39,7 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
         inputs: input_files(args, mission)?,
         evidence: evidence::of_folders(args, &present, &folder)?,
         accepted: args.p_failure,
+        chosen: args.gains_options(),
         command: args.command(mission),
     };
     let object = json(&card);

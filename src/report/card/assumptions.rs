@@ -13,10 +13,14 @@ use crate::units::DEG_PER_RAD;
 pub fn assumed(card: &Card<'_>) -> Vec<String> {
     let mission = card.mission;
     let mut sentences = vec![limits(mission), releases(mission)];
-    sentences.push(
-        "The vehicle is as its file has it: no campaign here varies mass, inertia, drag, motors or density."
-            .to_owned(),
-    );
+    let fixed =
+        "The vehicle is as its file has it: no campaign here varies mass, inertia, drag, motors or density";
+    let varied = card.standing().filter(|(.., found)| matches!(found, Finding::Rare(rare) if rare.unknowns));
+    let varied: Vec<String> = varied.map(|(id, ..)| id).collect();
+    sentences.push(match varied.as_slice() {
+        [] => format!("{fixed}."),
+        ids => format!("{fixed}; {} draws them, motors excepted.", ids.join(", ")),
+    });
     let on_the_truth: Vec<String> = card
         .standing()
         .filter(|(_, evidence, _, found)| match found {
@@ -26,7 +30,7 @@ pub fn assumed(card: &Card<'_>) -> Vec<String> {
                 evidence.kind == Kind::Campaign || flies_on_the_truth(by.map(String::as_str))
             }
             Finding::Cases(cases) => cases.iter().any(|case| flies_on_the_truth(Some(&case.autopilot))),
-            Finding::Envelope(_) => true,
+            Finding::Envelope(_) | Finding::Rare(_) => true,
             Finding::Plan(_) | Finding::Tune(_) | Finding::Design(_) => false,
         })
         .map(|(id, ..)| id)
@@ -106,7 +110,7 @@ pub fn not_modelled(card: &Card<'_>) -> Vec<String> {
     }
     let from_t0: Vec<String> = card
         .standing()
-        .filter(|(_, evidence, ..)| matches!(evidence.kind, Kind::Campaign | Kind::Envelope))
+        .filter(|(_, evidence, ..)| matches!(evidence.kind, Kind::Campaign | Kind::Rare | Kind::Envelope))
         .map(|(id, ..)| id)
         .collect();
     let left_out: Vec<&str> = [Effect::Canopy, Effect::RotorStart, Effect::Battery]

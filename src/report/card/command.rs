@@ -34,7 +34,7 @@ pub fn command(
     let verb = match kind {
         Kind::Plan => "plan",
         Kind::Drop | Kind::Cases => "drop",
-        Kind::Envelope => "assess",
+        Kind::Envelope | Kind::Rare => "assess",
         // A campaign says it itself.
         Kind::Campaign | Kind::DropCampaign => {
             let Some(Finding::Campaign(campaign)) = found else { return None };
@@ -61,6 +61,16 @@ pub fn command(
     }
     if kind == Kind::Cases {
         words.push("--cases".to_owned());
+    }
+    if let Some(Finding::Rare(rare)) = found {
+        words.extend([
+            "--rare".to_owned(),
+            rare.least.to_string(),
+            "--bound".to_owned(),
+            rare.bound.to_string(),
+        ]);
+        words.extend(["--per-level".to_owned(), rare.per_level.to_string()]);
+        words.extend(rare.unknowns.then(|| "--unknowns".to_owned()));
     }
     let asked = |name: &str| run.circumstances.get(name).cloned();
     if kind == Kind::Envelope {

@@ -6,7 +6,7 @@ use serde_json::Value;
 
 use super::manifest::{Kind, RunManifest};
 use crate::assess::envelope::{AxisRange, EnvelopeAxis};
-use crate::assess::{ChosenAmong, Share};
+use crate::assess::{CONFIDENCE, ChosenAmong, Share};
 use crate::config::ENVELOPE_LIMITS;
 use crate::plan::Status;
 use crate::report::columns::short;
@@ -28,6 +28,8 @@ pub enum Finding {
     Cases(Vec<CaseFound>),
     /// A campaign, of flights from t = 0 or of whole drops.
     Campaign(CampaignFound),
+    /// How rare failures are, and the most likely one.
+    Rare(RareFound),
     /// A safe-release envelope.
     Envelope(EnvelopeFound),
 }
@@ -209,6 +211,48 @@ pub struct WorstTrial {
     pub failure: Option<String>,
 }
 
+/// `rare.json`.
+#[derive(Clone, Debug, Deserialize)]
+pub struct RareFound {
+    /// J_TPF that a failure reaches.
+    pub bound: f64,
+    /// Smallest probability that was looked for.
+    pub least: f64,
+    /// Whether what the controller does not know was drawn, too.
+    pub unknowns: bool,
+    /// Trials of all populations at a threshold.
+    pub per_level: u64,
+    /// Flights that it took.
+    pub flights: u64,
+    /// The probability of reaching the bound; 0 where it was never reached.
+    pub probability: f64,
+    /// Lower end of the interval at 95 %.
+    pub low: f64,
+    /// Upper end of the interval.
+    pub high: f64,
+    /// Coefficient of variation of the probability.
+    pub variation: Option<f64>,
+    /// The most likely failure, where any was found.
+    pub most_likely: Option<MostLikely>,
+}
+
+/// The failing trial that is nearest to the nominal one.
+#[derive(Clone, Debug, Deserialize)]
+pub struct MostLikely {
+    /// J_TPF; none where it was lost.
+    pub j_tpf: Option<f64>,
+    /// Distance from the nominal trial, in standard deviations.
+    pub distance: f64,
+    quantities: Vec<QuantityShare>,
+}
+
+/// The share of a quantity in that distance.
+#[derive(Clone, Debug, Deserialize)]
+struct QuantityShare {
+    quantity: String,
+    share: f64,
+}
+
 /// `envelope.json`.
 #[derive(Clone, Debug, Deserialize)]
 pub struct EnvelopeFound {
@@ -284,6 +328,7 @@ impl Finding {
                 );
             }
             Kind::Campaign | Kind::DropCampaign => Self::Campaign(parsed(text)?),
+            Kind::Rare => Self::Rare(parsed(text)?),
             Kind::Envelope => Self::Envelope(parsed(text)?),
         })
     }
@@ -444,6 +489,12 @@ impl Trials {
     }
 }
 
+/// The fewest trials that show, without a failure among them, that no more than the share `p` of all fails:
+/// `(1 - p)^n` is at most what the confidence leaves.
+pub fn fewest_trials(p: f64) -> u64 {
+    (crate::math::ln(1.0 - CONFIDENCE) / crate::math::ln_1p(-p)).ceil() as u64
+}
+
 /// A probability in two digits, the second rounded up.
 pub fn probability(p: f64) -> String {
     if !(p > 0.0 && p < 1.0) {
@@ -453,6 +504,32 @@ pub fn probability(p: f64) -> String {
     let scale = 10f64.powi(1 - exponent);
     let rounded = (p * scale - 1e-9).ceil() / scale;
     if exponent < -4 { format!("{rounded:.1e}") } else { format!("{rounded:.*}", (1 - exponent) as usize) }
+}
+
+impl RareFound {
+    /// Why it speaks against a go, if it does: failures more probable than is `demanded` are not ruled out.
+    pub fn fault(&self, demanded: f64) -> Option<String> {
+        (self.bound >= SAFE && self.high > demanded).then(|| {
+            format!(
+                "J_TPF reaches {} with a probability of up to {}; at most {} is asked for",
+                short(self.bound, 6),
+                probability(self.high),
+                short(demanded, 12)
+            )
+        })
+    }
+}
+
+impl MostLikely {
+    /// How far it is, and what that is made of, in words.
+    pub fn words(&self) -> String {
+        let mut quantities: Vec<&QuantityShare> = self.quantities.iter().collect();
+        quantities.sort_by(|a, b| b.share.total_cmp(&a.share));
+        let largest = quantities.iter().take(2);
+        let largest: Vec<String> =
+            largest.map(|of| format!("{} {} %", of.quantity, short(100.0 * of.share, 0))).collect();
+        format!("{} standard deviations from nominal: {}", short(self.distance, 2), largest.join(", "))
+    }
 }
 
 impl EnvelopeFound {
@@ -518,6 +595,7 @@ mod tests {
         let none = trials(1000, 0);
         let wanted = 1.0 - crate::math::powf(0.05, 1e-3);
         assert!((none.failing_at_most() - wanted).abs() < 1e-12);
+        assert_eq!([0.01, 1e-3, 0.5].map(fewest_trials), [299, 2995, 5]);
         assert!(trials(299, 0).failing_at_most() <= 0.01 && trials(298, 0).failing_at_most() > 0.01);
         let (share, [low, high]) = trials(1000, 3).failing();
         assert!(share == 0.003 && low < share && share < high && trials(1000, 3).failing_at_most() < high);

@@ -46,6 +46,8 @@ pub enum Kind {
     Campaign,
     /// `samara assess --autopilot`: whole drops.
     DropCampaign,
+    /// `samara assess --rare`.
+    Rare,
     /// `samara assess --envelope`.
     Envelope,
 }
@@ -60,6 +62,7 @@ impl Kind {
             "drop" => Some(Self::Drop),
             "cases" => Some(Self::Cases),
             "assess" => Some(Self::Campaign),
+            "assess_rare" => Some(Self::Rare),
             "assess_envelope" => Some(Self::Envelope),
             _ => verb.starts_with(DROPS).then_some(Self::DropCampaign),
         }
@@ -73,6 +76,7 @@ impl Kind {
             "drop.json" => Some(Self::Drop),
             "cases.json" => Some(Self::Cases),
             "assess.json" => Some(Self::Campaign),
+            "rare.json" => Some(Self::Rare),
             "envelope.json" => Some(Self::Envelope),
             _ => (name.starts_with(DROPS) && name.ends_with(".json") && !name.ends_with("_manifest.json"))
                 .then_some(Self::DropCampaign),
@@ -89,6 +93,7 @@ impl Kind {
             Self::Drop => "drop.json".to_owned(),
             Self::Cases => "cases.json".to_owned(),
             Self::Campaign => "assess.json".to_owned(),
+            Self::Rare => "rare.json".to_owned(),
             Self::Envelope => "envelope.json".to_owned(),
             Self::DropCampaign => format!("{verb}.json"),
         }
@@ -104,6 +109,7 @@ impl Kind {
             Self::Cases => "drops of the release cases",
             Self::Campaign => "campaign of flights from t = 0",
             Self::DropCampaign => "campaign of whole drops",
+            Self::Rare => "search of rare failures",
             Self::Envelope => "safe-release envelope",
         }
     }

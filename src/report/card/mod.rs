@@ -23,7 +23,7 @@ pub mod sections;
 use crate::assess::envelope::search::PROBABILITY;
 use crate::config::Mission;
 use crate::report::shell::command_line;
-use finding::{CampaignFound, DropFound, EnvelopeFound, Finding};
+use finding::{CampaignFound, DropFound, EnvelopeFound, Finding, RareFound, fewest_trials};
 use manifest::{Kind, RunManifest};
 
 /// A file that the mission is read from.
@@ -67,6 +67,8 @@ pub struct Card<'a> {
     pub evidence: Vec<Evidence>,
     /// The probability of failure that is accepted, where one was named.
     pub accepted: Option<f64>,
+    /// How gains or parameters were chosen, as options of any verb.
+    pub chosen: Vec<String>,
     /// The command that makes the card again.
     pub command: String,
 }
@@ -85,9 +87,9 @@ pub struct Reason {
 /// What a card must rest on: the kinds of which one is enough, a name, and the command that makes it, after
 /// `samara VERB MISSION`.
 const NEEDED: [(&[Kind], &str, &str, &[&str]); 3] = [
-    (&[Kind::Drop], "a drop from the nominal release", "drop", &[]),
-    (&[Kind::Campaign, Kind::DropCampaign], "a campaign", "assess", &[]),
-    (&[Kind::Envelope], "a safe-release envelope", "assess", &["--envelope"]),
+    (&[Kind::Drop], "drop from the nominal release", "drop", &[]),
+    (&[Kind::Campaign, Kind::DropCampaign], "campaign", "assess", &[]),
+    (&[Kind::Envelope], "safe-release envelope", "assess", &["--envelope"]),
 ];
 
 impl Evidence {
@@ -148,6 +150,13 @@ impl Card<'_> {
         })
     }
 
+    fn rare(&self) -> impl Iterator<Item = (String, &RunManifest, &RareFound)> {
+        self.standing().filter_map(|(id, _, run, found)| match found {
+            Finding::Rare(rare) => Some((id, run, rare)),
+            _ => None,
+        })
+    }
+
     fn envelopes(&self) -> impl Iterator<Item = (String, &EnvelopeFound)> {
         self.standing().filter_map(|(id, _, _, found)| match found {
             Finding::Envelope(envelope) => Some((id, envelope)),
@@ -178,10 +187,20 @@ impl Card<'_> {
             let file = self.mission.file.display().to_string();
             let mission =
                 file.strip_prefix("built-in:").map_or(file.as_str(), |_| self.mission.name.as_str());
-            let words = ["samara", *verb, mission].into_iter().chain(options.iter().copied());
-            let why =
-                short.first().and_then(|(id, shortfall)| Some(format!(" ({id}: {})", shortfall.as_ref()?)));
-            let text = format!("{name} is missing{}: {}", why.unwrap_or_default(), command_line(words));
+            let chosen = self.chosen.iter().map(String::as_str);
+            let words = ["samara", *verb, mission].into_iter().chain(chosen).chain(options.iter().copied());
+            let mut words: Vec<String> = words.map(str::to_owned).collect();
+            let (trials, usual) =
+                (fewest_trials(self.demanded()), self.mission.study.monte_carlo.trials as u64);
+            if kinds.contains(&Kind::Campaign) && usual < trials {
+                words.extend(["--trials".to_owned(), trials.to_string()]);
+            }
+            let command = command_line(words);
+            let first = short.first().and_then(|(id, shortfall)| Some((id, shortfall.as_ref()?)));
+            let text = match first {
+                None => format!("a {name} is missing: {command}"),
+                Some((id, why)) => format!("no {name} is enough ({id}: {why}): {command}"),
+            };
             Some(Reason { failed: false, text, from: short.into_iter().map(|(id, _)| id).collect() })
         });
         failed.chain(missing).collect()
@@ -227,6 +246,7 @@ impl Card<'_> {
                 Some(format!("{} of {} not safe, such as {first}", failed.len(), cases.len()))
             }
             Finding::Campaign(campaign) => campaign.fault(self.accepted),
+            Finding::Rare(rare) => rare.fault(self.demanded()),
             Finding::Envelope(envelope) => envelope.fault(),
         }
     }

@@ -21,9 +21,10 @@ const PX4S: usize = 2;
 const CAMPAIGNS: usize = 3;
 const WORST: usize = 3;
 const SENTENCES: usize = 7;
-const EVIDENCE: usize = 7;
-/// More rows than this of evidence and reasons are set in smaller type.
-const AIRY: usize = 5;
+const EVIDENCE: usize = 6;
+/// Sizes of type, and how many rows of tables and lists a sheet has room for in each: what has more is set in
+/// the next. A browser's test holds it.
+const SIZES: [(&str, usize); 3] = [("airy", 16), ("plain", 22), ("dense", usize::MAX)];
 /// Longest path and longest command on the sheet [characters]; the whole stands in `card.json`.
 const PATH: usize = 52;
 const COMMAND: usize = 260;
@@ -38,7 +39,8 @@ pub fn page(card: &Card<'_>) -> Result<String, FigureError> {
     let m = card.mission;
     let reasons = card.reasons();
     let (class, verdict) = if reasons.is_empty() { ("go", "GO") } else { ("no", "NO GO") };
-    let type_size = if reasons.len() + card.evidence.len() > AIRY { "dense" } else { "airy" };
+    let rows = rows(card, reasons.len());
+    let type_size = SIZES.iter().find(|(_, most)| rows <= *most).map_or("dense", |(size, _)| size);
     let name = escape(&m.name);
     let mut html = format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -80,6 +82,20 @@ pub fn page(card: &Card<'_>) -> Result<String, FigureError> {
         escape(&shortened(&card.command, COMMAND))
     );
     Ok(html + "</body>\n</html>\n")
+}
+
+/// Rows of the sheet that differ from card to card.
+fn rows(card: &Card<'_>, reasons: usize) -> usize {
+    let parts = [
+        (reasons, REASONS),
+        (vehicle_and_design(card).len(), LINES),
+        (drops(card).len(), DROPS),
+        (autopilot(card).len(), PX4S),
+        (probabilities(card).len(), CAMPAIGNS),
+        (worst(card).len(), WORST),
+        (card.evidence.len(), EVIDENCE),
+    ];
+    parts.into_iter().map(|(count, most)| count.min(most)).sum::<usize>() + reaches(card).len()
 }
 
 fn section(title: &str, body: &str) -> String {
@@ -195,13 +211,8 @@ fn probability_table(card: &Card<'_>) -> String {
         .take(CAMPAIGNS)
         .map(|p| {
             let words = escape(&p.words()) + &links(card, std::slice::from_ref(&p.from));
-            vec![
-                escape(&p.flown_by),
-                p.trials.to_string(),
-                p.failed.to_string(),
-                words,
-                p.found_by.to_owned(),
-            ]
+            let failed = p.failed.map_or_else(|| "-".to_owned(), |failed| failed.to_string());
+            vec![escape(&p.flown_by), p.trials.to_string(), failed, words, escape(&p.found_by)]
         })
         .collect();
     let more = rest(found.len(), CAMPAIGNS);

@@ -4,7 +4,7 @@
 use serde::Serialize;
 
 use super::Card;
-use super::finding::{CampaignFound, DropFound, Finding, WorstTrial, pilot_words, probability};
+use super::finding::{CampaignFound, DropFound, Finding, RareFound, WorstTrial, pilot_words, probability};
 use super::manifest::{Kind, RunManifest};
 use crate::assess::CONFIDENCE;
 use crate::assess::envelope::EnvelopeAxis;
@@ -266,8 +266,8 @@ pub struct Probability {
     pub flown_by: String,
     /// Trials.
     pub trials: u64,
-    /// Trials that failed.
-    pub failed: u64,
+    /// Trials that failed, where trials are independent; `None` where failures were searched for.
+    pub failed: Option<u64>,
     /// The share of trials that failed.
     pub p_failure: f64,
     /// Lower end of the interval of the probability.
@@ -279,7 +279,7 @@ pub struct Probability {
     /// Confidence of the interval and of the bound.
     pub confidence: f64,
     /// How it was found, in words.
-    pub found_by: &'static str,
+    pub found_by: String,
     /// Seed of the trials.
     pub seed: u64,
     /// Number of the evidence.
@@ -290,19 +290,19 @@ impl Probability {
     /// The probability in a sentence.
     pub fn words(&self) -> String {
         let percent = short(100.0 * self.confidence, 1);
-        match self.failed {
-            0 => format!("below {} at {percent} %", probability(self.p_failure_at_most)),
-            _ => format!(
-                "{}, {} to {} at {percent} %",
-                probability(self.p_failure),
-                short(self.p_failure_low, 6),
-                probability(self.p_failure_high)
-            ),
+        if self.p_failure == 0.0 {
+            return format!("below {} at {percent} %", probability(self.p_failure_at_most));
         }
+        format!(
+            "{}, {} to {} at {percent} %",
+            probability(self.p_failure),
+            probability(self.p_failure_low),
+            probability(self.p_failure_high)
+        )
     }
 }
 
-/// The probabilities of failure that the campaigns show.
+/// The probabilities of failure that campaigns and searches show.
 pub fn probabilities(card: &Card<'_>) -> Vec<Probability> {
     let of = |(id, run, campaign): (String, &RunManifest, &CampaignFound)| {
         let trials = campaign.judged()?;
@@ -315,18 +315,37 @@ pub fn probabilities(card: &Card<'_>) -> Vec<Probability> {
         Some(Probability {
             flown_by,
             trials: trials.trials,
-            failed: trials.unsafe_trials,
+            failed: Some(trials.unsafe_trials),
             p_failure,
             p_failure_low,
             p_failure_high,
             p_failure_at_most: trials.failing_at_most(),
             confidence: CONFIDENCE,
-            found_by: "random releases, exact interval (Clopper, Pearson)",
+            found_by: "random releases, exact interval (Clopper, Pearson)".to_owned(),
             seed: run.seed,
             from: id,
         })
     };
-    card.campaigns().filter_map(of).collect()
+    let searched = |(id, run, rare): (String, &RunManifest, &RareFound)| {
+        let unknowns = if rare.unknowns { ", unknowns drawn" } else { "" };
+        Probability {
+            flown_by: format!("flights from t = 0 to J_TPF {} and above{unknowns}", short(rare.bound, 6)),
+            trials: rare.flights,
+            failed: None,
+            p_failure: rare.probability,
+            p_failure_low: rare.low,
+            p_failure_high: rare.high,
+            p_failure_at_most: rare.high,
+            confidence: CONFIDENCE,
+            found_by: match rare.variation {
+                Some(variation) => format!("subset simulation, variation {}", short(variation, 2)),
+                None => "subset simulation".to_owned(),
+            },
+            seed: run.seed,
+            from: id,
+        }
+    };
+    card.campaigns().filter_map(of).chain(card.rare().map(searched)).collect()
 }
 
 /// How far a quantity of the release goes.
@@ -415,6 +434,17 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
             steady_after_s: trial.steady_after_s,
             altitude_lost_m: trial.altitude_lost_m,
             peak_tilt_deg: trial.peak_tilt_deg,
+            from: id.clone(),
+        }));
+    }
+    for (id, _, rare) in card.rare() {
+        rows.extend(rare.most_likely.iter().map(|most_likely| Worst {
+            which: format!("most likely way to J_TPF {}", short(rare.bound, 6)),
+            failure: Some(most_likely.words()),
+            j_tpf: most_likely.j_tpf,
+            steady_after_s: None,
+            altitude_lost_m: None,
+            peak_tilt_deg: None,
             from: id.clone(),
         }));
     }
