@@ -127,7 +127,8 @@ pub struct ShardArgs {
     #[arg(
         long,
         hide_short_help = true,
-        conflicts_with_all = ["shard", "paper", "effects", "envelope", "replan", "free_fall", "only", "resume"]
+        conflicts_with_all =
+            ["shard", "paper", "effects", "envelope", "replan", "free_fall", "rare", "only", "resume"]
     )]
     pub describe: bool,
 }
