@@ -19,6 +19,7 @@
 //! | [`rare`] | probabilities of rare failures, and the most likely one | |
 //! | [`quantiles`] | histograms that add up, and exact quantiles | |
 //! | [`chosen`] | bounds on what was chosen among several | |
+//! | [`fidelity`] | means in a costly way to fly, by trials of a cheaper one | |
 //! | [`paper`] | what the paper prints of its study | Table 5, V.A |
 
 pub mod batch;
@@ -28,6 +29,7 @@ pub mod chosen;
 pub mod coordinates;
 pub mod drops;
 pub mod envelope;
+pub mod fidelity;
 pub mod free_fall;
 pub mod grid_loss;
 pub mod paper;
@@ -46,6 +48,7 @@ pub use batch::{BatchMeasure, Outcome, judge_flights};
 pub use blocks::{BLOCK_TRIALS, BlockError, BlockNode, BlockSummary, Tally};
 pub use chosen::{ChosenAmong, quantile_rank};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
+pub use fidelity::{Agreement, ByTrial, MeanByRungs, MeanEstimate, conformal_margin};
 pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Spread};
 pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};

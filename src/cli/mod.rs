@@ -17,6 +17,7 @@ mod docs_tests;
 mod drop;
 mod estimate;
 mod faults;
+mod fidelity;
 mod help;
 mod init;
 mod mission;
@@ -70,6 +71,7 @@ pub fn run() -> ExitCode {
         Verb::Assess(args) => assess::run(args),
         #[cfg(feature = "shards")]
         Verb::Merge(args) => assess::shards::merge::run(&args),
+        Verb::Fidelity(args) => fidelity::run(&args),
         Verb::Sim(args) => sim::run(&args),
         Verb::Autopilot(args) => autopilot::run(&args),
         Verb::Stream(args) => stream::run(&args),

@@ -11,6 +11,7 @@ use super::check::CheckArgs;
 use super::design::DesignArgs;
 use super::drop::DropArgs;
 use super::faults::FaultsArgs;
+use super::fidelity::FidelityArgs;
 use super::init::InitArgs;
 use super::new::NewArgs;
 use super::params::ParamsArgs;
@@ -61,6 +62,9 @@ pub enum Verb {
     #[cfg(feature = "shards")]
     #[command(after_long_help = include_str!("help/merge.txt"))]
     Merge(MergeArgs),
+    /// Hold campaigns of the same trials, flown in several ways, against each other.
+    #[command(after_long_help = include_str!("help/fidelity.txt"))]
+    Fidelity(FidelityArgs),
     /// Run the simulator alone: a HIL server for the reference autopilot or PX4.
     #[command(after_long_help = include_str!("help/sim.txt"))]
     Sim(SimArgs),

@@ -26,6 +26,7 @@
 //! | `plan_motion` | the motion along a plan, for both |
 //! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
+//! | [`fidelity`] | one campaign by several ways to fly it: means, bounds |
 //! | [`free_fall`] | finding the fall from the accelerometer alone: tables |
 //! | [`envelope`] | the safe-release envelope: tables, edges |
 //! | [`rare`] | probabilities of rare failures: tables, the most likely failure |
@@ -47,6 +48,7 @@ pub mod drops;
 pub mod effects;
 pub mod envelope;
 pub mod faults;
+pub mod fidelity;
 pub mod figure;
 mod flight_arrays;
 mod flight_columns;

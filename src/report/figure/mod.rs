@@ -14,6 +14,7 @@
 //! | `convergence` | the cost of a search over its evaluations |
 //! | `distribution` | the share of a campaign's trials below each value, beside the limit |
 //! | `envelope` | the safe-release envelope, a panel for each two quantities |
+//! | `fidelity` | the same trials flown two ways, one over the other |
 //! | `free_fall` | operating curves of rules that find a fall |
 //! | `rare` | the probability of reaching a cost, down to a rare one |
 //! | `sobol` | what decides a drop, a bar for each quantity |
@@ -27,6 +28,7 @@ pub(super) mod color;
 mod convergence;
 mod distribution;
 mod envelope;
+mod fidelity;
 mod flight_path;
 mod free_fall;
 mod glyph;
@@ -48,6 +50,7 @@ pub use canvas::FigureError;
 pub use convergence::convergence_figure;
 pub use distribution::{Distribution, distribution_figure};
 pub use envelope::{STRIP_PANELS, envelope_figure, envelope_strip};
+pub use fidelity::fidelity_figure;
 pub use free_fall::free_fall_figure;
 pub use rare::rare_figure;
 pub use sobol::sobol_figure;

@@ -1,0 +1,174 @@
+//! The lines of a campaign, as `samara assess` writes them, read for what two campaigns can be compared by.
+
+use std::collections::BTreeSet;
+
+use crate::assess::{ByTrial, Share};
+use crate::config::Mission;
+use crate::report::json::VERSION;
+use crate::units::DEG_PER_RAD;
+
+/// A quantity that campaigns of every kind have: its key, its words, and the columns that hold it with the
+/// factor to the key's unit.
+pub(super) type Quantity = (&'static str, &'static str, &'static [(&'static str, f64)]);
+
+/// The quantities that are compared.
+pub(super) const QUANTITIES: [Quantity; 5] = [
+    ("j_tpf", "J_TPF", &[("j_tpf", 1.0)]),
+    ("altitude_lost_m", "altitude lost [m]", &[("altitude_lost_m", 1.0)]),
+    ("steady_after_s", "steady after [s]", &[("steady_after_s", 1.0)]),
+    ("peak_speed_m_s", "peak speed [m/s]", &[("peak_speed_m_s", 1.0)]),
+    ("peak_tilt_deg", "peak tilt [deg]", &[("peak_tilt_deg", 1.0), ("peak_tilt_rad", DEG_PER_RAD)]),
+];
+
+/// A campaign by one way to fly.
+#[derive(Clone, Debug)]
+pub struct CampaignLines {
+    /// The campaign in the words of its file.
+    pub flown: String,
+    /// SHA-256 of what it was flown with.
+    pub input_hash: String,
+    /// Numbers of the trials.
+    pub trials: BTreeSet<u64>,
+    /// How many did not fail, where the lines say so.
+    pub safe: Option<Share>,
+    /// The values of each of [`QUANTITIES`].
+    pub(super) quantities: [ByTrial; QUANTITIES.len()],
+}
+
+/// Why a file is not the lines of a campaign of this mission.
+#[derive(Debug, thiserror::Error)]
+pub enum LinesError {
+    /// The head is not what `samara assess` writes.
+    #[error("line {line}: `{expected}` is expected: the lines of a campaign, as `samara assess` writes them")]
+    Head {
+        /// Number of the line, from 1.
+        line: usize,
+        /// Expected in its place.
+        expected: &'static str,
+    },
+    /// The campaign is of other inputs.
+    #[error("this campaign is of another {what}: {found}, expected {expected}")]
+    Other {
+        /// Name of the difference.
+        what: &'static str,
+        /// The value in the file.
+        found: String,
+        /// The mission's own.
+        expected: String,
+    },
+    /// A column is missing.
+    #[error("there is no column {0}")]
+    Column(&'static str),
+    /// A line is not one of a trial.
+    #[error("line {line}, {column}: {expected} is expected, found `{found}`")]
+    Cell {
+        /// Number of the line, from 1.
+        line: u64,
+        /// The column.
+        column: String,
+        /// Expected in its place.
+        expected: &'static str,
+        /// Found in the file.
+        found: String,
+    },
+    /// A trial stands there twice.
+    #[error("line {line}: trial {trial} stands there twice")]
+    Twice {
+        /// Number of the line, from 1.
+        line: u64,
+        /// The trial.
+        trial: u64,
+    },
+    /// The file is no CSV.
+    #[error(transparent)]
+    Csv(#[from] csv::Error),
+}
+
+impl CampaignLines {
+    /// Reads the lines of a campaign of this mission and seed, with one of these sets of inputs: a campaign
+    /// by PX4 or by its model has the parameter file among them.
+    ///
+    /// # Errors
+    /// [`LinesError`]: it is no such file, or is of other inputs, another seed or another version of samara.
+    pub fn parse(text: &str, mission: &Mission, input_hashes: &[&str]) -> Result<Self, LinesError> {
+        let (flown, input_hash) = head(text, mission, input_hashes)?;
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+        let names = reader.headers()?.clone();
+        let place = |column: &str| names.iter().position(|name| name == column);
+        let trial_at = place("trial").ok_or(LinesError::Column("trial"))?;
+        let mut places = [None; QUANTITIES.len()];
+        for (at, (key, _, columns)) in places.iter_mut().zip(&QUANTITIES) {
+            *at = columns.iter().find_map(|(column, factor)| Some((place(column)?, *factor)));
+            at.ok_or(LinesError::Column(key))?;
+        }
+        let failure_at = place("failure");
+        let mut lines = Self {
+            flown,
+            input_hash,
+            trials: BTreeSet::new(),
+            safe: failure_at.map(|_| Share::default()),
+            quantities: Default::default(),
+        };
+        for record in reader.records() {
+            let record = record?;
+            let line = record.position().map_or(0, csv::Position::line);
+            let cell = |at: usize| record.get(at).unwrap_or_default();
+            let bad = |at: usize, expected| LinesError::Cell {
+                line,
+                column: names.get(at).unwrap_or_default().to_owned(),
+                expected,
+                found: cell(at).to_owned(),
+            };
+            let trial: u64 = cell(trial_at).parse().map_err(|_| bad(trial_at, "the number of a trial"))?;
+            if !lines.trials.insert(trial) {
+                return Err(LinesError::Twice { line, trial });
+            }
+            for (values, (at, factor)) in lines.quantities.iter_mut().zip(places.into_iter().flatten()) {
+                if cell(at).is_empty() {
+                    continue;
+                }
+                let value: f64 = cell(at).parse().map_err(|_| bad(at, "a number, or nothing,"))?;
+                if value.is_finite() {
+                    values.insert(trial, value * factor);
+                }
+            }
+            if let (Some(at), Some(safe)) = (failure_at, &mut lines.safe) {
+                safe.push(cell(at).is_empty());
+            }
+        }
+        Ok(lines)
+    }
+}
+
+/// Checks the comment lines at the top; the last of them, which says what was flown, and the hash of the
+/// inputs.
+fn head(text: &str, mission: &Mission, input_hashes: &[&str]) -> Result<(String, String), LinesError> {
+    let mut comments = text.lines().take_while(|line| line.starts_with('#'));
+    let mut after = |line: usize, expected: &'static str| {
+        let rest = comments.next().and_then(|comment| comment.strip_prefix(expected));
+        rest.map(|rest| rest.trim().to_owned()).ok_or(LinesError::Head { line, expected })
+    };
+    let version = after(1, "# samara ")?;
+    let seed = after(2, "# seed ")?;
+    let hash = after(3, "# inputs sha256 ")?;
+    // Without the gains themselves, in brackets.
+    let flown = after(4, "# ")?;
+    let flown = match (flown.find(" ["), flown.find(']')) {
+        (Some(from), Some(to)) if from < to => format!("{}{}", &flown[..from], &flown[to + 1..]),
+        _ => flown,
+    };
+    let own = input_hashes.first().copied().unwrap_or_default();
+    let expected_hash = match input_hashes.contains(&hash.as_str()) {
+        true => hash.clone(),
+        false => format!("{own}, or that of the same mission by another autopilot"),
+    };
+    let pairs = [
+        ("version of samara", version, VERSION.to_owned()),
+        ("seed", seed, mission.seed.to_string()),
+        ("set of inputs", hash.clone(), expected_hash),
+    ];
+    match pairs.into_iter().find(|(_, found, expected)| found != expected) {
+        None => Ok((flown, hash)),
+        Some((what, found, expected)) => Err(LinesError::Other { what, found, expected }),
+    }
+}

@@ -1,0 +1,138 @@
+//! Reports of made-up campaigns, whose means and bounds have closed forms, and files that are no lines.
+
+use std::fmt::Write as _;
+
+use super::*;
+use crate::assess::RandomDrop;
+use crate::config::load_mission;
+use crate::model::parachute::TipOff;
+use crate::report::drops::{DropNumbers, DropTrial, header, row};
+
+fn mission() -> Mission {
+    load_mission(std::path::Path::new("mission/x500_drop.json")).unwrap()
+}
+
+/// A drop with a J_TPF and a time to steady flight, which fails without.
+fn drop_of(trial: u64, j_tpf: f64, steady_after_s: Option<f64>) -> DropTrial {
+    let drawn = RandomDrop {
+        trial,
+        amplitude_rad: 0.5,
+        phase_rad: 0.0,
+        wind_ned_m_s: nalgebra::Vector3::zeros(),
+        tip_off: TipOff::default(),
+        seed: trial,
+    };
+    let numbers = DropNumbers {
+        j_tpf: Some(j_tpf),
+        altitude_lost_m: Some(14.0 + j_tpf),
+        steady_after_s,
+        peak_speed_m_s: Some(5.0),
+        peak_tilt_deg: Some(12.0),
+        ..DropNumbers::default()
+    };
+    let failure = steady_after_s.is_none().then(|| "never steady, and a \"comma\", too".to_owned());
+    DropTrial { drawn, outcome: Some(numbers), failure }
+}
+
+fn lines(mission: &Mission, autopilot: &str, trials: impl Iterator<Item = DropTrial>) -> String {
+    let mut text = header(mission, autopilot);
+    trials.for_each(|trial| text += &row(mission, &trial));
+    text
+}
+
+/// J_TPF of trial k in the model: evenly spread.
+fn model(k: u64) -> f64 {
+    0.45 + 1e-5 * (k * 7919 % 5000) as f64
+}
+
+fn campaigns(mission: &Mission) -> Vec<CampaignLines> {
+    // By the line 0.1 + 0.8 B, each tenth trial never steady.
+    let steady = |k: u64| (k % 10 != 3).then_some(2.0);
+    let faithful = (0..200).map(|k| drop_of(k, 0.1 + 0.8 * model(k), steady(k)));
+    let model = (0..5000).map(|k| drop_of(k, model(k), Some(1.5)));
+    [lines(mission, "px4", faithful), lines(mission, "px4-model", model)]
+        .iter()
+        .map(|text| CampaignLines::parse(text, mission, &[&mission.inputs.hash]).unwrap())
+        .collect()
+}
+
+/// The mean of the model's 5000 evenly spread values, put through the line; the bound of a line with a
+/// negative slope of the excess; and P of 20 failures among 200 by Clopper and Pearson's one-sided bound.
+#[test]
+fn closed_form_a_line_between_two_campaigns() {
+    let mission = mission();
+    let report = FidelityReport::new(&mission, campaigns(&mission), None, ChosenAmong::ONE);
+    let j_tpf = &report.quantities()[J_TPF];
+    let mean = j_tpf.mean.as_ref().unwrap();
+    assert!((mean.helped.mean - (0.1 + 0.8 * (0.45 + 1e-5 * 2499.5))).abs() < 1e-12, "{mean:?}");
+    assert!(mean.narrower() > 5.0 && (mean.agreements[0].correlation - 1.0).abs() < 1e-9);
+    let bound = j_tpf.bound.unwrap();
+    // C - B = 0.1 - 0.2 B, between 0.01 and 0, its 96th of 100 near the top.
+    assert!((0.0..0.01).contains(&bound.margin) && bound.calibrated_on == 100, "{bound:?}");
+    assert!(bound.fresh.trials() == 100 && bound.fresh.hits() >= 88);
+    let text = report.text();
+    assert!(text.contains("20 of 200 failed: the probability of a failure is below 1.42e-1"), "{text}");
+    // A tenth is never steady: no finite bound.
+    assert_eq!(report.quantities()[2].bound.unwrap().margin, f64::INFINITY);
+    assert!(text.lines().any(|line| line.starts_with("steady after") && line.contains("none")), "{text}");
+    let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+    assert_eq!(json["alone"]["failed"], 20);
+    assert_eq!(json["quantities"][0]["mean"]["with_the_others"]["trials"], 200);
+    assert!(crate::report::figure::fidelity_figure(&report).unwrap().contains("by 1, the most faithful"));
+}
+
+#[test]
+fn what_was_chosen_among_many_is_bounded_higher() {
+    let mission = mission();
+    let at_most = |n: u64| {
+        let report = FidelityReport::new(&mission, campaigns(&mission), Some(60), ChosenAmong::new(n));
+        let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+        json["alone"]["failure_probability_at_most"].as_f64().unwrap()
+    };
+    assert!(at_most(100) > 1.2 * at_most(1));
+}
+
+/// Too few trials say so in every table, and nothing is divided by none.
+#[test]
+fn few_trials_are_no_panic() {
+    let mission = mission();
+    for n in [0, 1, 9] {
+        let drops = || (0..n).map(|k| drop_of(k, model(k), Some(2.0)));
+        let read = |by| {
+            CampaignLines::parse(&lines(&mission, by, drops()), &mission, &[&mission.inputs.hash]).unwrap()
+        };
+        let rungs = vec![read("px4"), read("px4-model")];
+        let report = FidelityReport::new(&mission, rungs, None, ChosenAmong::ONE);
+        assert!(report.text().contains("too few"), "{n}");
+        let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+        assert_eq!(json["rungs"][1]["trials"], n);
+    }
+}
+
+/// Each fault of a file is told with the line and what was expected.
+#[test]
+fn what_is_no_campaign_of_this_mission_is_refused() {
+    let mission = mission();
+    let good = lines(&mission, "px4", (0..3).map(|k| drop_of(k, 0.5, Some(1.0))));
+    let refusal = |text: &str| {
+        CampaignLines::parse(text, &mission, &["def", &mission.inputs.hash]).unwrap_err().to_string()
+    };
+    let with = |from: &str, to: &str| good.replacen(from, to, 1);
+    assert!(refusal("").contains("line 1: `# samara ` is expected"));
+    assert!(refusal(&with("# seed", "# sead")).contains("line 2: `# seed ` is expected"));
+    let seed = format!("# seed {}", mission.seed);
+    assert!(refusal(&with(&seed, "# seed 77")).contains("another seed: 77, expected"));
+    assert!(
+        refusal(&with(&mission.inputs.hash, "abc"))
+            .contains("another set of inputs: abc, expected def, or that of the same mission")
+    );
+    assert!(refusal(&with("j_tpf", "j_tqf")).contains("no column j_tpf"));
+    assert!(refusal(&with("\n1,", "\n2,")).contains("stands there twice"));
+    assert!(
+        refusal(&with("\n1,", "\none,")).contains("trial: the number of a trial is expected, found `one`")
+    );
+    assert!(refusal(&with(",0.5,5.0,", ",half,5.0,")).contains("j_tpf: a number, or nothing, is expected"));
+    let mut short = good.clone();
+    let _ = writeln!(short, "9,1,2");
+    assert!(refusal(&short).contains("found record with 3 fields"));
+}
