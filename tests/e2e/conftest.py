@@ -11,6 +11,10 @@ from drop import Plan, Vehicle
 from programs import MISSION, SAMARA, REPOSITORY, Programs
 
 
+def pytest_configure(config):
+    config.addinivalue_line("markers", "slow: flown by `scripts/test --all` alone")
+
+
 @dataclass(frozen=True)
 class Reference:
     """The drop in one process, in lockstep: what the drops over sockets are compared with."""

@@ -44,6 +44,7 @@ def url(samara):
     return f"udpin://127.0.0.1:{samara.ports.api}"
 
 
+@pytest.mark.slow
 def test_a_mission_is_uploaded_flown_paused_and_gone_on_with(samara, example):
     samara.sim("--speed", 5, MISSION)
     autopilot = samara.autopilot("--once", MISSION)
@@ -71,6 +72,7 @@ def test_takeoff_and_land(samara, example):
     autopilot.says("Disarmed by landing")
 
 
+@pytest.mark.slow
 def test_telemetry(samara, example):
     samara.sim(MISSION)
     samara.autopilot("--once", MISSION)
