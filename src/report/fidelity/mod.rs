@@ -101,13 +101,21 @@ impl<'a> FidelityReport<'a> {
         self.mission
     }
 
-    /// J_TPF of the most faithful campaign, in ascending order.
+    /// J_TPF of all trials of the most faithful campaign, in ascending order; infinite where one has none:
+    /// it was never released, or its state was no number.
     fn j_tpf(&self) -> Vec<f64> {
-        let first = self.rungs.first();
-        let mut values: Vec<f64> =
-            first.map(|rung| rung.quantities[J_TPF].values().copied().collect()).unwrap_or_default();
+        let Some(first) = self.rungs.first() else { return Vec::new() };
+        let found = &first.quantities[J_TPF];
+        let value = |trial: &u64| found.get(trial).copied().unwrap_or(f64::INFINITY);
+        let mut values: Vec<f64> = first.trials.iter().map(value).collect();
         values.sort_by(f64::total_cmp);
         values
+    }
+
+    /// Bounds on the mean of J_TPF and on that of its worst tenth; what is above [`J_TPF_CAP`] counts as
+    /// that.
+    fn capped_means(&self, j_tpf: &[f64]) -> [f64; 2] {
+        [0.0, MOST].map(|p| self.among.tail_mean_at_most(j_tpf, p, J_TPF_CAP))
     }
 
     /// The report as text.
@@ -184,11 +192,16 @@ impl<'a> FidelityReport<'a> {
         for p in BOUNDED {
             let percent = 1e2 * p;
             let _ = match self.among.quantile_at_most(&values, p) {
-                Some(x) => writeln!(out, "{percent} % of the drops have a J_TPF below {x:.4}"),
+                Some(x) if x.is_finite() => {
+                    writeln!(out, "{percent} % of the drops have a J_TPF below {x:.4}")
+                }
+                Some(_) => {
+                    writeln!(out, "too many trials have no J_TPF to bound that of {percent} % of the drops")
+                }
                 None => writeln!(out, "too few trials to bound J_TPF of {percent} % of the drops"),
             };
         }
-        let [mean, worst] = [0.0, MOST].map(|p| self.among.tail_mean_at_most(&values, p, J_TPF_CAP));
+        let [mean, worst] = self.capped_means(&values);
         let _ = writeln!(
             out,
             "J_TPF, at most {J_TPF_CAP}, is below {mean:.4} in the mean and below {worst:.4} in the mean of the worst {:.0} %",
@@ -218,7 +231,7 @@ impl<'a> FidelityReport<'a> {
         });
         let values = self.j_tpf();
         let safe = self.rungs.first().and_then(|rung| rung.safe);
-        let [mean, worst] = [0.0, MOST].map(|p| self.among.tail_mean_at_most(&values, p, J_TPF_CAP));
+        let [mean, worst] = self.capped_means(&values);
         text(&object! {
             #[serde(flatten)] head: head(self.mission),
             confidence: CONFIDENCE,

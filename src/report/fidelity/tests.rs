@@ -81,6 +81,25 @@ fn closed_form_a_line_between_two_campaigns() {
     assert!(crate::report::figure::fidelity_figure(&report).unwrap().contains("by 1, the most faithful"));
 }
 
+/// A drop that was never released has no J_TPF and is no reason to think better of the others: with 30 of 200
+/// such no bound holds for 90 %, and the mean is above that of 170 times 0.5 and 30 times 2.
+#[test]
+fn closed_form_trials_without_j_tpf_count_as_the_worst() {
+    let mission = mission();
+    let lost =
+        |k: u64| DropTrial { outcome: None, failure: Some("never released".into()), ..drop_of(k, 0.0, None) };
+    let faithful = (0..200).map(|k| if k < 30 { lost(k) } else { drop_of(k, 0.5, Some(2.0)) });
+    let mut rungs = campaigns(&mission);
+    rungs[0] =
+        CampaignLines::parse(&lines(&mission, "px4", faithful), &mission, &[&mission.inputs.hash]).unwrap();
+    let report = FidelityReport::new(&mission, rungs, None, ChosenAmong::ONE);
+    let text = report.text();
+    assert!(text.contains("too many trials have no J_TPF to bound that of 90 % of the drops"), "{text}");
+    let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+    assert!(json["alone"]["j_tpf_p90_at_most"].is_null());
+    assert!(json["alone"]["capped_j_tpf_mean_at_most"].as_f64().unwrap() > 0.85 * 0.5 + 0.15 * 2.0);
+}
+
 #[test]
 fn what_was_chosen_among_many_is_bounded_higher() {
     let mission = mission();
