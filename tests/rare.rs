@@ -260,6 +260,7 @@ fn a_search_is_reproducible_and_its_failure_flies_again() {
     };
     let of = failure.to_str().unwrap();
     refused(&[of, "--seed", "9"], "input_hash: a failure of x500_drop");
+    refused(&[of, "--bound", "2"], "--bound 2: that of the search, 0.4999, is expected");
     refused(&[of, "--autopilot", "reference"], "a failure of --rare flies without --autopilot");
     refused(&["nowhere.json"], "cannot read failure of --rare");
     let mut longer = json(&failure);

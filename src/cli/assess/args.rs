@@ -158,6 +158,9 @@ fn keep(text: &str) -> Result<Keep, String> {
     }
 }
 
+/// J_TPF that a safe trial stays below, unless it is said otherwise.
+pub const BOUND: f64 = 1.0;
+
 /// `samara assess`.
 #[derive(Args, Debug)]
 pub struct AssessArgs {
@@ -267,7 +270,7 @@ pub struct AssessArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,
     /// J_TPF that a safe trial stays below.
-    #[arg(long, value_name = "B", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "B", default_value_t = BOUND, value_parser = positive)]
     pub bound: f64,
     /// Continue the campaigns whose files are in the folder.
     ///

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use anyhow::Context as _;
 use rayon::prelude::*;
 
-use super::args::AssessArgs;
+use super::args::{AssessArgs, BOUND};
 use super::command::Command;
 use super::only::AloneFlight;
 use super::study;
@@ -122,6 +122,14 @@ pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let mission = mission(args, "--rare", &narrator)?;
     let failure = load_rare_failure(file, &mission).bad_input()?;
+    if args.bound != BOUND && args.bound != failure.bound {
+        return Err(Failure::input(format!(
+            "--bound {}: that of the search, {}, is expected with --only {}",
+            args.bound,
+            failure.bound,
+            file.display()
+        )));
+    }
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
