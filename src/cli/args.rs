@@ -264,12 +264,15 @@ pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
     }
 }
 
-/// A whole number in a range.
+/// A whole number in a range, in digits or as `1e8`.
 pub fn whole<N: TryFrom<u64>>(
     range: RangeInclusive<u64>,
 ) -> impl Fn(&str) -> Result<N, String> + Clone + Send + Sync + 'static {
     move |text| {
-        let number = text.parse::<u64>().ok().filter(|n| range.contains(n));
+        // Below 2^53 every whole number is one of f64's.
+        let scaled = || text.parse().ok().filter(|x: &f64| x.fract() == 0.0 && (0.0..9e15).contains(x));
+        let number = text.parse::<u64>().ok().or_else(|| Some(scaled()? as u64));
+        let number = number.filter(|n| range.contains(n));
         number
             .and_then(|n| N::try_from(n).ok())
             .ok_or_else(|| format!("a whole number from {} to {} is expected", range.start(), range.end()))
@@ -301,4 +304,21 @@ pub fn three(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<[
     let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
     let numbers = numbers.filter(|numbers| numbers.iter().all(|x| fits(*x)));
     numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| expected.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::whole;
+
+    #[test]
+    fn whole_numbers_are_read_in_digits_and_as_powers_of_ten() {
+        let trials = whole::<u64>(2..=1_000_000_000);
+        for (text, number) in [("17", 17), ("1e8", 100_000_000), ("2.5e3", 2500), ("1E+9", 1_000_000_000)] {
+            assert_eq!(trials(text), Ok(number), "{text}");
+        }
+        for text in ["1", "1e10", "1.5", "1e-3", "-2", "nan", "inf", "", "1e400", "many"] {
+            assert_eq!(trials(text), Err("a whole number from 2 to 1000000000 is expected".into()), "{text}");
+        }
+        assert_eq!(whole::<u64>(0..=u64::MAX)("18446744073709551615"), Ok(u64::MAX));
+    }
 }

@@ -160,6 +160,23 @@ fn closed_form_the_interval_covers_in_ninety_of_a_hundred_seeds() {
     }
 }
 
+/// Two coordinates decide, and they act together as amplitude and phase of a swing do; two hundred others do
+/// nothing, and every failure that is met has them. The nearest failure is that of a fine grid.
+#[test]
+fn closed_form_the_nearest_failure_has_nothing_of_what_does_not_matter() {
+    let of = |amplitude: f64, phase: f64| amplitude * (math::sin(1.7 * phase - 2.5)).powi(3);
+    let bound = 3.6;
+    let nearest = |z1: f64| math::hypot(bound / of(1.0, z1), z1);
+    let least = (-4000..4000).map(|k| nearest(f64::from(k) * 1e-3)).fold(f64::INFINITY, f64::min);
+    let blocks: Vec<Range<usize>> = (0..202).map(|k| k..k + 1).collect();
+    for seed in 0..8 {
+        let score = |points: &[Vec<f64>]| Ok::<_, ()>(points.iter().map(|z| of(z[0], z[1])).collect());
+        let found = search(bound, 1e-5, seed).run(202, &blocks, score).unwrap();
+        let distance = found.nearest.unwrap().distance;
+        assert!(distance > 0.9999 * least && distance < 1.05 * least, "seed {seed}: {distance}, {least}");
+    }
+}
+
 /// A staircase: many points have the same score, and its tail is that of the normal variable at each step.
 #[test]
 fn closed_form_a_staircase_is_climbed() {

@@ -80,17 +80,6 @@ fn rare(text: &str) -> Result<f64, String> {
     number(text, fits, &format!("a probability from {PROBABILITY_LEAST:e} to 0.1 is expected, such as 1e-6"))
 }
 
-fn per_level(text: &str) -> Result<usize, String> {
-    let range = PER_LEVEL_LEAST..=1_000_000;
-    let expected = format!("a whole number from {PER_LEVEL_LEAST} to 1000000 is expected");
-    text.parse().ok().filter(|n| range.contains(n)).ok_or(expected)
-}
-
-fn points(text: &str) -> Result<usize, String> {
-    let expected = "a whole number from 64 to 10000000 is expected";
-    text.parse().ok().filter(|n| (64..=10_000_000).contains(n)).ok_or_else(|| expected.to_owned())
-}
-
 fn rays(text: &str) -> Result<usize, String> {
     let expected = "a multiple of 4 from 4 to 64 is expected";
     text.parse()
@@ -249,7 +238,7 @@ pub struct AssessArgs {
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "2048",
-        value_parser = points,
+        value_parser = whole::<usize>(64..=10_000_000),
         hide_short_help = true,
         conflicts_with_all =
             ["paper", "autopilot", "effects", "envelope", "replan", "free_fall", "rare", "only", "resume", "keep", "trials", "bound"]
@@ -261,7 +250,14 @@ pub struct AssessArgs {
     #[arg(long, requires = "rare", hide_short_help = true)]
     pub unknowns: bool,
     /// Flights of each level of --rare.
-    #[arg(long, value_name = "N", default_value_t = PER_LEVEL, value_parser = per_level, requires = "rare", hide_short_help = true)]
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = PER_LEVEL,
+        value_parser = whole::<usize>(PER_LEVEL_LEAST as u64..=1_000_000),
+        requires = "rare",
+        hide_short_help = true
+    )]
     pub per_level: usize,
     /// Trials of each campaign.
     ///
