@@ -111,7 +111,7 @@ fn turned(point: &[f64], gradient: &[f64], share: f64) -> Vec<f64> {
     point.iter().zip(gradient).map(turn).collect()
 }
 
-/// Blocks in the order of how much they do to the score, either way, by their squared length, the least first.
+/// Blocks by how much they do to the score, either way, for their squared length, the least first.
 fn least_first(point: &[f64], gradient: &[f64], blocks: &[Range<usize>]) -> Vec<usize> {
     let worth = |block: &Range<usize>| {
         let (x, g) = (&point[block.clone()], &gradient[block.clone()]);

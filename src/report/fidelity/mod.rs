@@ -141,12 +141,17 @@ impl<'a> FidelityReport<'a> {
                 None => columns(&WIDTHS, [*words, "too few", "shared", "trials"]),
                 Some(found) => {
                     let rho = found.agreements.iter().map(|a| format!("{:.3}", a.correlation));
+                    let [helped, narrower] = if found.helped == found.plain {
+                        ["no help".to_owned(), "-".to_owned()]
+                    } else {
+                        [with_half_width(&found.helped), format!("{:.1}", found.narrower())]
+                    };
                     let cells = [
                         (*words).to_owned(),
                         with_half_width(&found.plain),
                         found.plain.trials.to_string(),
-                        with_half_width(&found.helped),
-                        format!("{:.1}", found.narrower()),
+                        helped,
+                        narrower,
                         rho.collect::<Vec<_>>().join(", "),
                     ];
                     columns(&WIDTHS, cells)
