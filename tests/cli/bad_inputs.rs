@@ -1079,7 +1079,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("drop --cases --case case_0", &["cannot be used with"]),
     ("drop --gains ours --params a.params", &["cannot be used with"]),
     ("plan --nodes 2", &["a whole number from 3 to"]),
-    ("plan --nodes 1e3", &["a whole number from 3 to"]),
+    ("plan --nodes 1.5", &["a whole number from 3 to"]),
     ("plan --tolerance 0", &["a number from 1e-12 to 0.01 is expected"]),
     ("assess --trials 1", &["a whole number from 2"]),
     ("assess --trials 0", &["a whole number from 2"]),
