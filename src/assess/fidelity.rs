@@ -90,9 +90,9 @@ pub struct MeanByRungs {
 }
 
 impl MeanByRungs {
-    /// The mean of `costly`, by rungs that are each cheaper than the one before; a rung's own where the help of
-    /// those makes its interval no narrower. `None` where two neighbours share fewer than [`FEWEST_SHARED`]
-    /// trials.
+    /// The mean of `costly`, by rungs that are each cheaper than the one before; a rung's own where the help
+    /// of those makes its interval no narrower. `None` where two neighbours share fewer than
+    /// [`FEWEST_SHARED`] trials.
     pub fn of(costly: &ByTrial, cheaper: &[&ByTrial]) -> Option<Self> {
         let rungs: Vec<&ByTrial> = std::iter::once(costly).chain(cheaper.iter().copied()).collect();
         let mut helped = MeanEstimate::plain(rungs.last()?);

@@ -269,7 +269,7 @@ fn numbers_that_do_not_suit_are_refused_with_what_is_expected() {
     let whole = "a whole number from ";
     for (args, words) in [
         (["assess", "--trials", "-5"], whole),
-        (["assess", "--trials", "1e3"], whole),
+        (["assess", "--trials", "1.5"], whole),
         (["assess", "--only", "x"], whole),
         (["drop", "--seed", "-1"], whole),
         (["plan", "--nodes", "abc"], whole),
