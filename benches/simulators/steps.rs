@@ -2,8 +2,6 @@
 //! `steps ideal|actuator COUNT`.
 #![expect(clippy::unwrap_used, clippy::print_stderr, reason = "a program for measuring")]
 
-use std::sync::Arc;
-
 use samara::config::load_mission;
 use samara::model::rigid_body::BodyState;
 use samara::sim::{DropSimulation, PlantKind};
@@ -17,8 +15,8 @@ fn main() {
     let count: u64 = arguments[2].parse().unwrap();
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/x500_drop.json");
     let mission = load_mission(&file).unwrap();
-    let (vehicle, site) = (Arc::new(mission.vehicle.vehicle.clone()), mission.site.environment.clone());
     let release = mission.study.cases[2].state();
+    let (vehicle, site) = (mission.vehicle, mission.site.environment);
     let mut flown = DropSimulation::at_t0(vehicle.clone(), site.clone(), release, kind);
     for step in 0..count {
         // Anew before it is far away, so that the air is that of a drop.
