@@ -46,6 +46,8 @@ def of_jsbsim(aircraft):
     simulation.set_debug_level(0)
     with contextlib.redirect_stdout(io.StringIO()):
         simulation.load_model(aircraft)
+    # Its `ball` writes BallOut.csv otherwise.
+    simulation.disable_output()
     simulation.set_dt(STEP_S)
     simulation["ic/h-sl-ft"] = 30000
     simulation.run_ic()
