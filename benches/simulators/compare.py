@@ -11,10 +11,12 @@ motors, speed controllers, rotors and airframe from tables.
 
 import contextlib
 import io
+import pathlib
 import resource
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 
 import jsbsim
@@ -46,8 +48,6 @@ def of_jsbsim(aircraft):
     simulation.set_debug_level(0)
     with contextlib.redirect_stdout(io.StringIO()):
         simulation.load_model(aircraft)
-    # Its `ball` writes BallOut.csv otherwise.
-    simulation.disable_output()
     simulation.set_dt(STEP_S)
     simulation["ic/h-sl-ft"] = 30000
     simulation.run_ic()
@@ -71,8 +71,7 @@ def of_samara(program, plant):
     return step
 
 
-def main():
-    program = sys.argv[1]
+def main(program):
     simulators = {
         "RotorPy 3.0.0, quadrotor": (rotorpy(), 2_000),
         "JSBSim 1.3.3, ball": (of_jsbsim("ball"), 20_000),
@@ -91,4 +90,7 @@ def main():
 
 
 if __name__ == "__main__":
-    main()
+    # JSBSim's `ball` writes BallOut.csv where it is flown.
+    program = str(pathlib.Path(sys.argv[1]).absolute())
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        main(program)
