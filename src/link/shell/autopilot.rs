@@ -221,12 +221,13 @@ impl<O: Observer> Shell<'_, O> {
                 (Link::Simulator, Some(connection)) => connection.queue(&sent.bytes),
                 (Link::Simulator, None) => {}
                 (Link::GroundStation, _) => {
-                    self.links.send(&sent);
+                    self.links.queue(&sent);
                     self.report_texts(at, &sent.bytes);
                 }
-                (Link::Api | Link::Parachute, _) => self.links.send(&sent),
+                (Link::Api | Link::Parachute, _) => self.links.queue(&sent),
             }
         }
+        self.links.flush();
         let flushed = match &mut self.connection {
             Some(connection) => connection.flush(),
             None => Ok(()),

@@ -17,6 +17,8 @@ use super::url::{Kind, LinkUrl};
 
 /// Longest datagram.
 const DATAGRAM_LEN: usize = 65_536;
+/// Longest datagram that several frames share [bytes]: it travels whole over Ethernet, with room for tunnels.
+const SHARED_LEN: usize = 1400;
 /// Most datagrams that are taken at a time: a flood must not keep the rest from running.
 const DATAGRAMS_AT_A_TIME: usize = 64;
 /// Most reads of a connection at a time, for the same reason.
@@ -48,7 +50,12 @@ pub(super) enum Arrival<'a> {
 #[derive(Debug)]
 pub(super) enum Endpoint {
     /// Hears everybody (`udpin`) or one remote (`udpout`), and always sends from where it hears.
-    Udp { socket: UdpSocket, remote: Option<SocketAddr>, buffer: Box<[u8]> },
+    Udp {
+        socket: UdpSocket,
+        remote: Option<SocketAddr>,
+        buffer: Box<[u8]>,
+        queued: Vec<(SocketAddr, Vec<u8>)>,
+    },
     /// As many connections as the hub has room for (`tcpin`), or one (`tcpout`).
     Tcp(TcpSource, Vec<Stream>),
 }
@@ -83,7 +90,8 @@ impl Endpoint {
         let _ = socket.writable().await;
         let at = socket.local_addr().unwrap_or(at);
         observer.notice(Notice::Open("UDP", at, what.clone()));
-        Ok(Self::Udp { socket, remote, buffer: vec![0; DATAGRAM_LEN].into_boxed_slice() })
+        let buffer = vec![0; DATAGRAM_LEN].into_boxed_slice();
+        Ok(Self::Udp { socket, remote, buffer, queued: Vec::new() })
     }
 
     /// A UDP socket on any port that speaks to one remote; on a loopback port if that is a loopback address.
@@ -128,7 +136,7 @@ impl Endpoint {
     /// nothing more is there.
     pub(super) fn receive(&mut self, each: &mut impl FnMut(Arrival<'_>) -> bool) -> bool {
         match self {
-            Self::Udp { socket, remote, buffer } => {
+            Self::Udp { socket, remote, buffer, .. } => {
                 for _ in 0..DATAGRAMS_AT_A_TIME {
                     match socket.try_recv_from(buffer) {
                         Ok((len, from)) if remote.is_none_or(|remote| remote == from) => {
@@ -166,18 +174,47 @@ impl Endpoint {
         }
     }
 
-    /// Sends to one address. What cannot be sent is lost, as datagrams are; a connection that cannot take
-    /// more has ended, as the next [`Self::receive`] reports.
-    pub(super) fn send(&mut self, to: SocketAddr, bytes: &[u8]) {
+    /// Takes a frame for one address, to be sent by [`Self::flush`]: what is queued for an address until then
+    /// shares datagrams.
+    pub(super) fn queue(&mut self, to: SocketAddr, frame: &[u8]) {
         match self {
-            Self::Udp { socket, .. } => _ = socket.try_send_to(bytes, to),
+            Self::Udp { socket, queued, .. } => {
+                let Some((_, bytes)) = queued.iter_mut().find(|q| q.0 == to) else {
+                    return queued.push((to, frame.to_vec()));
+                };
+                if bytes.len() + frame.len() > SHARED_LEN {
+                    send_datagram(socket, to, bytes);
+                }
+                bytes.extend_from_slice(frame);
+            }
             Self::Tcp(_, streams) => {
                 if let Some(stream) = streams.iter_mut().find(|s| s.peer == to) {
-                    stream.send(bytes);
+                    stream.queue(frame);
                 }
             }
         }
     }
+
+    /// Sends what is queued. What cannot be sent is lost, as datagrams are; a connection that cannot take
+    /// more has ended, as the next [`Self::receive`] reports.
+    pub(super) fn flush(&mut self) {
+        match self {
+            Self::Udp { socket, queued, .. } => {
+                // An address for which nothing came this time may be gone.
+                queued.retain(|(_, bytes)| !bytes.is_empty());
+                for (to, bytes) in queued {
+                    send_datagram(socket, *to, bytes);
+                }
+            }
+            Self::Tcp(_, streams) => streams.iter_mut().for_each(Stream::flush),
+        }
+    }
+}
+
+/// Sends one datagram and empties it.
+fn send_datagram(socket: &UdpSocket, to: SocketAddr, bytes: &mut Vec<u8>) {
+    _ = socket.try_send_to(bytes, to);
+    bytes.clear();
 }
 
 /// Binds a TCP port and listens.
@@ -306,7 +343,10 @@ impl Stream {
         }
     }
 
-    fn send(&mut self, bytes: &[u8]) {
+    fn queue(&mut self, bytes: &[u8]) {
+        if self.waiting.len() + bytes.len() > MAX_WAITING {
+            self.flush();
+        }
         if self.waiting.len() + bytes.len() > MAX_WAITING {
             let reason = || format!("the peer does not read: {} kB wait for it", MAX_WAITING / 1024);
             self.ended.get_or_insert_with(reason);
@@ -316,7 +356,6 @@ impl Stream {
             self.taken = Since::now();
         }
         self.waiting.extend_from_slice(bytes);
-        self.flush();
     }
 
     fn flush(&mut self) {

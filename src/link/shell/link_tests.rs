@@ -79,14 +79,14 @@ impl Station {
         self.socket.send_to(&self.encoder.encode(message), self.to).unwrap();
     }
 
-    /// All frames up to and with the first that is wanted, and where they came from.
+    /// All frames up to and with the datagram of the first that is wanted.
     fn hear_until(&self, wanted: impl Fn(&Frame) -> bool) -> Vec<Frame> {
         let (mut frames, mut buffer) = (Vec::new(), [0; 2048]);
         loop {
             let (len, from) = self.socket.recv_from(&mut buffer).unwrap();
             assert_eq!(from, self.to, "always from the same socket");
             Decoder::new().datagram(&buffer[..len], |f| frames.push(f));
-            if frames.last().is_some_and(&wanted) {
+            if frames.iter().any(&wanted) {
                 return frames;
             }
         }
@@ -198,6 +198,36 @@ fn a_client_that_does_not_read_is_dropped_and_nobody_waits() {
             }
         }
         assert!(heard(&a.notices, |n| n.to_string().contains("the peer does not read")));
+    });
+}
+
+/// What the wire guide allows (https://mavlink.io/en/guide/serialization.html: a receiver looks for the next
+/// start after each frame), and keeps below Ethernet's 1500 bytes.
+#[test]
+fn frames_of_one_moment_share_datagrams_that_travel_whole() {
+    block_on(async {
+        let (mut a, _) = ears(|_| false);
+        let station = UdpSocket::bind(loopback(0)).unwrap();
+        station.set_read_timeout(Some(Duration::from_secs(10))).unwrap();
+        let to = station.local_addr().unwrap().port();
+        let mut links = links::Links::new((1, 1), Duration::from_secs(10), true, None).unwrap();
+        let port = free_ports().autopilot_ground;
+        links.bind_udp(Link::GroundStation, port, "test", &[to], &mut a).await.unwrap();
+        let mut vehicle = Encoder::new(1, 1);
+        let beat = vehicle.encode(&request_version());
+        for count in [3, 1, 100] {
+            (0..count).for_each(|_| links.queue(&Transmit::to_all(Link::GroundStation, beat.clone())));
+            links.flush();
+            let (mut sequences, mut lens, mut buffer) = (Vec::new(), Vec::new(), [0; 2048]);
+            while sequences.len() < count {
+                let len = station.recv(&mut buffer).unwrap();
+                lens.push(len);
+                Decoder::new().datagram(&buffer[..len], |frame| sequences.push(frame.sequence));
+            }
+            assert!(sequences.windows(2).all(|s| s[1] == s[0].wrapping_add(1)), "{sequences:?}");
+            assert!(lens.iter().all(|len| *len <= 1400), "{lens:?}");
+            assert_eq!(lens.len(), (count * beat.len()).div_ceil(1400 / beat.len() * beat.len()), "{lens:?}");
+        }
     });
 }
 

@@ -239,16 +239,28 @@ impl Links {
             });
         }
         while let Some((id, to, bytes)) = self.hub.poll_forward() {
-            self.endpoints[usize::from(id.0)].endpoint.send(to, &bytes);
+            self.endpoints[usize::from(id.0)].endpoint.queue(to, &bytes);
         }
+        self.flush();
     }
 
     /// Sends one of the party's frames to those it is for.
     pub(super) fn send(&mut self, transmit: &Transmit) {
+        self.queue(transmit);
+        self.flush();
+    }
+
+    /// Sends what was queued: what one peer gets of it shares datagrams.
+    pub(super) fn flush(&mut self) {
+        self.endpoints.iter_mut().for_each(|named| named.endpoint.flush());
+    }
+
+    /// Takes one of the party's frames for those it is for, to be sent by [`Self::flush`].
+    pub(super) fn queue(&mut self, transmit: &Transmit) {
         let Self { hub, endpoints, clock, .. } = self;
         let now = clock.now_us();
         let mut out = |id: EndpointId, to, bytes: &[u8]| {
-            endpoints[usize::from(id.0)].endpoint.send(to, bytes);
+            endpoints[usize::from(id.0)].endpoint.queue(to, bytes);
         };
         hub.send(now, transmit, &mut out);
         // By this the parachute knows its router.

@@ -64,9 +64,10 @@ pub async fn run_watched_drop<O: Observer>(
             biased;
             () = &mut stop => {
                 wire.stop(&mut |now, sent| {
-                    sockets.send(sent, Party::Simulator);
+                    sockets.queue(sent, Party::Simulator);
                     observer.frame(now, sent.link, &sent.bytes);
                 });
+                sockets.flush();
                 break;
             }
             () = sockets.vehicle.readable(), if !pause.is_zero() => {}
@@ -79,9 +80,10 @@ pub async fn run_watched_drop<O: Observer>(
             continue;
         }
         let goes_on = wire.step_sending(&mut |now, sent: &Transmit, by| {
-            sockets.send(sent, by);
+            sockets.queue(sent, by);
             observer.frame(now, sent.link, &sent.bytes);
         })?;
+        sockets.flush();
         while let Some(event) = wire.simulator.poll_event() {
             observer.notice(Notice::Simulator(event));
         }
@@ -143,13 +145,19 @@ impl Sockets {
         });
     }
 
-    fn send(&mut self, sent: &Transmit, by: Party) {
+    /// Takes a frame for those it is for, to be sent by [`Self::flush`].
+    fn queue(&mut self, sent: &Transmit, by: Party) {
         self.viewer.show(sent);
         match (sent.link, by) {
             // The streamer's own frames are for the autopilot alone.
             (Link::Simulator, _) | (_, Party::Streamer) => {}
-            (Link::GroundStation | Link::Api, _) => self.vehicle.send(sent),
-            (Link::Parachute, _) => self.parachute.send(sent),
+            (Link::GroundStation | Link::Api, _) => self.vehicle.queue(sent),
+            (Link::Parachute, _) => self.parachute.queue(sent),
         }
+    }
+
+    fn flush(&mut self) {
+        self.vehicle.flush();
+        self.parachute.flush();
     }
 }
