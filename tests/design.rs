@@ -38,10 +38,10 @@ const FILES: [&str; 9] = [
     "plan.json",
 ];
 
-/// A search on one thread, and one on two that ends early and is resumed, write the same bytes; the mission
-/// that is written is read, and its plan is the design's.
+/// A search on one thread, one on two that ends early and is resumed, and one whose candidates others judge
+/// write the same bytes; the mission that is written is read, and its plan is the design's.
 #[test]
-fn prop_a_design_is_the_same_on_any_threads_and_resumed() {
+fn prop_a_design_is_the_same_on_any_threads_resumed_and_judged_by_others() {
     let folder = tempfile::tempdir().unwrap();
     let mission = quick(folder.path());
     let whole =
@@ -62,9 +62,33 @@ fn prop_a_design_is_the_same_on_any_threads_and_resumed() {
     };
     in_parts(&["--budget", "21", "--threads", "2"]);
     in_parts(&["--budget", "37", "--threads", "2", "--resume"]);
+    let judged_by_others = || design(folder.path(), &mission, &["--budget", "37", "--out", "asked", "--ask"]);
+    // From elsewhere; another number of parts each time, the last one judged twice.
+    let elsewhere = tempfile::tempdir().unwrap();
+    let asks = folder.path().join("asked/candidates.json").display().to_string();
+    let mut steps = 0;
+    let last = loop {
+        let output = judged_by_others();
+        if output.status.code() != Some(4) {
+            break output;
+        }
+        assert!(String::from_utf8_lossy(&output.stderr).contains("are to be judged: samara evaluate asked/"));
+        assert!(output.stdout.is_empty());
+        steps += 1;
+        for part in (0..steps).chain([steps - 1]) {
+            let judged =
+                samara(elsewhere.path(), &["evaluate", &asks, "--shard", &format!("{part}/{steps}")]);
+            assert_eq!(judged.status.code(), Some(0), "{}", String::from_utf8_lossy(&judged.stderr));
+        }
+    };
+    assert!(matches!(last.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&last.stderr));
+    assert_eq!(steps, 4, "starts, feed-forward, two generations");
+    let left = ["candidates.json", "judged"].map(|name| folder.path().join("asked").join(name).exists());
+    assert_eq!(left, [false; 2]);
     for file in FILES {
         let read = |part: &str| fs::read(folder.path().join(part).join(file)).unwrap();
         assert!(read("whole") == read("parts"), "{file}");
+        assert!(read("whole") == read("asked"), "{file}, judged by others");
     }
     let check = samara(folder.path(), &["check", "whole/design_mission.json"]);
     assert_eq!(check.status.code(), Some(0), "{}", String::from_utf8_lossy(&check.stderr));
@@ -89,12 +113,49 @@ fn what_is_not_of_the_search_is_refused() {
         (&["--resume", "--start", "x500_hover", "--out", "out"], "start was x500"),
         (&["--resume", "--out", "nowhere"], "design_checkpoint.json"),
         (&["--time-limit", "0"], "a positive number is expected"),
+        (&["--time-limit", "9", "--ask", "--out", "out"], "cannot be used with"),
+        (&["--ask"], "--out <DIR>"),
         (&["--against", "nobody"], "nobody"),
     ] {
         let output = design(folder.path(), &mission, more);
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert!(output.status.code() == Some(2) && error.contains(words), "{more:?}: {error}");
     }
+}
+
+/// A file that asks for nothing, for something else than it leads to, or of another search is refused, and
+/// nothing is written; judgements of another search are not taken.
+#[test]
+fn what_others_cannot_judge_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let mission = quick(folder.path());
+    let asked = design(folder.path(), &mission, &["--budget", "4", "--out", "out", "--ask"]);
+    assert_eq!(asked.status.code(), Some(4), "{}", String::from_utf8_lossy(&asked.stderr));
+    let asks = fs::read_to_string(folder.path().join("out/candidates.json")).unwrap();
+    let refused = |text: &str, words: &str| {
+        fs::write(folder.path().join("asks.json"), text).unwrap();
+        for more in [&["--check"][..], &[]] {
+            let output = samara(folder.path(), &[&["evaluate", "asks.json", "--out", "none"], more].concat());
+            let error = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.code() == Some(2) && error.contains(words), "{words}: {error}");
+        }
+        assert!(!folder.path().join("none/judged").exists(), "{words}");
+    };
+    refused("{\"search\": {}, \"evaluations\": []}", "`asked` is expected");
+    refused(&asks.replace("\"design\",", "\"plan\","), "unrecognized subcommand 'plan'");
+    refused(&asks.replace("\"--budget\"", "\"--badget\""), "--badget");
+    refused(&asks.replace("\"seed\": \"1\"", "\"seed\": \"2\""), "seed was 2, is 1");
+    refused(&asks.replace("\"candidates\":", "\"candidates\":1"), "0 judgements lead to");
+    refused("{", "asks.json:1:");
+    let good = samara(folder.path(), &["evaluate", "out/candidates.json", "--check"]);
+    assert_eq!(good.status.code(), Some(0), "{}", String::from_utf8_lossy(&good.stderr));
+    assert!(!folder.path().join("out/judged").exists());
+    // Judged for one seed, asked for by another.
+    let judged = samara(folder.path(), &["evaluate", "out/candidates.json"]);
+    assert_eq!(judged.status.code(), Some(0), "{}", String::from_utf8_lossy(&judged.stderr));
+    let other = design(folder.path(), &mission, &["--budget", "4", "--out", "out", "--ask", "--seed", "2"]);
+    let error = String::from_utf8_lossy(&other.stderr).into_owned();
+    assert!(other.status.code() == Some(2) && error.contains("seed was 1, is 2"), "{error}");
 }
 
 /// A vehicle that is drafted from its data sheet, with six rotors, is designed like any other.

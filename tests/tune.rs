@@ -99,6 +99,49 @@ fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
 }
 
 /// The most iterations end a search and shape nothing else: more of them continue it.
+/// A search of gains and one of PX4's parameters whose candidates other processes judge, in three parts, come
+/// to the same bytes; one that searches nothing asks for nothing.
+#[test]
+fn prop_judged_by_others_is_as_if_nobody_else_had() {
+    let folder = tempfile::tempdir().unwrap();
+    let (whole, asked) = (folder.path().join("whole"), folder.path().join("asked"));
+    type Search = fn(&Path, &[&str]) -> Command;
+    // PX4's begins with the vehicle's own parameters.
+    let kinds: [(Search, usize, &[&str]); 2] =
+        [(tune, 2, &FILES), (tune_for_px4, 3, &["gains.params", "checkpoint.json"])];
+    for (search, steps, files) in kinds {
+        let more = ["--iterations", "2"];
+        let first = search(&whole, &more).output().unwrap();
+        let mut asks = 0;
+        let last = loop {
+            let output = search(&asked, &[&more[..], &["--ask"]].concat()).output().unwrap();
+            if output.status.code() != Some(4) {
+                break output;
+            }
+            asks += 1;
+            for part in ["2/3", "0/3", "1/3"] {
+                let mut evaluate = Command::new(env!("CARGO_BIN_EXE_samara"));
+                let judged = evaluate
+                    .arg("evaluate")
+                    .arg(asked.join("candidates.json"))
+                    .args(["--shard", part])
+                    .output();
+                assert_eq!(judged.unwrap().status.code(), Some(0));
+            }
+        };
+        assert_eq!(asks, steps);
+        assert_eq!(last.status.code(), first.status.code(), "{}", String::from_utf8_lossy(&last.stderr));
+        for file in files {
+            assert!(fs::read(whole.join(file)).unwrap() == fs::read(asked.join(file)).unwrap(), "{file}");
+        }
+        fs::remove_dir_all(&whole).unwrap();
+        fs::remove_dir_all(&asked).unwrap();
+    }
+    let nothing = run(&asked, &["--method", "near-hover", "--ask"]);
+    let error = String::from_utf8_lossy(&nothing.stderr).into_owned();
+    assert!(nothing.status.code() == Some(2) && error.contains("--ask has no meaning"), "{error}");
+}
+
 #[test]
 fn prop_resumed_for_longer_is_as_if_it_had_been_longer_from_the_start() {
     let folder = tempfile::tempdir().unwrap();

@@ -7,6 +7,8 @@ pub enum Answer {
     Yes,
     /// The result says no (not converged, limits passed, a check failed): exit code 1.
     No,
+    /// A search has candidates that others are to judge: exit code 4.
+    Asks,
 }
 
 impl From<bool> for Answer {

@@ -2,7 +2,7 @@
 //! exit codes.
 //!
 //! Results go to stdout, everything else to stderr. Exit codes: 0 yes, 1 the result says no, 2 bad input, 3
-//! internal error.
+//! internal error, 4 a search asks others.
 
 mod answer;
 mod args;
@@ -35,7 +35,7 @@ mod reporter;
 mod results;
 mod rotor;
 mod schema;
-mod search_run;
+mod search;
 mod shell_files;
 mod sign_key;
 mod sim;
@@ -68,6 +68,7 @@ pub fn run() -> ExitCode {
         Verb::Plan(args) => plan::run(&args),
         Verb::Tune(args) => tune::run(&args),
         Verb::Design(args) => design::run(&args),
+        Verb::Evaluate(args) => search::evaluate::run(&args),
         Verb::Assess(args) => assess::run(args),
         #[cfg(feature = "shards")]
         Verb::Merge(args) => assess::shards::merge::run(&args),

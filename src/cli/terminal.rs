@@ -74,6 +74,7 @@ pub fn exit_code(result: Result<Answer, Failure>) -> ExitCode {
     let (code, whose) = match &result {
         Ok(Answer::Yes) => return ExitCode::SUCCESS,
         Ok(Answer::No) => return ExitCode::from(1),
+        Ok(Answer::Asks) => return ExitCode::from(4),
         Err(Failure::BadInput(_)) => (2, ""),
         Err(Failure::Internal(_)) => (3, "internal error: "),
     };

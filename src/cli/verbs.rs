@@ -19,6 +19,7 @@ use super::plan::PlanArgs;
 use super::replay::ReplayArgs;
 use super::rotor::RotorArgs;
 use super::schema::SchemaArgs;
+use super::search::evaluate::EvaluateArgs;
 use super::shell_files::{CompletionsArgs, ManArgs};
 use super::sim::SimArgs;
 use super::stream::StreamArgs;
@@ -29,7 +30,7 @@ use super::verify::VerifyArgs;
 #[derive(Debug, Parser)]
 #[command(version, about, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Exit codes: 0 ok, 1 the result says no, 2 bad input or nowhere to write to,\n\
-                        3 internal error.\n\
+                        3 internal error, 4 a search asks others (--ask).\n\
                         Start with: samara drop")]
 pub struct Cli {
     /// What to do.
@@ -52,6 +53,9 @@ pub enum Verb {
     /// Search plan and gains together, robust in the air that there is.
     #[command(after_long_help = include_str!("help/design.txt"))]
     Design(DesignArgs),
+    /// Judge candidates that a search asks about: `samara design --ask`, `samara tune --ask`.
+    #[command(after_long_help = include_str!("help/evaluate.txt"))]
+    Evaluate(EvaluateArgs),
     /// Fly the paper's safety study: release cases, Monte Carlo campaigns, figures, one page.
     #[command(after_long_help = include_str!("help/assess.txt"))]
     Assess(AssessArgs),

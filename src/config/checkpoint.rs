@@ -4,8 +4,8 @@
 use core::fmt::Debug;
 use std::path::Path;
 
-use serde::Deserialize;
 use serde::de::{DeserializeOwned, IgnoredAny};
+use serde::{Deserialize, Serialize};
 
 use super::error::ConfigError;
 use super::source::Source;
@@ -94,11 +94,26 @@ impl Evaluated for f64 {
     }
 }
 
+/// What a search asks others for, beside its checkpoint: to judge the candidates that follow from it.
+#[derive(Clone, Debug, Deserialize, PartialEq, Eq, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Asked {
+    /// The command line that began the search, from the verb on.
+    pub arguments: Vec<String>,
+    /// The folder that its paths are relative to.
+    pub folder: String,
+    /// Number of candidates to be judged.
+    pub candidates: usize,
+}
+
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct CheckpointJson<E> {
     /// Everything that the search depends on.
     search: serde_json::Map<String, serde_json::Value>,
+    /// What is asked for, in a file for others.
+    #[serde(default)]
+    asked: Option<Asked>,
     /// Evaluation of each candidate; null where a flight was lost.
     evaluations: E,
 }
@@ -132,15 +147,39 @@ pub fn load_checkpoint<T: Evaluated>(path: &Path, search: &SearchIdentity) -> Re
     Ok(json.evaluations.into_iter().map(T::of).collect())
 }
 
+/// Reads what a search asks others for.
+///
+/// # Errors
+/// [`ConfigError`] when the file cannot be read or asks for nothing.
+pub fn load_asked(path: &Path) -> Result<Asked, ConfigError> {
+    let source = Source::read(path, "candidates file", None)?;
+    let json: CheckpointJson<IgnoredAny> = source.parse()?;
+    let expected =
+        "`asked` is expected: candidates.json as `samara design --ask` or `samara tune --ask` writes it";
+    json.asked.ok_or_else(|| source.refuse("", expected.to_owned()))
+}
+
 /// The text of a checkpoint, as [`load_checkpoint`] reads it back to the last bit.
 pub fn checkpoint_json<T: Evaluated>(search: &SearchIdentity, evaluations: &[T]) -> String {
+    text(search, None, evaluations)
+}
+
+/// The text of a checkpoint with what is asked of others, as [`load_asked`] and [`load_checkpoint`] read it
+/// back.
+pub fn candidates_json<T: Evaluated>(search: &SearchIdentity, asked: &Asked, evaluations: &[T]) -> String {
+    text(search, Some(asked), evaluations)
+}
+
+fn text<T: Evaluated>(search: &SearchIdentity, asked: Option<&Asked>, evaluations: &[T]) -> String {
     let row = |t: &T| t.numbers().map_or("    null".to_owned(), |numbers| format!("    {numbers:?}"));
     let rows: Vec<String> = evaluations.iter().map(row).collect();
     let quoted = |text: &str| serde_json::Value::from(text).to_string();
     let fields: Vec<String> =
         search.iter().map(|(name, value)| format!("    {}: {}", quoted(name), quoted(value))).collect();
+    let asked =
+        asked.map_or_else(String::new, |asked| format!("  \"asked\": {},\n", serde_json::json!(asked)));
     format!(
-        "{{\n  \"search\": {{\n{}\n  }},\n  \"evaluations\": [\n{}\n  ]\n}}\n",
+        "{{\n  \"search\": {{\n{}\n  }},\n{asked}  \"evaluations\": [\n{}\n  ]\n}}\n",
         fields.join(",\n"),
         rows.join(",\n")
     )
@@ -179,6 +218,20 @@ mod tests {
         std::fs::write(&path, checkpoint_json(&search, &[0.1 + 0.2, f64::INFINITY, 1e300, 5e-324])).unwrap();
         let evaluations: Vec<f64> = load_checkpoint(&path, &search).unwrap();
         assert_eq!(evaluations, [0.1 + 0.2, f64::INFINITY, 1e300, 5e-324]);
+    }
+
+    #[test]
+    fn prop_what_is_asked_is_read_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("candidates.json");
+        let search = [("seed", "1".to_owned())];
+        let arguments = ["design", "a b/m.json", "--name", "x\"y"].map(str::to_owned).to_vec();
+        let asked = Asked { arguments, folder: "/c d".to_owned(), candidates: 3 };
+        std::fs::write(&path, candidates_json(&search, &asked, &[0.1 + 0.2])).unwrap();
+        assert_eq!(load_asked(&path).unwrap(), asked);
+        assert_eq!(load_checkpoint::<f64>(&path, &search).unwrap(), [0.1 + 0.2]);
+        std::fs::write(&path, checkpoint_json(&search, &[1.0])).unwrap();
+        assert!(load_asked(&path).unwrap_err().to_string().contains("`samara design --ask`"));
     }
 
     /// The place of a wrong number is reported; whose the checkpoint is comes before the form of its numbers.

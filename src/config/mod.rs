@@ -51,7 +51,9 @@ mod trajectory_csv;
 mod tuning;
 mod vehicle_file;
 
-pub use checkpoint::{Evaluated, SearchIdentity, checkpoint_json, load_checkpoint};
+pub use checkpoint::{
+    Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_asked, load_checkpoint,
+};
 pub use derived::{Derived, Group, Row, derived};
 pub use designing::{DesignError, designed_mission_json};
 pub use envelope::{ENVELOPE_LIMITS, MissionEnvelope};

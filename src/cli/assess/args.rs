@@ -6,7 +6,7 @@ use clap::Args;
 
 use crate::cli::args::{
     AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, PatienceArgs, StateArgs, autopilot, instance, number,
-    positive, whole,
+    part, positive, whole,
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
@@ -16,7 +16,7 @@ use samara::config::Mission;
 use samara::replan::Cadence;
 use samara::report::campaign::Keep;
 #[cfg(feature = "shards")]
-use samara::report::shard::{SHARDS_MOST, Shard};
+use samara::report::shard::Shard;
 
 /// The pairs of `--envelope`, in order, none twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -124,10 +124,7 @@ pub struct ShardArgs {
 
 #[cfg(feature = "shards")]
 fn shard(text: &str) -> Result<Shard, String> {
-    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    let fits = |(shard, of): &(u64, u64)| (1..=SHARDS_MOST).contains(of) && shard < of;
-    let shard = parts.filter(fits).map(|(shard, of)| Shard { shard, of });
-    shard.ok_or_else(|| format!("I/N is expected, N from 1 to {SHARDS_MOST}, I from 0 to N-1, such as 0/4"))
+    part(text).map(|(shard, of)| Shard { shard, of })
 }
 
 #[cfg(feature = "shards")]

@@ -3,6 +3,7 @@
 use clap::Args;
 
 use crate::cli::args::{MissionArgs, plain_name, positive, whole};
+use crate::cli::search::SearchArgs;
 
 /// `samara design`.
 #[derive(Args, Debug)]
@@ -16,7 +17,7 @@ pub struct DesignArgs {
     /// End the search after so many seconds of wall time.
     ///
     /// Not repeatable: how far a search comes depends on the machine.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "ask")]
     pub time_limit: Option<f64>,
     /// Gains to begin at: a name or a file [default: the mission's own].
     #[arg(long, value_name = "NAME|FILE")]
@@ -43,7 +44,7 @@ pub struct DesignArgs {
     /// Threads [default: one for each core]. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256))]
     pub threads: Option<u16>,
-    /// Go on from the checkpoint in the folder of --out.
-    #[arg(long)]
-    pub resume: bool,
+    /// How the search goes on, and who judges.
+    #[command(flatten)]
+    pub search: SearchArgs,
 }

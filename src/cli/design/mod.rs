@@ -8,7 +8,7 @@
 mod args;
 mod results;
 
-use std::ops::Range;
+use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
@@ -18,8 +18,8 @@ use super::answer::{Answer, BadInput as _, Failure};
 use super::estimate::warn_one_at_a_time;
 use super::mission::{open_mission, print_origin};
 use super::results::OutputFolder;
-use super::search_run::{SearchSession, identity_of, run_search};
-use super::system::{Stopwatch, interrupt_flag, thread_pool};
+use super::search::{SearchSession, identity_of, run_search};
+use super::system::{Stopwatch, thread_pool};
 use super::terminal::{print, print_err, print_remarks};
 pub use args::DesignArgs;
 use samara::config::Mission;
@@ -68,14 +68,14 @@ fn identity(mission: &Mission) -> Vec<(&'static str, String)> {
 
 fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
-    let others = others(args, mission)?;
+    let others = if args.search.part.is_some() { Vec::new() } else { others(args, mission)? };
     let judge = mission.design_judge();
     let mut search = DesignSearch::new(mission.design_search(args.budget as usize));
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
-    let interrupted = interrupt_flag()?;
+    let interrupted = args.search.interrupt_flag()?;
     let in_time = || args.time_limit.is_none_or(|limit_s| watch.ms() < 1e3 * limit_s);
     let own = search.settings().own;
-    if let Some(reason) = judge.one_at_a_time(&own) {
+    if let Some(reason) = judge.one_at_a_time(&own).filter(|_| args.search.is_whole()) {
         let threads = rayon::current_num_threads();
         warn_one_at_a_time(&reason, u64::from(args.budget), threads, || judge.judge(&own, f64::INFINITY));
     }
@@ -85,11 +85,14 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
         folder: &folder,
         checkpoint: "design_checkpoint.json",
         identity: &identity,
-        resume: args.resume,
+        how: &args.search,
         stop: &|| interrupted.load(Ordering::Relaxed) || !in_time(),
     };
     let cost = |search: &DesignSearch, _: usize, design: &_| Some(judge.judge(design, search.ceiling()));
-    let done = run_search(&session, &mut search, cost, progress)?;
+    let done = match run_search(&session, &mut search, cost, progress)? {
+        ControlFlow::Continue(done) => done,
+        ControlFlow::Break(answer) => return Ok(answer),
+    };
     let Some(mut run) = DesignRun::of(&args.name, &judge, &search) else {
         return nothing(args, mission, done.stopped);
     };

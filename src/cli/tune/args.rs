@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 
 use crate::cli::args::{MissionArgs, plain_name, positive, px4_law, whole};
+use crate::cli::search::SearchArgs;
 use samara::control::px4::Law;
 use samara::tune::objective::PENALTY;
 use samara::tune::release_cases::AMPLITUDES;
@@ -88,9 +89,9 @@ pub struct TuneArgs {
     /// Threads [default: one for each core]. The result does not depend on it.
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256))]
     pub threads: Option<u16>,
-    /// Go on from the checkpoint in the folder of --out.
-    #[arg(long)]
-    pub resume: bool,
+    /// How the search goes on, and who judges.
+    #[command(flatten)]
+    pub search: SearchArgs,
 }
 
 /// Whose gains.

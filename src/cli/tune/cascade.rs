@@ -1,5 +1,6 @@
 //! The search of the cascade's gains.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
 use super::args::{TuneArgs, name_of};
@@ -9,8 +10,8 @@ use super::settings::{identity, tuning, without_bound};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::results::OutputFolder;
-use crate::cli::search_run::{SearchSession, run_search};
-use crate::cli::system::{Stopwatch, interrupt_flag};
+use crate::cli::search::{SearchSession, run_search};
+use crate::cli::system::Stopwatch;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
@@ -35,8 +36,8 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let identity = identity(args, mission, &settings);
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let mut search = Search::new(settings);
-    let stop = interrupt_flag()?;
-    if let Some(reason) = judge.one_at_a_time() {
+    let stop = args.search.interrupt_flag()?;
+    if let Some(reason) = judge.one_at_a_time().filter(|_| args.search.is_whole()) {
         let candidates = search.candidates().map_or(0, <[_]>::len) as u64 * u64::from(args.iterations);
         let one = || judge.evaluate(&mission.control.gains.as_longitudinal());
         warn_one_at_a_time(reason, candidates, rayon::current_num_threads(), one);
@@ -50,10 +51,13 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         folder: &folder,
         checkpoint: "checkpoint.json",
         identity: &identity,
-        resume: args.resume,
+        how: &args.search,
         stop: &|| stop.load(Ordering::Relaxed),
     };
-    let done = run_search(&session, &mut search, cost, progress)?;
+    let done = match run_search(&session, &mut search, cost, progress)? {
+        ControlFlow::Continue(done) => done,
+        ControlFlow::Break(answer) => return Ok(answer),
+    };
     let Some(best) = search.best(&objective).filter(|b| b.evaluation.is_finite()) else {
         let why = search.is_lost().then(|| lost(&judge, &search)).flatten();
         return report_nothing(

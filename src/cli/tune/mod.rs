@@ -49,6 +49,11 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
     if !for_px4 && args.px4_version.is_some() {
         return Err(Failure::input("--px4-version: --for px4 is expected with it".to_owned()));
     }
+    if args.method == MethodArg::NearHover && args.search.ask {
+        return Err(Failure::input(
+            "--ask has no meaning with --method near-hover: it searches nothing".to_owned(),
+        ));
+    }
     if let Some(remark) = mission.two_bodies_remark().filter(|_| !for_px4) {
         print_err(&format!("samara: {remark}"));
     }

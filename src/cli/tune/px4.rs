@@ -1,6 +1,7 @@
 //! `samara tune --for px4`: PX4's own parameters, by the evolution strategy on the model of PX4's
 //! controller.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::Ordering;
 
 use nalgebra::Vector3;
@@ -12,8 +13,7 @@ use super::settings::particles;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::pilot::px4::upload::suits;
 use crate::cli::results::OutputFolder;
-use crate::cli::search_run::{SearchSession, identity_of, run_search};
-use crate::cli::system::interrupt_flag;
+use crate::cli::search::{SearchSession, identity_of, run_search};
 use samara::config::Mission;
 use samara::control::px4::{Law, is_quad_x};
 use samara::params::{ParameterFile, px4_model_export, px4_model_parameters};
@@ -73,7 +73,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let mut search = Px4Search::new(&defaults, &missions, settings(args, mission));
     let mut seen = drops(0..DROPS);
     seen.extend(drops_from(&setting, mission.case_parachutes()));
-    let (seen, stop) = (Px4Judge::new(seen, &references), interrupt_flag()?);
+    let (seen, stop) = (Px4Judge::new(seen, &references), args.search.interrupt_flag()?);
     let judge =
         |search: &Px4Search, _: usize, candidate: &Candidate| Some(seen.cost(&search.parameters(candidate)));
     let session = SearchSession {
@@ -81,11 +81,14 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         folder: &folder,
         checkpoint: "checkpoint.json",
         identity: &identity(args, mission),
-        resume: args.resume,
+        how: &args.search,
         stop: &|| stop.load(Ordering::Relaxed),
     };
-    let done =
-        run_search(&session, &mut search, judge, |search: &Px4Search| progress(search, seen.measured_by))?;
+    let measured = |search: &Px4Search| progress(search, seen.measured_by);
+    let done = match run_search(&session, &mut search, judge, measured)? {
+        ControlFlow::Continue(done) => done,
+        ControlFlow::Break(answer) => return Ok(answer),
+    };
     let Some((_, best)) = search.best().filter(|(cost, _)| cost.is_finite()) else {
         return report_nothing(args, &mission.name, no_gains(done.stopped));
     };

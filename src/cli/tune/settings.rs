@@ -2,7 +2,7 @@
 
 use super::args::{MethodArg, ModelArg, ObjectiveArg, TuneArgs, name_of};
 use crate::cli::answer::Failure;
-use crate::cli::search_run::identity_of;
+use crate::cli::search::identity_of;
 use samara::config::{DRAWS, Mission, NoBoundError, Tuning, TuningMethod, TuningObjective};
 use samara::sim::PlantKind;
 use samara::tune::{Objective, SearchSettings};

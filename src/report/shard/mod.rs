@@ -22,9 +22,6 @@ use sha2::{Digest as _, Sha256};
 use super::campaign::Keep;
 pub use table::{Column, ShardReader, ShardWriter, Table, Values};
 
-/// Most parts of a campaign: their numbers have five digits.
-pub const SHARDS_MOST: u64 = 100_000;
-
 /// Part number `shard` of `of` parts, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shard {

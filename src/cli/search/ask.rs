@@ -1,0 +1,161 @@
+//! The files in which a search asks others about candidates, and in which their judgements come back.
+//!
+//! A search is its settings and the judgements that it was given. So `candidates.json` holds no candidates:
+//! it holds all judgements so far and the command line that began the search, and whoever has these comes to
+//! the same candidates, to the bit. The judgements on part I of N go to `judged/<so far>-<I>-of-<N>.json`.
+
+use std::fs;
+use std::ops::Range;
+use std::path::PathBuf;
+
+use anyhow::Context as _;
+
+use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::results::{OutputFolder, gone};
+use samara::config::{Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_checkpoint};
+
+/// What is asked about, in the folder of the search.
+pub const CANDIDATES: &str = "candidates.json";
+/// Folder of the judgements, below it.
+const JUDGED: &str = "judged";
+
+/// A part of the candidates that are asked about, to be judged by this process.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// The file that asks.
+    pub candidates: PathBuf,
+    /// Number of candidates that the file asks about.
+    pub asked: usize,
+    /// Which part, from 0.
+    pub part: u64,
+    /// Of how many.
+    pub of: u64,
+    /// The process whose end is to end this one; without a number the parent.
+    pub with_parent: Option<Option<u32>>,
+    /// Whether it is only checked that the search would be the same here.
+    pub check: bool,
+}
+
+impl Part {
+    /// The places of the part's candidates. `used` of the `judged` judgements have led to `candidates`.
+    pub fn places(&self, used: usize, judged: usize, candidates: usize) -> Result<Range<usize>, Failure> {
+        if used != judged || candidates != self.asked {
+            return Err(Failure::input(format!(
+                "{}: its {judged} judgements lead to {candidates} candidates, it asks about {}",
+                self.candidates.display(),
+                self.asked
+            )));
+        }
+        let cut = |i: u64| (u128::from(i) * candidates as u128 / u128::from(self.of)) as usize;
+        Ok(cut(self.part)..cut(self.part + 1))
+    }
+
+    /// Whether the judgements on the part's `count` candidates are there, and whole.
+    pub fn is_answered<T: Evaluated>(
+        &self,
+        folder: &OutputFolder,
+        identity: &SearchIdentity,
+        so_far: usize,
+        count: usize,
+    ) -> bool {
+        let path = folder.path().join(name(so_far, self.part, self.of));
+        load_checkpoint::<T>(&path, identity).is_ok_and(|judged| judged.len() == count)
+    }
+
+    /// Writes the judgements on the part, which follow `so_far`.
+    pub fn answer<T: Evaluated>(
+        &self,
+        folder: &OutputFolder,
+        identity: &SearchIdentity,
+        so_far: usize,
+        judged: &[T],
+    ) -> Result<(), Failure> {
+        let at = folder.path().join(JUDGED);
+        fs::create_dir_all(&at)
+            .with_context(|| format!("cannot make the folder {}", at.display()))
+            .bad_input()?;
+        folder.write_text(&name(so_far, self.part, self.of), &checkpoint_json(identity, judged)).map(|_| ())
+    }
+}
+
+/// Name of a part's judgements.
+fn name(so_far: usize, part: u64, of: u64) -> String {
+    format!("{JUDGED}/{so_far:07}-{part:05}-of-{of:05}.json")
+}
+
+/// Which part a file's name says, of the judgements that follow `so_far`.
+fn part_of(name: &str, so_far: usize) -> Option<(u64, u64)> {
+    let (part, of) =
+        name.strip_prefix(&format!("{so_far:07}-"))?.strip_suffix(".json")?.split_once("-of-")?;
+    Some((part.parse().ok()?, of.parse().ok()?))
+}
+
+/// The judgements on all `candidates` that follow `so_far`; `None` while one is not there.
+pub fn collected<T: Evaluated>(
+    folder: &OutputFolder,
+    identity: &SearchIdentity,
+    so_far: usize,
+    candidates: usize,
+) -> Result<Option<Vec<T>>, Failure> {
+    let at = folder.path().join(JUDGED);
+    let Ok(entries) = fs::read_dir(&at) else { return Ok(None) };
+    let names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();
+    let mut cuts: Vec<u64> = names.iter().filter_map(|name| part_of(name, so_far)).map(|p| p.1).collect();
+    cuts.sort_unstable();
+    cuts.dedup();
+    for of in cuts {
+        let files: Vec<PathBuf> = (0..of).map(|part| folder.path().join(name(so_far, part, of))).collect();
+        if !files.iter().all(|file| file.is_file()) {
+            continue;
+        }
+        let mut judged = Vec::with_capacity(candidates);
+        for file in &files {
+            judged.extend(load_checkpoint::<T>(file, identity).bad_input()?);
+        }
+        if judged.len() != candidates {
+            return Err(Failure::input(format!(
+                "{}: its parts of {of} after {so_far} judgements have {} more, {candidates} are expected; remove them",
+                at.display(),
+                judged.len()
+            )));
+        }
+        return Ok(Some(judged));
+    }
+    Ok(None)
+}
+
+/// Asks about the `candidates` that follow from what was judged; the file that does.
+pub fn ask<T: Evaluated>(
+    folder: &OutputFolder,
+    identity: &SearchIdentity,
+    judged: &[T],
+    candidates: usize,
+) -> Result<PathBuf, Failure> {
+    let words = std::env::args_os().skip(1).map(std::ffi::OsString::into_string);
+    let arguments: Result<Vec<String>, _> = words.collect();
+    let arguments = arguments
+        .map_err(|word| Failure::input(format!("--ask: {} is not UTF-8", word.to_string_lossy())))?;
+    let here = std::env::current_dir().context("the folder that this runs in").bad_input()?;
+    let asked = Asked { arguments, folder: here.to_string_lossy().into_owned(), candidates };
+    folder.write_text(CANDIDATES, &candidates_json(identity, &asked, judged))
+}
+
+/// Removes the judgements that follow `so_far`: the checkpoint has them.
+pub fn forget(folder: &OutputFolder, so_far: usize) -> Result<(), Failure> {
+    let at = folder.path().join(JUDGED);
+    for entry in fs::read_dir(&at).into_iter().flatten().flatten() {
+        if entry.file_name().to_str().is_some_and(|name| part_of(name, so_far).is_some()) {
+            gone(fs::remove_file(entry.path()))
+                .with_context(|| format!("cannot remove {}", entry.path().display()))
+                .bad_input()?;
+        }
+    }
+    Ok(())
+}
+
+/// Removes what was asked and answered: the search is over.
+pub fn clear(folder: &OutputFolder) -> Result<(), Failure> {
+    let removed = gone(fs::remove_file(folder.path().join(CANDIDATES)))
+        .and_then(|()| gone(fs::remove_dir_all(folder.path().join(JUDGED))));
+    removed.with_context(|| format!("cannot tidy up {}", folder.path().display())).bad_input()
+}

@@ -1,0 +1,207 @@
+//! A search, run to its end: candidates judged side by side, kept in a checkpoint after each iteration,
+//! continued from there; here, or by others, who are asked for each iteration.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `ask` | the files in which candidates are asked about, and judgements come back |
+//! | `evaluate` | `samara evaluate`: judges what is asked about |
+
+mod ask;
+pub mod evaluate;
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use clap::Args;
+use rayon::prelude::*;
+
+use super::answer::{Answer, BadInput as _, Failure};
+use super::progress::Progress;
+use super::results::OutputFolder;
+use super::system;
+use super::terminal::print_err;
+use ask::Part;
+use samara::config::{Evaluated, Mission, SearchIdentity, checkpoint_json, load_checkpoint};
+use samara::tune::CandidateSearch;
+
+/// What can be typed of any search: how it goes on, and who judges.
+#[derive(Args, Debug, Default)]
+pub struct SearchArgs {
+    /// Go on from the checkpoint in the folder of --out.
+    #[arg(long)]
+    pub resume: bool,
+    /// Have others judge the candidates (`samara evaluate`), step by step: exit code 4 while any are left.
+    ///
+    /// Goes on from the checkpoint in the folder of --out and from the judgements that have come, writes
+    /// candidates.json and ends; once the search is over, it ends as it does otherwise. docs/clusters.md.
+    #[arg(long, requires = "out", hide_short_help = true)]
+    pub ask: bool,
+    /// What `samara evaluate` is to judge, instead of the search.
+    #[arg(skip)]
+    pub part: Option<Part>,
+}
+
+impl SearchArgs {
+    /// Whether this process searches and judges, from the beginning to the end.
+    pub fn is_whole(&self) -> bool {
+        !self.ask && self.part.is_none()
+    }
+
+    /// As [`system::interrupt_flag`]; also raised when the process ends that a part is judged for.
+    pub fn interrupt_flag(&self) -> Result<Arc<AtomicBool>, Failure> {
+        let flag = system::interrupt_flag()?;
+        #[cfg(unix)]
+        if let Some(parent) = self.part.as_ref().and_then(|part| part.with_parent) {
+            system::raise_without_parent(&flag, parent)?;
+        }
+        Ok(flag)
+    }
+}
+
+/// How a search is run, whatever it searches.
+pub struct SearchSession<'a> {
+    /// Verb of the search, for the progress shown.
+    pub verb: &'static str,
+    /// Where the checkpoint is kept.
+    pub folder: &'a OutputFolder,
+    /// Name of the checkpoint's file.
+    pub checkpoint: &'static str,
+    /// Everything that the search depends on.
+    pub identity: &'a SearchIdentity,
+    /// How it goes on, and who judges.
+    pub how: &'a SearchArgs,
+    /// Whether to stop now, asked between candidates.
+    pub stop: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// What a search came to, besides its candidates.
+#[derive(Clone, Copy, Debug)]
+pub struct SearchRun {
+    /// Candidates that were judged now, not read from a checkpoint.
+    pub fresh: usize,
+    /// Whether it was stopped before its end.
+    pub stopped: bool,
+}
+
+/// What every search depends on: a checkpoint of other inputs is refused.
+pub fn identity_of(mission: &Mission) -> Vec<(&'static str, String)> {
+    vec![
+        ("version", env!("CARGO_PKG_VERSION").to_owned()),
+        ("mission", mission.name.clone()),
+        ("inputs_sha256", mission.hash_without_gains()),
+        ("seed", mission.seed.to_string()),
+    ]
+}
+
+/// Runs a search to its end, or, where others judge, to what they are to judge next; breaks where nothing
+/// more is to be done now. A search that is resumed is first given what the checkpoint holds. `judge` gives
+/// the judgement on a candidate, by its place among those asked about; `None` when there is nothing to judge
+/// it by. `progress` gives the iterations made, the most there are, and how well the search goes.
+pub fn run_search<S>(
+    session: &SearchSession<'_>,
+    search: &mut S,
+    judge: impl Fn(&S, usize, &S::Candidate) -> Option<S::Judgement> + Sync,
+    progress: impl Fn(&S) -> (usize, usize, String),
+) -> Result<ControlFlow<Answer, SearchRun>, Failure>
+where
+    S: CandidateSearch + Sync,
+    S::Candidate: Sync,
+    S::Judgement: Evaluated + Send,
+{
+    let mut judged = session.earlier()?;
+    let mut used = 0;
+    while let Some(n) = search.candidates().map(<[_]>::len).filter(|n| judged.len() - used >= *n) {
+        search.update(&judged[used..used + n]);
+        used += n;
+    }
+    let judge_some = |search: &S, bar: &Progress, places: core::ops::Range<usize>| {
+        let judge_one = |(place, candidate): (usize, &S::Candidate)| {
+            let going = !(session.stop)();
+            bar.inc(u64::from(going));
+            going.then(|| judge(search, place, candidate)).flatten()
+        };
+        let candidates = search.candidates().unwrap_or_default().get(places.clone()).unwrap_or_default();
+        let placed = candidates.par_iter().enumerate().map(|(i, candidate)| (places.start + i, candidate));
+        placed.with_max_len(1).map(judge_one).collect::<Option<Vec<S::Judgement>>>()
+    };
+    if let Some(part) = &session.how.part {
+        let candidates = search.candidates().map_or(0, <[_]>::len);
+        let places = part.places(used, judged.len(), candidates)?;
+        let count = places.len();
+        if part.check || part.is_answered::<S::Judgement>(session.folder, session.identity, used, count) {
+            return Ok(ControlFlow::Break(Answer::Yes));
+        }
+        let bar = Progress::new("evaluate", "evaluations", count as u64);
+        let fresh = judge_some(search, &bar, places);
+        bar.finish();
+        // Half a part is of no use to anybody.
+        let Some(fresh) = fresh else { return Ok(ControlFlow::Break(Answer::No)) };
+        part.answer(session.folder, session.identity, used, &fresh)?;
+        return Ok(ControlFlow::Break(Answer::Yes));
+    }
+    // What is left over is of a search of more iterations: that checkpoint is the better one.
+    if used > 0 && used == judged.len() {
+        session.keep(&judged)?;
+    }
+    judged.truncate(used);
+    let (mut evaluated, bar) = (0, Progress::new(session.verb, "evaluations", 0));
+    while let Some(candidates) = search.candidates() {
+        let (so_far, places) = (judged.len(), 0..candidates.len());
+        let fresh = if session.how.ask {
+            let come = ask::collected(session.folder, session.identity, so_far, places.len())?;
+            if come.is_none() {
+                let path = ask::ask(session.folder, session.identity, &judged, places.len())?;
+                print_err(&format!(
+                    "samara {}: {} candidates are to be judged: samara evaluate {}\n",
+                    session.verb,
+                    places.len(),
+                    path.display()
+                ));
+                return Ok(ControlFlow::Break(Answer::Asks));
+            }
+            come
+        } else {
+            let (made, most, message) = progress(search);
+            // At most: a search may come to its end before.
+            bar.set_whole(evaluated + (places.len() * most.saturating_sub(made)) as u64);
+            evaluated += places.len() as u64;
+            bar.set_message(&message);
+            judge_some(search, &bar, places)
+        };
+        let Some(fresh) = fresh else { break };
+        search.update(&fresh);
+        judged.extend(fresh);
+        session.keep(&judged)?;
+        if session.how.ask {
+            ask::forget(session.folder, so_far)?;
+        }
+    }
+    bar.finish();
+    if session.how.ask {
+        ask::clear(session.folder)?;
+    }
+    Ok(ControlFlow::Continue(SearchRun {
+        fresh: judged.len() - used,
+        stopped: search.candidates().is_some(),
+    }))
+}
+
+impl SearchSession<'_> {
+    /// The judgements that the search begins with.
+    fn earlier<T: Evaluated>(&self) -> Result<Vec<T>, Failure> {
+        let path = self.folder.path().join(self.checkpoint);
+        match &self.how.part {
+            Some(part) => load_checkpoint(&part.candidates, self.identity).bad_input(),
+            None if self.how.resume || (self.how.ask && path.exists()) => {
+                load_checkpoint(&path, self.identity).bad_input()
+            }
+            None => Ok(Vec::new()),
+        }
+    }
+
+    fn keep<T: Evaluated>(&self, judged: &[T]) -> Result<(), Failure> {
+        let text = checkpoint_json(self.identity, judged);
+        self.folder.write_text(self.checkpoint, &text).map(|_| ())
+    }
+}
