@@ -5,16 +5,19 @@ from __future__ import annotations
 import argparse
 from collections.abc import Sequence
 
-USAGE = "python -m samara_tpf.campaign [MISSION] --trials N [OPTION ..] [-- OPTION OF samara assess ..]"
+USAGE = """python -m samara_tpf.campaign [MISSION] --trials N [OPTION ..] [-- OPTION OF samara assess ..]
+       python -m samara_tpf.campaign [MISSION] --search design|tune [OPTION ..] [-- OPTION OF the search ..]"""
 MORE = """
-What follows -- goes to `samara assess`: --seed, --gains, --params, --case, --bound, --keep, --autopilot, ..
+What follows -- goes to `samara assess`: --seed, --gains, --params, --case, --bound, --keep, --autopilot, ..; with
+--search to `samara design` or `samara tune`: --budget, --seed, --start, --robust, ..
 
 The same command again goes on where it was stopped: shards that are there are not flown again. Exit code: that of
-`samara merge`, 0 when no trial failed, 1 when one did; 1 when it was stopped; 2 for what is refused.
+`samara merge`, 0 when no trial failed, 1 when one did, or that of the search; 1 when it was stopped; 2 for what is refused.
 
 Examples:
   python -m samara_tpf.campaign x500_drop --trials 1e6
   python -m samara_tpf.campaign x500_drop --trials 1e8 --cluster slurm --workers 50 --threads 8
+  python -m samara_tpf.campaign x500_drop --search design --cluster slurm --workers 8 -- --budget 4000
   python -m samara_tpf.campaign x500_drop --trials 1e4 --cluster tcp://10.0.0.1:8786 -- --autopilot px4-model
 """
 
@@ -56,9 +59,12 @@ def parser() -> argparse.ArgumentParser:
     )
     options.add_argument("mission", nargs="?", default="titan_drop", metavar="MISSION", help="a name or a file")
     options.add_argument("--trials", type=count, metavar="N", help="trials of each campaign, such as 1e8")
+    options.add_argument(
+        "--search", choices=("design", "tune"), help="search a design or gains instead: the workers judge candidates"
+    )
     options.add_argument("--out", metavar="DIR", help="folder for shards and results [out/<mission name>]")
     options.add_argument(
-        "--shards", type=shards, metavar="N", help="number of shards [that of those in DIR, or by the trials]"
+        "--shards", type=shards, metavar="N", help="number of shards [that of those in DIR, or by the trials; of a search's step: by the workers]"
     )
     options.add_argument(
         "--program", metavar="PATH", help="the program, here and on the workers [beside Python, or on PATH]"
@@ -91,7 +97,7 @@ def parser() -> argparse.ArgumentParser:
 
 
 def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
-    """The options, and those of ``samara assess`` behind ``--``."""
+    """The options, and those of ``samara`` behind ``--``."""
     own, more = list(arguments), []
     if "--" in own:
         place = own.index("--")

@@ -13,12 +13,12 @@ import traceback
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import clusters, program
+from . import clusters, program, search
 from .arguments import SHARDS_MOST, parse
 from .clusters import Asked, ClusterError
 from .flight import Flight, Interrupted, NoWorkers
 from .folder import Folder, FolderError
-from .order import Order
+from .order import Campaign
 from .program import ProgramError
 from .progress import Progress
 from .roster import CampaignFailed, Roster
@@ -64,24 +64,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def run(options: argparse.Namespace, more: Sequence[str], stop: threading.Event) -> int:
     """Flies what is left of the campaign, and merges it; the exit code. ``stop``: ends it before."""
+    if options.search is not None:
+        return _search(options, more, stop)
     binary = program.find(options.program)
     arguments = [options.mission, *more]
     if options.trials is not None:
         arguments += ["--trials", str(options.trials)]
     campaign = program.describe(binary, arguments, os.getcwd())
     out = Path(options.out or f"out/{campaign['mission']}")
-    asked = Asked(
-        options.cluster,
-        name=f"samara-{str(campaign['campaign'])[:8]}",
-        **{name: getattr(options, name) for name in clusters.ALL_OPTIONS},
-    )
-    asked.check()
+    asked = _asked(options, f"samara-{str(campaign['campaign'])[:8]}")
     if options.render:
         print(clusters.rendered(asked, out), end="")
         return 0
     folder = Folder(out)
     with folder.held():
-        order = Order(
+        order = Campaign(
             program=options.program and os.path.abspath(options.program),
             folder=os.getcwd(),
             arguments=tuple(arguments),
@@ -91,8 +88,7 @@ def run(options: argparse.Namespace, more: Sequence[str], stop: threading.Event)
         )
         roster = Roster.of(folder.left(binary, order))
         if not roster.complete:
-            patience_s = options.patience or (PATIENCE_S if asked.kind in ("local", "tcp") else math.inf)
-            _fly(order, roster, folder, asked, patience_s, stop)
+            _fly(order, roster, folder, asked, _patience_s(options, asked), stop)
         # Programs are renewed while a campaign flies for days; and what was saved is read once more.
         if differences := order.differences(program.describe(binary, arguments, os.getcwd())):
             raise FolderError(f"the campaign is another one than at its beginning: {'; '.join(differences)}")
@@ -103,15 +99,40 @@ def run(options: argparse.Namespace, more: Sequence[str], stop: threading.Event)
 
 
 def _fly(
-    order: Order, roster: Roster, folder: Folder, asked: Asked, patience_s: float, stop: threading.Event
+    order: Campaign, roster: Roster, folder: Folder, asked: Asked, patience_s: float, stop: threading.Event
 ) -> None:
     progress = Progress(roster, order.shards, int(str(order.campaign["trials"])))
     with clusters.cluster(asked, folder.path) as address:
-        flight = Flight(
-            order, roster, folder, address, patience_s=patience_s, stop=stop, report=progress.report
-        )
-        flight.run(progress.show)
+        report = progress.report
+        with Flight(order, roster, folder, address, patience_s=patience_s, stop=stop, report=report) as flight:
+            flight.run(progress.show)
     progress.finish()
+
+
+def _search(options: argparse.Namespace, more: Sequence[str], stop: threading.Event) -> int:
+    """Runs the search of the command line; the exit code."""
+    if options.trials is not None:
+        raise FolderError(f"--trials: `samara {options.search}` has none; its options stand behind --")
+    name = Path(options.mission).stem
+    out = Path(options.out or f"out/{name}")
+    asked = _asked(options, f"samara-{options.search}-{name}"[:40])
+    if options.render:
+        print(clusters.rendered(asked, out), end="")
+        return 0
+    return search.run(options, more, asked, out, _patience_s(options, asked), stop)
+
+
+def _asked(options: argparse.Namespace, name: str) -> Asked:
+    """What is asked of the cluster. ``ClusterError``: it would not use it."""
+    given = {option: getattr(options, option) for option in clusters.ALL_OPTIONS}
+    asked = Asked(options.cluster, name=name, **given)
+    asked.check()
+    return asked
+
+
+def _patience_s(options: argparse.Namespace, asked: Asked) -> float:
+    """How long no worker may be there [s]."""
+    return options.patience or (PATIENCE_S if asked.kind in ("local", "tcp") else math.inf)
 
 
 def _cut(campaign: dict[str, object]) -> int:

@@ -10,10 +10,10 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from concurrent.futures import CancelledError, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 from distributed import Client, Future, KilledWorker
 
@@ -59,8 +59,9 @@ class Saved:
 
 @dataclass(frozen=True)
 class Came:
-    """What came of what a worker was asked for."""
+    """What came of what a worker was asked for, and of which order it is."""
 
+    order: Order
     asked: Asked
     future: Future
     outcome: object
@@ -88,7 +89,7 @@ class Flight:
         self.patience_s = patience_s
         self.stop = stop
         self.report = report
-        self._instances = Instances() if order.campaign["autopilot"] == "px4" else None
+        self._instances = Instances() if order.flies_px4 else None
         self._threads: dict[str, int] = {}
         self._client: Client | None = None
         self._under_way: dict[Asked, Future] = {}
@@ -99,23 +100,35 @@ class Flight:
         self._looked_s = -LOOK_EVERY_S
         self._fit_s = time.monotonic()
 
+    def __enter__(self) -> Self:
+        """What is under way ends with the context."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Ends what is under way."""
+        self._end()
+
+    def begin(self, order: Order, shards: Iterable[int]) -> None:
+        """Goes on with another order, by the workers that are there: it asks the same of their programs."""
+        for asked in [asked for asked in self._under_way if asked.shard is not None]:
+            self._withdraw(asked)
+        self.order, self.roster = order, self.roster.anew(shards)
+        self._fit_s = time.monotonic()
+
     def run(self, show: Callable[[], None]) -> None:
         """Flies until nothing is left; ``show`` is called in between, about once a second.
 
         ``CampaignFailed``, ``NoWorkers``, ``FolderError``, ``Interrupted``: why it ended before.
         """
-        try:
-            while not self.roster.complete:
-                if self.stop.is_set():
-                    raise Interrupted
-                client = self._connection()
-                if client is not None:
-                    self._look(client)
-                    self._ask(client)
-                self._take()
-                show()
-        finally:
-            self._end()
+        while not self.roster.complete:
+            if self.stop.is_set():
+                raise Interrupted
+            client = self._connection()
+            if client is not None:
+                self._look(client)
+                self._ask(client)
+            self._take()
+            show()
 
     def _connection(self) -> Client | None:
         """The connection to the scheduler; ``None``: it is not there now."""
@@ -180,7 +193,8 @@ class Flight:
         else:
             future = client.submit(work.fly, self.order, asked.shard, self._own_options(asked.address), **where)
         self._under_way[asked] = future
-        future.add_done_callback(lambda future: self._fetching.submit(self._fetch, asked, future))
+        order = self.order
+        future.add_done_callback(lambda future: self._fetching.submit(self._fetch, order, asked, future))
 
     def _own_options(self, address: str) -> tuple[str, ...]:
         """Options of ``samara assess`` for one worker: the numbers of its PX4s."""
@@ -188,17 +202,17 @@ class Flight:
             return ()
         return ("--instance", str(self._instances.first(address, self._threads[address])))
 
-    def _fetch(self, asked: Asked, future: Future) -> None:
+    def _fetch(self, order: Order, asked: Asked, future: Future) -> None:
         """Fetches a result, and writes it when it is a shard."""
         outcome: object
         try:
             outcome = future.result(timeout=FETCH_S)
             if isinstance(outcome, work.Flown) and asked.shard is not None:
-                self.folder.save(asked.shard, self.order.shards, outcome)
+                self.folder.save(order.result(asked.shard), outcome)
                 outcome = Saved()
         except Exception as error:
             outcome = error
-        self._came.put(Came(asked, future, outcome))
+        self._came.put(Came(order, asked, future, outcome))
 
     def _take(self) -> None:
         """Takes what has come, and waits a while for the first."""
@@ -217,7 +231,7 @@ class Flight:
             raise outcome
         if self._under_way.get(asked) is not came.future:
             # It was given up, and came all the same.
-            if isinstance(outcome, Saved) and asked.shard is not None:
+            if isinstance(outcome, Saved) and asked.shard is not None and came.order is self.order:
                 self._done(asked.address, asked.shard)
             return
         del self._under_way[asked]

@@ -1,18 +1,18 @@
-"""The campaign's folder: which shards are there, which are left, and one driver at a time."""
+"""The folder of a campaign or a search: which shards are there, which are left, and one driver at a time."""
 
 from __future__ import annotations
 
 import fcntl
 import hashlib
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 from . import program
-from .order import Order
+from .order import Campaign
 from .program import ProgramError
-from .work import Flown, file_name
+from .work import Flown
 
 PARTIAL = ".driver.partial"
 """Ending of what the driver writes to."""
@@ -23,16 +23,20 @@ class FolderError(Exception):
 
 
 class Folder:
-    """A campaign's folder on this machine."""
+    """The folder on this machine."""
 
-    def __init__(self, path: Path) -> None:
-        """The folder at ``path``, which is made."""
+    def __init__(self, path: Path, shards: str = "shards") -> None:
+        """The folder at ``path``, which is made, with a folder for what the workers make."""
         self.path = path
-        self.shards = path / "shards"
+        self.shards = path / shards
         try:
             self.shards.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise FolderError(f"cannot make the folder {self.shards}: {error.strerror}") from error
+
+    def lacking(self, names: Sequence[str]) -> set[int]:
+        """Places of the files that are not there."""
+        return {place for place, name in enumerate(names) if not (self.path / name).is_file()}
 
     @contextmanager
     def held(self) -> Iterator[None]:
@@ -46,7 +50,7 @@ class Folder:
             try:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except BlockingIOError:
-                raise FolderError(f"{self.path}: another driver flies this campaign") from None
+                raise FolderError(f"{self.path}: another driver is at work there") from None
             except OSError:
                 # A file system without locks: two drivers write the same bytes, each aside.
                 pass
@@ -62,7 +66,7 @@ class Folder:
                 return int(of)
         return None
 
-    def left(self, binary: Path, order: Order) -> set[int]:
+    def left(self, binary: Path, order: Campaign) -> set[int]:
         """Numbers of the shards that are not there, or not whole. ``FolderError``: they are another campaign's."""
         cut = self.cut()
         if cut is None:
@@ -81,19 +85,20 @@ class Folder:
             raise FolderError(str(error)) from error
         return left
 
-    def save(self, shard: int, of: int, flown: Flown) -> None:
+    def save(self, name: str, flown: Flown) -> None:
         """Writes a shard's file: whole and safe on the disk, or not at all. ``FolderError``: it cannot be written."""
-        path = self.shards / file_name(shard, of)
+        path = self.path / name
         if hashlib.sha256(flown.content).hexdigest() != flown.sha256:
             raise ValueError(f"{path.name}: other bytes came than were sent")
         aside = path.with_name(f".{path.name}.{os.urandom(4).hex()}{PARTIAL}")
         try:
+            path.parent.mkdir(exist_ok=True)
             with aside.open("xb") as file:
                 file.write(flown.content)
                 file.flush()
                 os.fsync(file.fileno())
             aside.rename(path)
-            _sync(self.shards)
+            _sync(path.parent)
         except OSError as error:
             raise FolderError(f"cannot write {path}: {error.strerror}") from error
         finally:

@@ -52,5 +52,10 @@ def describe(program: Path, arguments: Sequence[str], folder: str) -> dict[str, 
     """Which campaign the arguments of ``samara assess`` make here, and by which program's bytes."""
     described = json.loads(run(program, ["assess", *arguments, "--describe"], folder))
     assert isinstance(described, dict)
+    return {**described, "program": sha256(program)}
+
+
+def sha256(program: Path) -> str:
+    """SHA-256 of the program's file."""
     with program.open("rb") as file:
-        return {**described, "program": hashlib.file_digest(file, "sha256").hexdigest()}
+        return hashlib.file_digest(file, "sha256").hexdigest()

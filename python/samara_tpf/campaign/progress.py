@@ -16,29 +16,35 @@ ELSEWHERE_EVERY_S = 60.0
 class Progress:
     """Shows a roster on ``stderr``."""
 
-    def __init__(self, roster: Roster, shards: int, trials: int) -> None:
-        """Of a campaign of so many shards and trials, of which some may be there."""
+    def __init__(self, roster: Roster, shards: int, whole: int, unit: str = "trials") -> None:
+        """Of so many shards, with so many trials (or what the unit is) in all; some may be there."""
+        self.unit = unit
+        self.on_terminal = sys.stderr.isatty()
+        self._next_s = time.monotonic()
+        self._width = 0
+        self.begin(roster, shards, whole)
+
+    def begin(self, roster: Roster, shards: int, whole: int, said: str = "") -> None:
+        """Goes on with another roster; ``said`` stands before the rest."""
         self.roster = roster
         self.shards = shards
-        self.trials = trials
+        self.whole = whole
+        self.said = said
         self.before = shards - len(roster.left)
         self.begun_s = time.monotonic()
-        self.on_terminal = sys.stderr.isatty()
-        self._next_s = self.begun_s
-        self._width = 0
 
     def line(self, now_s: float) -> str:
         """The state in words."""
         there = self.before + len(self.roster.flown)
         bar = "#" * (WIDTH * there // self.shards)
-        rate = self.trials / self.shards * len(self.roster.flown) / max(now_s - self.begun_s, 1e-3)
+        rate = self.whole / self.shards * len(self.roster.flown) / max(now_s - self.begun_s, 1e-3)
         words = [
-            f"[{bar:.<{WIDTH}}] {there} of {self.shards} shards",
+            f"{self.said}[{bar:.<{WIDTH}}] {there} of {self.shards} shards",
             f"{len(self.roster.fit())} workers",
-            f"{rate:.0f} trials/s",
+            f"{rate:.3g} {self.unit}/s",
         ]
         if rate > 0.0:
-            words.append(f"{_duration((self.shards - there) * self.trials / self.shards / rate)} left")
+            words.append(f"{_duration((self.shards - there) * self.whole / self.shards / rate)} left")
         return ", ".join(words)
 
     def show(self) -> None:

@@ -59,6 +59,12 @@ class Roster:
         """Of shards that are left to fly, in any order."""
         return cls(deque(sorted(shards)))
 
+    def anew(self, shards: Iterable[int]) -> Roster:
+        """Of other shards, by the workers that are there: nobody has one of them yet."""
+        for member in self.members.values():
+            member.shard = None
+        return Roster(deque(sorted(shards)), members=self.members)
+
     @property
     def complete(self) -> bool:
         """Whether no shard is left, on the list or under way."""

@@ -1,4 +1,4 @@
-"""What a worker does: it checks that it would fly this campaign and no other, and flies a shard.
+"""What a worker does: it checks that it would make this order and no other, and makes a shard of it.
 
 Both are functions that Dask runs on a thread of the worker. What comes of them is a value of a class of its own, so
 that the driver need not guess from an exception whose fault it was. A shard is flown by a child of the worker:
@@ -30,12 +30,12 @@ PATIENCE_S = 20.0
 
 @dataclass(frozen=True)
 class Fit:
-    """The worker would fly this campaign."""
+    """The worker would make what is asked for."""
 
 
 @dataclass(frozen=True)
 class OtherCampaign:
-    """The worker would fly another campaign, or none: another program, another mission."""
+    """The worker would make something else, or nothing: another program, another mission."""
 
     why: str
 
@@ -63,14 +63,12 @@ class Withdrawn:
 
 
 def check(order: Order) -> Fit | OtherCampaign:
-    """Whether this worker would fly the campaign."""
+    """Whether this worker would make what is asked for."""
     try:
-        folder = _folder(order)
-        found = program.describe(program.find(order.program), order.arguments, folder)
+        why = order.unfit(program.find(order.program), _folder(order))
     except (ProgramError, OSError, ValueError) as error:
         return OtherCampaign(str(error))
-    differences = order.differences(found)
-    return OtherCampaign("; ".join(differences)) if differences else Fit()
+    return Fit() if why is None else OtherCampaign(why)
 
 
 def fly(order: Order, shard: int, own: tuple[str, ...]) -> Flown | Failed | OtherCampaign | Withdrawn:
@@ -92,8 +90,7 @@ def fly(order: Order, shard: int, own: tuple[str, ...]) -> Flown | Failed | Othe
 def _fly(
     order: Order, shard: int, options: tuple[str, ...], out: Path, is_wanted: Callable[[], bool]
 ) -> Flown | Failed | OtherCampaign | Withdrawn:
-    arguments = [os.fspath(program.find(order.program)), "assess", *order.arguments]
-    arguments += ["--shard", f"{shard}/{order.shards}", "--campaign", order.id, "--out", os.fspath(out)]
+    arguments = [os.fspath(program.find(order.program)), *order.command(shard, out)]
     # The child's parent is this process, not the thread that starts it.
     arguments += [f"--with-parent={os.getpid()}", *options]
     child = subprocess.Popen(
@@ -112,7 +109,7 @@ def _fly(
         if child.returncode > 0 and isinstance(other := check(order), OtherCampaign):
             return other
         return Failed(f"exit code {child.returncode}: {why}", killed=child.returncode < 0)
-    content = (out / "shards" / file_name(shard, order.shards)).read_bytes()
+    content = (out / order.result(shard)).read_bytes()
     return Flown(content, hashlib.sha256(content).hexdigest())
 
 
@@ -142,8 +139,3 @@ def _is_wanted(worker: Worker, key: object) -> bool:
 def _folder(order: Order) -> str:
     """The driver's folder where the worker has it, else one without missions, so that names are the built-in ones."""
     return order.folder if os.path.isdir(order.folder) else "/"
-
-
-def file_name(shard: int, of: int) -> str:
-    """Name of a shard's file."""
-    return f"{shard:05}-of-{of:05}.parquet"
