@@ -1,0 +1,89 @@
+//! A drop, and drops of the release cases.
+
+use serde::Deserialize;
+
+/// `drop.json`.
+#[derive(Clone, Debug, Deserialize)]
+pub struct DropFound {
+    /// Name of the autopilot.
+    pub autopilot: Option<String>,
+    /// Version of the autopilot.
+    pub autopilot_version: Option<String>,
+    trajectory: Option<TrajectoryFound>,
+    completed: bool,
+    reason: Option<String>,
+    /// J_TPF; none where nothing was released.
+    pub j_tpf: Option<f64>,
+    /// The quantity that it is the share of.
+    pub decided_by: Option<String>,
+    /// Altitude lost to the plan's end [m].
+    pub altitude_lost_m: Option<f64>,
+    /// Largest tilt [deg].
+    pub peak_tilt_deg: Option<f64>,
+    /// Time to steady flight, from t = 0 [s].
+    pub steady_after_s: Option<f64>,
+    limits_passed: Option<Vec<String>>,
+    failsafe: bool,
+    /// J_TPF of the plan.
+    pub plan_j_tpf: Option<f64>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+struct TrajectoryFound {
+    source: String,
+}
+
+/// A drop of `cases.json`.
+#[derive(Clone, Debug, Deserialize)]
+pub struct CaseFound {
+    /// Name of the release case.
+    pub case: String,
+    /// Name of the autopilot.
+    pub autopilot: String,
+    /// The drop.
+    pub drop: DropFound,
+}
+
+#[derive(Deserialize)]
+pub(super) struct CasesFile {
+    pub(super) cases: Vec<CaseFound>,
+}
+
+impl DropFound {
+    /// Whether the trajectory was given, not planned.
+    pub fn along_a_file(&self) -> bool {
+        self.trajectory.as_ref().is_some_and(|trajectory| trajectory.source == "file")
+    }
+
+    /// Why it was not safe, if it was not: `samara drop` answers by the same.
+    pub fn fault(&self) -> Option<String> {
+        match &self.limits_passed {
+            None => Some(self.reason.clone().unwrap_or_else(|| "never released".to_owned())),
+            Some(passed) if !passed.is_empty() => {
+                Some(format!("limits passed: {}", passed.join(", ").replace('_', " ")))
+            }
+            Some(_) if self.failsafe => Some("a failsafe flew part of it".to_owned()),
+            Some(_) => self.reason.clone().or_else(|| (!self.completed).then(|| "not completed".to_owned())),
+        }
+    }
+
+    /// The pilot, in words.
+    pub fn pilot(&self) -> String {
+        pilot_words(
+            self.autopilot.as_deref().unwrap_or("an unknown autopilot"),
+            self.autopilot_version.as_deref(),
+        )
+    }
+}
+
+/// An autopilot of results, in words.
+pub fn pilot_words(name: &str, version: Option<&str>) -> String {
+    let version = version.map_or_else(String::new, |version| format!(" {version}"));
+    match name {
+        "reference" => "the reference autopilot on the true state".to_owned(),
+        "reference_ekf" => "the reference autopilot on its own estimator".to_owned(),
+        "px4" => format!("PX4{version}"),
+        "px4-model" => format!("the model of PX4{version}'s control law"),
+        other => other.to_owned(),
+    }
+}
