@@ -9,7 +9,7 @@
 mod ask;
 pub mod evaluate;
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -115,7 +115,7 @@ where
         search.update(&judged[used..used + n]);
         used += n;
     }
-    let judge_some = |search: &S, bar: &Progress, places: core::ops::Range<usize>| {
+    let judge_some = |search: &S, bar: &Progress, places: Range<usize>| {
         let judge_one = |(place, candidate): (usize, &S::Candidate)| {
             let going = !(session.stop)();
             bar.inc(u64::from(going));
@@ -128,17 +128,8 @@ where
     if let Some(part) = &session.how.part {
         let candidates = search.candidates().map_or(0, <[_]>::len);
         let places = part.places(used, judged.len(), candidates)?;
-        let count = places.len();
-        if part.check || part.is_answered::<S::Judgement>(session.folder, session.identity, used, count) {
-            return Ok(ControlFlow::Break(Answer::Yes));
-        }
-        let bar = Progress::new("evaluate", "evaluations", count as u64);
-        let fresh = judge_some(search, &bar, places);
-        bar.finish();
-        // Half a part is of no use to anybody.
-        let Some(fresh) = fresh else { return Ok(ControlFlow::Break(Answer::No)) };
-        part.answer(session.folder, session.identity, used, &fresh)?;
-        return Ok(ControlFlow::Break(Answer::Yes));
+        let answer = session.judge_part(part, used, places, |bar, places| judge_some(search, bar, places))?;
+        return Ok(ControlFlow::Break(answer));
     }
     // What is left over is of a search of more iterations: that checkpoint is the better one.
     if used > 0 && used == judged.len() {
@@ -149,15 +140,8 @@ where
     while let Some(candidates) = search.candidates() {
         let (so_far, places) = (judged.len(), 0..candidates.len());
         let fresh = if session.how.ask {
-            let come = ask::collected(session.folder, session.identity, so_far, places.len())?;
+            let come = session.come_or_ask(&judged, places.len())?;
             if come.is_none() {
-                let path = ask::ask(session.folder, session.identity, &judged, places.len())?;
-                print_err(&format!(
-                    "samara {}: {} candidates are to be judged: samara evaluate {}\n",
-                    session.verb,
-                    places.len(),
-                    path.display()
-                ));
                 return Ok(ControlFlow::Break(Answer::Asks));
             }
             come
@@ -198,6 +182,41 @@ impl SearchSession<'_> {
             }
             None => Ok(Vec::new()),
         }
+    }
+
+    /// Judges the candidates of a part, unless they are judged or it is only to be checked; no where it is
+    /// stopped: half a part is of no use to anybody.
+    fn judge_part<T: Evaluated>(
+        &self,
+        part: &Part,
+        so_far: usize,
+        places: Range<usize>,
+        judge: impl FnOnce(&Progress, Range<usize>) -> Option<Vec<T>>,
+    ) -> Result<Answer, Failure> {
+        if part.check || part.is_answered::<T>(self.folder, self.identity, so_far, places.len()) {
+            return Ok(Answer::Yes);
+        }
+        let bar = Progress::new("evaluate", "evaluations", places.len() as u64);
+        let fresh = judge(&bar, places);
+        bar.finish();
+        let Some(fresh) = fresh else { return Ok(Answer::No) };
+        part.answer(self.folder, self.identity, so_far, &fresh)?;
+        Ok(Answer::Yes)
+    }
+
+    /// The judgements of others on the `candidates` that follow from what was judged; `None` while some are
+    /// missing, for which they are asked.
+    fn come_or_ask<T: Evaluated>(&self, judged: &[T], candidates: usize) -> Result<Option<Vec<T>>, Failure> {
+        let come = ask::collected(self.folder, self.identity, judged.len(), candidates)?;
+        if come.is_none() {
+            let path = ask::ask(self.folder, self.identity, judged, candidates)?;
+            let path = path.display();
+            print_err(&format!(
+                "samara {}: {candidates} candidates are to be judged: samara evaluate {path}\n",
+                self.verb
+            ));
+        }
+        Ok(come)
     }
 
     fn keep<T: Evaluated>(&self, judged: &[T]) -> Result<(), Failure> {
