@@ -3,12 +3,16 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use clap::Args;
 
 use super::answer::{BadInput as _, Failure};
 use super::sign_key::sign_with;
+#[cfg(unix)]
+use super::system::raise_without_parent;
 use samara::control::px4::{Law, Version};
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{LinkUrl, Ports, SignWith, Speed, Wiring, system_of_instance};
@@ -30,6 +34,38 @@ pub struct MissionArgs {
     /// Print one JSON object on stdout instead of text.
     #[arg(long)]
     pub json: bool,
+}
+
+/// Whose end is this process's end.
+#[derive(Args, Clone, Debug, Default)]
+pub struct ParentArgs {
+    /// End when the process that started this one ends.
+    ///
+    /// A worker that is killed leaves nothing running. With PID, that process: one that has ended before this
+    /// looked is noticed, too.
+    #[cfg(unix)]
+    #[arg(
+        long,
+        value_name = "PID",
+        num_args = 0..=1,
+        require_equals = true,
+        value_parser = whole::<u32>(1..=u64::from(u32::MAX)),
+        hide_short_help = true
+    )]
+    pub with_parent: Option<Option<u32>>,
+}
+
+impl ParentArgs {
+    /// From now on the flag is raised when that process ends, if one is named.
+    pub fn watch(&self, flag: &Arc<AtomicBool>) -> Result<(), Failure> {
+        #[cfg(unix)]
+        if let Some(parent) = self.with_parent {
+            raise_without_parent(flag, parent)?;
+        }
+        #[cfg(not(unix))]
+        let _ = flag;
+        Ok(())
+    }
 }
 
 /// Whether the page of a flight is written, and its log for other tools.

@@ -7,6 +7,7 @@ to be judged next, and ends with exit code 4, until it is over. So it may be sto
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import os
 import subprocess
 import sys
@@ -52,8 +53,7 @@ def run(
         candidates = (out / "candidates.json").read_bytes()
         path = options.program and os.path.abspath(options.program)
         order = Candidates(path, os.getcwd(), candidates, 1, sha256)
-        shards = min(order.count, options.shards or parts or PARTS)
-        return Candidates(path, os.getcwd(), candidates, shards, sha256)
+        return dataclasses.replace(order, shards=min(order.count, options.shards or parts or PARTS))
 
     with folder.held():
         order = next_order(None)

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::cli::args::{
-    AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, PatienceArgs, StateArgs, autopilot, instance, number,
-    part, positive, whole,
+    AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, ParentArgs, PatienceArgs, StateArgs, autopilot,
+    instance, number, part, positive, whole,
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
@@ -280,20 +280,9 @@ pub struct AssessArgs {
     #[cfg(feature = "shards")]
     #[command(flatten)]
     pub part: ShardArgs,
-    /// End when the process that started this one ends.
-    ///
-    /// A worker that is killed leaves nothing running. With PID, that process: one that has ended before this
-    /// looked is noticed, too.
-    #[cfg(unix)]
-    #[arg(
-        long,
-        value_name = "PID",
-        num_args = 0..=1,
-        require_equals = true,
-        value_parser = whole::<u32>(1..=u64::from(u32::MAX)),
-        hide_short_help = true
-    )]
-    pub with_parent: Option<Option<u32>>,
+    /// Whose end is this process's end.
+    #[command(flatten)]
+    pub parent: ParentArgs,
     /// Fly trial K alone, with flight log and figures.
     ///
     /// Of each campaign: prints what was drawn and what came of it. Or the most likely failure of --rare,

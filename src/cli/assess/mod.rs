@@ -42,8 +42,6 @@ mod study;
 
 use super::answer::{Answer, Failure};
 use super::system::interrupt_flag;
-#[cfg(unix)]
-use super::system::raise_without_parent;
 pub use args::AssessArgs;
 use args::{Cadences, Only, Pairs};
 
@@ -57,10 +55,7 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
     }
     let args = &args;
     let stop = interrupt_flag()?;
-    #[cfg(unix)]
-    if let Some(parent) = args.with_parent {
-        raise_without_parent(&stop, parent)?;
-    }
+    args.parent.watch(&stop)?;
     #[cfg(feature = "shards")]
     if args.part.describe {
         refuse_options(args)?;

@@ -11,6 +11,7 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 
 use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::args::ParentArgs;
 use crate::cli::results::{OutputFolder, gone};
 use samara::config::{Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_checkpoint};
 
@@ -30,8 +31,8 @@ pub struct Part {
     pub part: u64,
     /// Of how many.
     pub of: u64,
-    /// The process whose end is to end this one; without a number the parent.
-    pub with_parent: Option<Option<u32>>,
+    /// Whose end is this process's end.
+    pub parent: ParentArgs,
     /// Whether it is only checked that the search would be the same here.
     pub check: bool,
 }

@@ -7,7 +7,7 @@ use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser};
 
 use super::Part;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::{part, whole};
+use crate::cli::args::{ParentArgs, part, whole};
 use crate::cli::design::{self, DesignArgs};
 use crate::cli::help::with_negative_values;
 use crate::cli::tune::{self, TuneArgs};
@@ -31,19 +31,9 @@ pub struct EvaluateArgs {
     /// Only say whether the search would be the same here: exit code 0, or 2 with what differs.
     #[arg(long)]
     pub check: bool,
-    /// End when the process that started this one ends.
-    ///
-    /// With PID, that process: one that has ended before this looked is noticed, too.
-    #[cfg(unix)]
-    #[arg(
-        long,
-        value_name = "PID",
-        num_args = 0..=1,
-        require_equals = true,
-        value_parser = whole::<u32>(1..=u64::from(u32::MAX)),
-        hide_short_help = true
-    )]
-    pub with_parent: Option<Option<u32>>,
+    /// Whose end is this process's end.
+    #[command(flatten)]
+    pub parent: ParentArgs,
 }
 
 /// The searches that ask.
@@ -70,11 +60,14 @@ pub fn run(args: &EvaluateArgs) -> Result<Answer, Failure> {
     let beside = candidates.parent().map(Path::to_owned).unwrap_or_default();
     let out = args.out.as_deref().map_or(Ok(beside), absolute)?;
     let (part, of) = args.shard.unwrap_or((0, 1));
-    #[cfg(unix)]
-    let with_parent = args.with_parent;
-    #[cfg(not(unix))]
-    let with_parent = None;
-    let part = Part { candidates, asked: asked.candidates, part, of, with_parent, check: args.check };
+    let part = Part {
+        candidates,
+        asked: asked.candidates,
+        part,
+        of,
+        parent: args.parent.clone(),
+        check: args.check,
+    };
     // Where the search runs on another machine: names mean the built-in missions, as they do there.
     let folder = Path::new(&asked.folder);
     if folder.is_dir() {

@@ -51,9 +51,8 @@ impl SearchArgs {
     /// As [`system::interrupt_flag`]; also raised when the process ends that a part is judged for.
     pub fn interrupt_flag(&self) -> Result<Arc<AtomicBool>, Failure> {
         let flag = system::interrupt_flag()?;
-        #[cfg(unix)]
-        if let Some(parent) = self.part.as_ref().and_then(|part| part.with_parent) {
-            system::raise_without_parent(&flag, parent)?;
+        if let Some(part) = &self.part {
+            part.parent.watch(&flag)?;
         }
         Ok(flag)
     }

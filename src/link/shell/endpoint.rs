@@ -183,7 +183,8 @@ impl Endpoint {
                     return queued.push((to, frame.to_vec()));
                 };
                 if bytes.len() + frame.len() > SHARED_LEN {
-                    send_datagram(socket, to, bytes);
+                    _ = socket.try_send_to(bytes, to);
+                    bytes.clear();
                 }
                 bytes.extend_from_slice(frame);
             }
@@ -200,21 +201,13 @@ impl Endpoint {
     pub(super) fn flush(&mut self) {
         match self {
             Self::Udp { socket, queued, .. } => {
-                // An address for which nothing came this time may be gone.
-                queued.retain(|(_, bytes)| !bytes.is_empty());
-                for (to, bytes) in queued {
-                    send_datagram(socket, *to, bytes);
+                for (to, bytes) in queued.drain(..) {
+                    _ = socket.try_send_to(&bytes, to);
                 }
             }
             Self::Tcp(_, streams) => streams.iter_mut().for_each(Stream::flush),
         }
     }
-}
-
-/// Sends one datagram and empties it.
-fn send_datagram(socket: &UdpSocket, to: SocketAddr, bytes: &mut Vec<u8>) {
-    _ = socket.try_send_to(bytes, to);
-    bytes.clear();
 }
 
 /// Binds a TCP port and listens.
