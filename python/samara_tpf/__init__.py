@@ -24,8 +24,19 @@ if TYPE_CHECKING:
     from ._columns import Columns
     from ._errors import MissionError, PlanError, TuneError
     from ._given import GainsLike, MissionLike, mission
-    from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Renewals, Tuning
-    from ._verbs import assess, check, design, drop, missions, plan, tune
+    from ._results import (
+        Assessment,
+        Campaign,
+        Check,
+        Design,
+        Drop,
+        Plan,
+        RareFailures,
+        Renewals,
+        Sensitivities,
+        Tuning,
+    )
+    from ._verbs import assess, check, design, drop, missions, plan, rare, sobol, tune
 
     __version__: str
 
@@ -41,7 +52,9 @@ __all__ = [
     "MissionLike",
     "Plan",
     "PlanError",
+    "RareFailures",
     "Renewals",
+    "Sensitivities",
     "TuneError",
     "Tuning",
     "assess",
@@ -51,6 +64,8 @@ __all__ = [
     "mission",
     "missions",
     "plan",
+    "rare",
+    "sobol",
     "tune",
 ]
 

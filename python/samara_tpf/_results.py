@@ -319,6 +319,106 @@ class Renewals:
         return f"<Renewals: J_TPF {', '.join(means)}>"
 
 
+class RareFailures:
+    """How rare failures are, by subset simulation, and the most likely one."""
+
+    def __init__(self, searched: _samara.RareSearched) -> None:
+        self._searched = searched
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """The object of the program's ``rare.json``: probability, interval, populations, the most likely failure."""
+        report: dict[str, Any] = json.loads(self._searched.json)
+        return report
+
+    @property
+    def probability(self) -> tuple[float, float, float]:
+        """Probability that a trial fails, and the interval that holds it with 95 % confidence."""
+        return self.report["probability"], self.report["low"], self.report["high"]
+
+    @property
+    def below(self) -> bool:
+        """Whether failures are rarer than asked, by the whole interval: exit code 0 of ``samara assess --rare``."""
+        return self._searched.below
+
+    @cached_property
+    def table(self) -> Columns:
+        """The columns of the program's ``rare.csv``: probabilities that J_TPF reaches each of many values."""
+        return Columns._of_csv(self._searched.csv)
+
+    @cached_property
+    def failure(self) -> dict[str, Any] | None:
+        """The document of the program's ``rare_failure.json``, with all coordinates; ``None``: no failure was met."""
+        text = self._searched.failure_json
+        return None if text is None else json.loads(text)
+
+    def save_failure(self, path: str | os.PathLike[str]) -> None:
+        """Writes the program's ``rare_failure.json``, which ``samara assess --only`` flies.
+
+        ``ValueError``: no failure was met.
+        """
+        if self._searched.failure_json is None:
+            raise ValueError("no failure was met")
+        _write(path, self._searched.failure_json)
+
+    @property
+    def text(self) -> str:
+        """The tables that the program prints."""
+        return self._searched.text
+
+    @property
+    def svg(self) -> str | None:
+        """The program's figure, ``rare.svg``; ``None``: there is nothing to draw."""
+        return self._searched.svg
+
+    def _repr_svg_(self) -> str | None:
+        return self.svg
+
+    def __repr__(self) -> str:
+        probability, low, high = self.probability
+        return f"<RareFailures: probability {probability:.3g}, 95 % interval {low:.3g} to {high:.3g}>"
+
+
+class Sensitivities:
+    """What decides a drop: Sobol's indices of everything that is drawn."""
+
+    def __init__(self, estimated: _samara.SobolEstimated) -> None:
+        self._estimated = estimated
+
+    @cached_property
+    def report(self) -> dict[str, Any]:
+        """The object of the program's ``sobol.json``: each output with its indices, and what changes nothing."""
+        report: dict[str, Any] = json.loads(self._estimated.json)
+        return report
+
+    @cached_property
+    def table(self) -> Columns:
+        """The columns of the program's ``sobol.csv``, a row for each output and quantity."""
+        return Columns._of_csv(self._estimated.csv)
+
+    @property
+    def text(self) -> str:
+        """The tables that the program prints."""
+        return self._estimated.text
+
+    @property
+    def svg(self) -> str:
+        """The program's figure, ``sobol.svg``."""
+        return self._estimated.svg
+
+    def _repr_svg_(self) -> str:
+        return self.svg
+
+    def __repr__(self) -> str:
+        first = {output["output"]: max(output["quantities"], key=_total) for output in self.report["outputs"]}
+        words = (f"{name} by {most['quantity']} ({most['total']:.2f})" for name, most in first.items())
+        return f"<Sensitivities: {', '.join(words)}>"
+
+
+def _total(quantity: Mapping[str, Any]) -> float:
+    return float(quantity["total"])
+
+
 class Tuning:
     """Gains that were found, and the search that found them."""
 

@@ -11,7 +11,18 @@ from . import _samara
 from ._columns import Columns
 from ._errors import MissionError, PlanError, TuneError
 from ._given import Asked, DesignAsked, GainsLike, MissionLike, given, mission
-from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Renewals, Tuning
+from ._results import (
+    Assessment,
+    Campaign,
+    Check,
+    Design,
+    Drop,
+    Plan,
+    RareFailures,
+    Renewals,
+    Sensitivities,
+    Tuning,
+)
 
 Cadence: TypeAlias = Literal["release"] | float
 """When a plan is renewed: at the release, or from it on at a rate in Hz."""
@@ -40,8 +51,7 @@ def plan(
     """
     _in_range("nodes", nodes, 2, 10_000)
     _in_range("max_iterations", max_iterations, 0, 2**32 - 1)
-    if tolerance is not None and not 1e-12 <= tolerance <= 1e-2:
-        raise MissionError(f"tolerance: a number from 1e-12 to 0.01 is expected, found {tolerance!r}")
+    _number("tolerance", tolerance, 1e-12, 1e-2)
     return Plan(
         _samara.plan(given(mission, base=base), nodes=nodes, tolerance=tolerance, max_iterations=max_iterations)
     )
@@ -140,6 +150,62 @@ def assess(
     return Assessment(_samara.assess(chosen, trials=trials, bound=bound, threads=threads))
 
 
+def rare(
+    mission: MissionLike = "titan_drop",
+    least: float = 1e-6,
+    *,
+    bound: float = 1.0,
+    unknowns: bool = False,
+    per_level: int = 6800,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> RareFailures:
+    """How rare failures are, down to the probability ``least``, by subset simulation, as ``samara assess --rare``.
+
+    A failure is a trial whose J_TPF reaches ``bound``. Everything is searched that is drawn for a trial along the
+    plan, turbulence's white noise included, and with ``unknowns`` what the controller does not know. ``per_level``:
+    flights of each level; ``seed``: of the search; ``threads``: one for each core unless given, the results do not
+    depend on it.
+
+    ``MissionError`` and ``PlanError`` as for ``drop``.
+    """
+    _number("least", least, 1e-12, 0.1)
+    _positive("bound", bound)
+    _in_range("per_level", per_level, 800, 1_000_000)
+    _in_range("threads", threads, 1, 256)
+    chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
+    return RareFailures(
+        _samara.assess_rare(chosen, least, bound=bound, per_level=per_level, unknowns=unknowns, threads=threads)
+    )
+
+
+def sobol(
+    mission: MissionLike = "titan_drop",
+    points: int = 2048,
+    *,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    base: str | os.PathLike[str] | None = None,
+) -> Sensitivities:
+    """What decides a drop, of all that is uncertain: Sobol's indices, as ``samara assess --sobol``.
+
+    Of J_TPF, the time to steady flight and the altitude lost, over swing, air and what the controller does not know,
+    from ``points`` trials and as many more for each quantity; ``seed``: of the trials; ``threads``: one for each core
+    unless given, the results do not depend on it.
+
+    ``MissionError`` and ``PlanError`` as for ``drop``.
+    """
+    _in_range("points", points, 64, 10_000_000)
+    _in_range("threads", threads, 1, 256)
+    chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
+    return Sensitivities(_samara.assess_sobol(chosen, points, threads=threads))
+
+
 def tune(
     mission: MissionLike = "titan_drop",
     *,
@@ -199,6 +265,11 @@ def tune(
 def _in_range(key: str, value: int | None, least: int, most: int) -> None:
     if value is not None and not least <= value <= most:
         raise MissionError(f"{key}: a whole number from {least} to {most} is expected, found {value!r}")
+
+
+def _number(key: str, value: float | None, least: float, most: float) -> None:
+    if value is not None and not least <= value <= most:
+        raise MissionError(f"{key}: a number from {least:g} to {most:g} is expected, found {value!r}")
 
 
 def _positive(key: str, value: float | None) -> None:

@@ -63,6 +63,11 @@ impl Fault {
         Self::Given { message, file: None, place: None, path: None }
     }
 
+    /// Nobody waits for the answer any more.
+    pub fn stopped() -> Self {
+        Self::Internal("stopped".to_owned())
+    }
+
     /// A plan that was not found.
     pub fn no_plan(plan: &Plan) -> Self {
         let diagnosis = plan.diagnosis.clone().unwrap_or_else(|| "not converged".to_owned());

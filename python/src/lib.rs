@@ -33,6 +33,8 @@ mod _samara {
     #[pymodule_export]
     use crate::verbs::plan::{Planned, plan};
     #[pymodule_export]
+    use crate::verbs::rare::{RareSearched, SobolEstimated, assess_rare, assess_sobol};
+    #[pymodule_export]
     use crate::verbs::replan::{Renewed, assess_replan};
     #[pymodule_export]
     use crate::verbs::tune::{Tuned, tune};

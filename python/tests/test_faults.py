@@ -74,6 +74,10 @@ def test_a_dict_is_refused_with_the_path() -> None:
         (samara.assess, {"replan": "release"}, "a list of `release` and rates"),
         (samara.assess, {"replan": []}, "a list of `release` and rates"),
         (samara.assess, {"replan": [1], "bound": 0.9}, "bound: "),
+        (samara.rare, {"least": 0.5}, "from 1e-12 to 0.1"),
+        (samara.rare, {"per_level": 100}, "from 800"),
+        (samara.rare, {"mission": "x500_ground"}, "rare is about drops"),
+        (samara.sobol, {"points": 1}, "from 64"),
         (samara.mission, {"name": "none"}, "no mission file of the name"),
     ],
 )
@@ -93,7 +97,7 @@ def test_a_solve_that_finds_nothing_is_an_answer_of_plan_and_an_error_elsewhere(
     weak["plan"]["thrust_slew_n_s"] = 0.5
     status = samara.plan(weak).status
     assert status != "converged"
-    for verb in (samara.drop, samara.assess, samara.tune, samara.design):
+    for verb in (samara.drop, samara.assess, samara.rare, samara.sobol, samara.tune, samara.design):
         with pytest.raises(samara.PlanError) as failed:
             verb(weak)
         assert failed.value.status == status and failed.value.diagnosis in str(failed.value)

@@ -113,6 +113,31 @@ def test_reference_renewed_plans_are_the_programs(tmp_path: Path) -> None:
     assert [row["name"] for row in done.report["campaigns"]] == ["once", "release", "2_hz"]
 
 
+def test_reference_rare_failures_are_the_programs(tmp_path: Path) -> None:
+    words = ["--rare", "1e-3", "--bound", "0.502", "--per-level", "800", "--unknowns", "--seed", "2"]
+    found = samara.rare("x500_drop", 1e-3, bound=0.502, per_level=800, unknowns=True, seed=2, threads=3)
+    run("assess", "x500_drop", *words, "--out", f"{tmp_path}", expected=0 if found.below else 1)
+    assert found.report == read(tmp_path / "rare.json")
+    assert found.text == (tmp_path / "rare.txt").read_text(encoding="utf-8")
+    assert found.svg == (tmp_path / "rare.svg").read_text(encoding="utf-8")
+    assert_same(found.table, tmp_path / "rare.csv")
+    found.save_failure("failure.json")
+    assert Path("failure.json").read_bytes() == (tmp_path / "rare_failure.json").read_bytes()
+    assert found.failure == read(tmp_path / "rare_failure.json")
+    probability, low, high = found.probability
+    assert low < probability < high and f"{probability:.3g}" in repr(found)
+
+
+def test_reference_what_decides_is_the_programs(tmp_path: Path) -> None:
+    run("assess", "x500_drop", "--sobol=64", "--seed", "2", "--out", f"{tmp_path}")
+    found = samara.sobol("x500_drop", 64, seed=2, threads=3)
+    assert found.report == read(tmp_path / "sobol.json")
+    assert found.text == (tmp_path / "sobol.txt").read_text(encoding="utf-8")
+    assert found.svg == (tmp_path / "sobol.svg").read_text(encoding="utf-8")
+    assert_same(found.table, tmp_path / "sobol.csv")
+    assert "j_tpf by " in repr(found)
+
+
 def test_reference_a_check_is_the_programs() -> None:
     for name in samara.missions():
         checked = samara.check(name)

@@ -130,7 +130,7 @@ fn fly_all(
         alone,
         judge,
         plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
-        cases: cases.ok_or_else(stopped)?,
+        cases: cases.ok_or_else(Fault::stopped)?,
         campaigns,
         tracking_period_s: tracking::control_period_s(&plan.trajectory),
     };
@@ -153,11 +153,6 @@ fn fly(
     let fly = |some: &[RandomRelease]| (!stop.raised()).then(|| study.fly_releases(entry, some));
     let portions: Option<Vec<Vec<TrialOutcome>>> =
         pool.install(|| releases.par_chunks(PORTION).map(fly).collect());
-    let outcomes = portions.ok_or_else(stopped)?.into_iter().flatten();
+    let outcomes = portions.ok_or_else(Fault::stopped)?.into_iter().flatten();
     Ok(releases.iter().copied().zip(outcomes).collect())
-}
-
-/// Nobody waits for the answer any more.
-fn stopped() -> Fault {
-    Fault::Internal("stopped".to_owned())
 }

@@ -83,7 +83,7 @@ fn search(
         let ceiling = search.ceiling();
         let judge_one = |design: &Design| (!stop.raised()).then(|| judge.judge(design, ceiling));
         let judged: Option<Vec<Judgement>> = candidates.par_iter().with_max_len(1).map(judge_one).collect();
-        search.update(&judged.ok_or_else(stopped)?);
+        search.update(&judged.ok_or_else(Fault::stopped)?);
     }
     let Some(mut run) = DesignRun::of(&asked.name, &judge, &search) else {
         converged(mission, stop)?;
@@ -95,7 +95,7 @@ fn search(
     };
     run.choose(judge_finalists(&judge, &search.finalists(asked.finalists), asked.unseen, &fly), &judge);
     run.loops = judge.loops(&run.chosen.design).unwrap_or_default();
-    run.judge_fresh(mission, &judge, asked.unseen, &fly).map_err(|_| stopped())?;
+    run.judge_fresh(mission, &judge, asked.unseen, &fly).map_err(|_| Fault::stopped())?;
     run.wall_s = began.elapsed().as_secs_f64();
     let whole = |path: &Path| absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string();
     let made = designed_mission_json(mission, text_of_mission, &run.chosen.design, GAINS, whole);
@@ -110,9 +110,4 @@ fn search(
         history_csv: convergence_csv(mission, &search),
         front_csv: front_csv(mission, &search),
     })
-}
-
-/// Nobody waits for the answer any more.
-fn stopped() -> Fault {
-    Fault::Internal("stopped".to_owned())
 }

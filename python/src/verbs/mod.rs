@@ -5,6 +5,7 @@
 //! | [`plan`] | the optimal trajectory |
 //! | [`drop`] | a whole drop by the reference autopilot, judged |
 //! | [`assess`] | campaigns of random releases |
+//! | [`rare`] | how rare failures are, and what decides a drop |
 //! | [`replan`] | drops along one plan and along renewed ones |
 //! | [`tune`] | gains by search |
 //! | [`design`] | plan and gains by one search |
@@ -15,5 +16,6 @@ pub mod design;
 pub mod drop;
 pub mod names;
 pub mod plan;
+pub mod rare;
 pub mod replan;
 pub mod tune;

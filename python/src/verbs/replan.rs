@@ -54,7 +54,7 @@ fn fly_all(given: &Given, cadences: &[String], trials: u64, stop: &Stop) -> Resu
         let flights = ReplanFlights::new(&mission, &plan, &row).or_given()?;
         let fly = |trial| (!stop.raised()).then(|| flights.fly(trial));
         let drops: Option<Vec<ReplanDrop>> = (0..trials).into_par_iter().map(fly).collect();
-        let drops = drops.ok_or_else(|| Fault::Internal("stopped".to_owned()))?;
+        let drops = drops.ok_or_else(Fault::stopped)?;
         campaigns.push(ReplanCampaign { row, drops });
     }
     let report = ReplanReport { mission: &mission, autopilot: None, campaigns };

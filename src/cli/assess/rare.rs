@@ -19,15 +19,13 @@ use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
-use samara::assess::coordinates::TrialSpace;
 use samara::assess::rare::RareSearch;
 use samara::config::{Mission, load_rare_failure};
-use samara::report::campaign::own::own_entries;
+use samara::report::campaign::own::trial_space;
 use samara::report::figure::{FigureError, rare_figure};
 use samara::report::rare::RareReport;
 use samara::sim::planar::LANES;
 use samara::trajectory::Trajectory;
-use samara::tune::unknowns;
 
 /// Name of the files of the most likely failure.
 const FAILURE: &str = "rare_failure";
@@ -44,7 +42,7 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
         return Ok(Answer::No);
     };
     let plan = &timed.plan.trajectory;
-    let space = space(&mission, plan, args.unknowns)?;
+    let space = trial_space(&mission, plan, args.unknowns).bad_input()?;
     let search = RareSearch { bound: args.bound, least, per_level: args.per_level, seed: mission.seed };
     let pool = thread_pool(args.threads)?;
     if let Some(reason) = space.one_at_a_time() {
@@ -135,7 +133,7 @@ pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
         return Ok(Answer::No);
     };
     let plan = &timed.plan.trajectory;
-    let space = space(&mission, plan, failure.unknowns)?;
+    let space = trial_space(&mission, plan, failure.unknowns).bad_input()?;
     let (found, expected) = (failure.coordinates.len(), space.dimensions());
     if found != expected {
         return Err(Failure::input(format!(
@@ -172,14 +170,6 @@ pub fn mission(args: &AssessArgs, option: &str, narrator: &Narrator) -> Result<M
         return Err(Failure::input(format!("{}: {message}", mission.file.display())));
     }
     Ok(mission)
-}
-
-/// The trials of the campaign along the plan, by their coordinates.
-pub fn space(mission: &Mission, plan: &Trajectory, with_unknowns: bool) -> Result<TrialSpace, Failure> {
-    let [along_plan, _] = own_entries(mission).bad_input()?;
-    let g = mission.site.environment.gravity_m_s2;
-    let ranges = with_unknowns.then(|| unknowns::ranges(g, mission.target_v_ned.norm()));
-    Ok(TrialSpace::new(mission.safety_study(plan), along_plan, mission.releases(), ranges))
 }
 
 fn alone<'a>(

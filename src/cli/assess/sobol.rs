@@ -7,8 +7,8 @@ use anyhow::Context as _;
 use rayon::prelude::*;
 
 use super::args::AssessArgs;
-use super::rare::{Stopped, mission, space};
-use crate::cli::answer::{Answer, Failure};
+use super::rare::{Stopped, mission};
+use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
@@ -17,6 +17,7 @@ use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::assess::sobol::SobolStudy;
+use samara::report::campaign::own::trial_space;
 use samara::report::figure::sobol_figure;
 use samara::report::sobol::{SobolReport, outputs_of};
 use samara::sim::planar::LANES;
@@ -30,7 +31,7 @@ pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer
         return Ok(Answer::No);
     };
     let plan = &timed.plan.trajectory;
-    let space = space(&mission, plan, true)?;
+    let space = trial_space(&mission, plan, true).bad_input()?;
     let groups = space.groups();
     let study = SobolStudy { points, seed: mission.seed };
     let flights = study.evaluations(groups.len()) as u64;

@@ -1,11 +1,13 @@
 //! Campaigns of a mission's own gains, along the plan and, beside it, with the target velocity as a step.
 
 use super::{CampaignSummary, CaseRecord, Keep, NamedCampaign, TrialJudge, TrialRecord};
+use crate::assess::coordinates::TrialSpace;
 use crate::assess::{SafetyStudy, StudyEntry, StudyReference};
 use crate::config::Mission;
 use crate::control::{Airframe, Cascade, ControlError};
 use crate::report::study::campaign_csv::file_name;
-use crate::tune::ReleaseCase;
+use crate::trajectory::Trajectory;
+use crate::tune::{ReleaseCase, unknowns};
 
 /// Name of the campaign that is judged: along the plan.
 pub const OPTIMAL: &str = "optimal";
@@ -29,6 +31,21 @@ pub fn own_entries(mission: &Mission) -> Result<[StudyEntry; 2], ControlError> {
         reference,
     };
     Ok([of(OPTIMAL, StudyReference::Optimal), of(STEP, StudyReference::Step)])
+}
+
+/// The trials along the plan by their coordinates, with what the controller does not know where that is asked.
+///
+/// # Errors
+/// [`ControlError`] for a vehicle that cannot be controlled.
+pub fn trial_space(
+    mission: &Mission,
+    plan: &Trajectory,
+    with_unknowns: bool,
+) -> Result<TrialSpace, ControlError> {
+    let [along_plan, _] = own_entries(mission)?;
+    let g = mission.site.environment.gravity_m_s2;
+    let ranges = with_unknowns.then(|| unknowns::ranges(g, mission.target_v_ned.norm()));
+    Ok(TrialSpace::new(mission.safety_study(plan), along_plan, mission.releases(), ranges))
 }
 
 /// The campaign of one of [`own_entries`], for a report; with rows in a file unless none are kept.
