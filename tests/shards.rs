@@ -10,9 +10,10 @@ use std::process::{Command, Output, Stdio};
 use samara::assess::{BLOCK_TRIALS, BlockNode, BlockSummary, Histogram, Share, Summary, TrialOutcome};
 use samara::config::Mission;
 use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialJudge, TrialRecord};
+use samara::report::cut::Cut;
 use samara::report::shard::rows::study_table;
 use samara::report::shard::summary::{StudyPart, SummaryRecord};
-use samara::report::shard::{Shard, ShardHead, ShardWriter};
+use samara::report::shard::{ShardHead, ShardWriter};
 use samara::report::study::campaign_csv::write_row;
 
 /// Flights of 5 s: the quickest mission that there is.
@@ -172,8 +173,8 @@ fn prop_merged_drops_are_the_campaign_in_one_go() {
     assert_same(&one, &out);
 }
 
-/// A part that is there is not flown again, and its file is not touched; one that was cut short is flown
-/// again, to the same bytes.
+/// A part that is there is not flown again, and its file is not touched; one that was cut short, or of which
+/// a bit has changed, is missing and is flown again, to the same bytes.
 #[test]
 fn a_part_that_is_whole_is_not_flown_again() {
     let out = tempfile::tempdir().unwrap();
@@ -183,18 +184,39 @@ fn a_part_that_is_whole_is_not_flown_again() {
     let (bytes, made) = (fs::read(&path).unwrap(), fs::metadata(&path).unwrap().modified().unwrap());
     assert!(stdout(&whole("1/3", out)).contains("there already"));
     assert_eq!(fs::metadata(&path).unwrap().modified().unwrap(), made);
-    for length in [0, 3, bytes.len() / 2, bytes.len() - 1] {
-        fs::write(&path, &bytes[..length]).unwrap();
-        assert!(refused(out).contains("fly it again"), "{length}");
-        assert_eq!(missing(out), "0-2\n", "{length}");
+    let short = [0, 3, bytes.len() / 2, bytes.len() - 1].map(|length| bytes[..length].to_vec());
+    let flipped = (1..40).step_by(3).map(|k| {
+        let mut bytes = bytes.clone();
+        let place = k * (bytes.len() - 1) / 39;
+        bytes[place] ^= 1;
+        bytes
+    });
+    for damaged in short.into_iter().chain(flipped) {
+        fs::write(&path, &damaged).unwrap();
+        assert!(refused(out).contains("fly it again"));
+        assert_eq!(missing(out), "0-2\n");
         let output = whole("1/3", out);
-        assert!(
-            stderr(&output).contains("not whole, flown again") && stdout(&output).contains(": flown"),
-            "{length}"
-        );
-        assert_eq!(fs::read(&path).unwrap(), bytes, "{length}");
+        assert!(stderr(&output).contains("not whole, flown again") && stdout(&output).contains(": flown"));
+        assert_eq!(fs::read(&path).unwrap(), bytes);
     }
     assert_eq!(there(out), ["00001-of-00003.parquet"]);
+}
+
+/// A merge that is refused leaves all results as they were.
+#[test]
+fn a_refused_merge_takes_no_result_away() {
+    let out = tempfile::tempdir().unwrap();
+    let out = out.path();
+    ["0/2", "1/2"].into_iter().for_each(|shard| drop(whole(shard, out)));
+    assert!(code(&run(&["merge", text(out)])) <= 1);
+    let before = files(out);
+    let path = file(out, 1, 2);
+    let mut bytes = fs::read(&path).unwrap();
+    bytes[3000] ^= 0x10;
+    fs::write(&path, bytes).unwrap();
+    let output = run(&["merge", text(out)]);
+    assert!(code(&output) == 2 && stderr(&output).contains("bytes of the file have changed"));
+    assert_eq!(files(out), before);
 }
 
 /// Gaps, overlaps and parts of other campaigns are refused by name; what is left is named as an array.
@@ -213,7 +235,11 @@ fn what_is_not_one_campaign_is_refused() {
     }
     assert!(refused(out).contains("trials 32 to 39 are in no shard"));
     // A campaign is cut one way.
-    whole("1/2", out);
+    let output = fly("1/2", out, &[]);
+    assert!(code(&output) == 2 && stderr(&output).contains("has shards of 5"), "{}", stderr(&output));
+    let other = tempfile::tempdir().unwrap();
+    whole("1/2", other.path());
+    fs::copy(file(other.path(), 1, 2), file(out, 1, 2)).unwrap();
     let why = refused(out);
     assert!(why.contains("00001-of-00002.parquet: its trials, 20 to 39, are in"), "{why}");
     let output = run(&["merge", text(out), "--missing"]);
@@ -433,8 +459,8 @@ fn closed_form_a_thousand_summaries_of_a_hundred_million_trials() {
     let releases = mission.releases();
     let outcome = TrialOutcome { j_tpf: 0.5, steady_after_s: Some(1.0), ..TrialOutcome::default() };
     let judge = TrialJudge::of(&mission, 1.0);
-    for shard in (0..of).map(|shard| Shard { shard, of }) {
-        let range = shard.trials(trials);
+    for cut in (0..of).map(|part| Cut { part, of }) {
+        let range = cut.range(trials);
         let mut summary = made(range.start, range.end);
         let shown: Vec<u64> = range.clone().take_while(|trial| *trial < SHOWN as u64).collect();
         summary.shown = shown.iter().map(|trial| TrialRecord::of_flight(*trial, &outcome, &judge)).collect();
@@ -465,7 +491,8 @@ fn closed_form_a_thousand_summaries_of_a_hundred_million_trials() {
             summary: SummaryRecord::of(&summary),
             shown: shown.clone(),
         };
-        let file = fs::File::create(out.join("shards").join(shard.file_name())).unwrap();
+        let path = file(&out, cut.part, cut.of);
+        let file = fs::File::options().create_new(true).read(true).write(true).open(path).unwrap();
         let writer = ShardWriter::new(file, &study_table("", &[])).unwrap();
         writer.finish(&head, &[part("optimal"), part("step")]).unwrap();
     }

@@ -90,7 +90,7 @@ fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
     assert_eq!(other.status.code(), Some(2), "{error}");
     assert!(
         error.contains("checkpoint.json:2:")
-            && error.contains("the checkpoint is of another search: ")
+            && error.contains("what was judged is of another search (--out takes another folder): ")
             && error.ends_with("seed was 1, is 9; robust was false, is true; draws was 0, is 200\n"),
         "{error}"
     );
@@ -224,7 +224,9 @@ fn prop_a_search_for_px4_goes_on_from_its_checkpoint() {
     let other = refused(tune_for_px4(&parts, &["--resume", "--seed", "9"]));
     assert!(
         other.contains("checkpoint.json:2:")
-            && other.ends_with("the checkpoint is of another search: seed was 1, is 9\n"),
+            && other.ends_with(
+                "what was judged is of another search (--out takes another folder): seed was 1, is 9\n"
+            ),
         "{other}"
     );
     // A search of the other kind is named too, whatever its numbers look like.

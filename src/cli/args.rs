@@ -315,17 +315,6 @@ pub fn whole<N: TryFrom<u64>>(
     }
 }
 
-/// Most parts of a whole: their numbers have five digits.
-pub const PARTS_MOST: u64 = 100_000;
-
-/// Part I of N, as `I/N`.
-pub fn part(text: &str) -> Result<(u64, u64), String> {
-    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    parts
-        .filter(|(part, of): &(u64, u64)| (1..=PARTS_MOST).contains(of) && part < of)
-        .ok_or_else(|| format!("I/N is expected, N from 1 to {PARTS_MOST}, I from 0 to N-1, such as 0/4"))
-}
-
 /// A positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
     number(text, |x| x.is_finite() && x > 0.0, "a positive number is expected")

@@ -6,6 +6,7 @@
 
 mod answer;
 mod args;
+mod aside;
 mod assess;
 mod autopilot;
 mod card;

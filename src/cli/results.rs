@@ -12,6 +12,7 @@ use serde::Deserialize;
 use sha2::{Digest, Sha256};
 
 use super::answer::{BadInput as _, Failure};
+use super::aside::Aside;
 use super::terminal::{print, print_err};
 use samara::config::Mission;
 use samara::report::manifest_json;
@@ -116,6 +117,12 @@ impl OutputFolder {
         LateFile { folder: self.clone(), name: name.to_owned(), file: None }
     }
 
+    /// A file that is written aside while a run goes on, and is whole or not there.
+    pub fn aside(&self, name: &str) -> Result<Aside, Failure> {
+        self.written.borrow_mut().insert(name.to_owned());
+        Aside::begin(&self.path.join(name))
+    }
+
     /// A file that grows while a run goes on, cut to its first `kept` bytes and continued there; 0 begins it
     /// anew. Writes go straight to the system, so that nothing is lost when the program is killed.
     pub fn continued(&self, name: &str, kept: u64) -> Result<File, Failure> {
@@ -169,6 +176,20 @@ impl OutputFolder {
     /// Writes a file of text, as [`OutputFolder::write`] does.
     pub fn write_text(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {
         self.write(name, |out| out.write_all(text.as_bytes()))
+    }
+
+    /// Writes a file of text that others may write at the same time, and that a power cut leaves whole; other
+    /// than that as [`OutputFolder::write`].
+    pub fn write_safely(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {
+        let path = self.path.join(name);
+        if fs::metadata(&path).is_ok_and(|there| !there.is_file()) {
+            return self.write_text(name, text);
+        }
+        let aside = Aside::begin(&fs::canonicalize(&path).unwrap_or_else(|_| path.clone()))?;
+        aside.named(aside.file()?.write_all(text.as_bytes()))?;
+        aside.finish()?;
+        self.written.borrow_mut().insert(name.to_owned());
+        Ok(path)
     }
 
     /// Removes those of the named files that this run has not written: an earlier run has left them, and they

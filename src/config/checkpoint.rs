@@ -140,7 +140,10 @@ pub fn load_checkpoint<T: Evaluated>(path: &Path, search: &SearchIdentity) -> Re
     let unknown = whose.search.keys().filter(|key| !search.iter().any(|(name, _)| name == key));
     differences.extend(unknown.map(|key| format!("{key} was {}, is unknown", found(key))));
     if !differences.is_empty() {
-        let message = format!("the checkpoint is of another search: {}", differences.join("; "));
+        let message = format!(
+            "what was judged is of another search (--out takes another folder): {}",
+            differences.join("; ")
+        );
         return Err(source.refuse("search", message));
     }
     let json: CheckpointJson<Vec<Option<T::Numbers>>> = source.parse()?;
@@ -203,7 +206,7 @@ mod tests {
         let refused = load_checkpoint::<Evaluation>(&path, &search).unwrap_err().to_string();
         assert!(
             refused.contains("checkpoint.json:2:")
-                && refused.ends_with("the checkpoint is of another search: start was a \"b\", is c"),
+                && refused.ends_with("what was judged is of another search (--out takes another folder): start was a \"b\", is c"),
             "{refused}"
         );
         let fewer = load_checkpoint::<Evaluation>(&path, &search[..1]).unwrap_err().to_string();
@@ -245,6 +248,11 @@ mod tests {
         let costs = load_checkpoint::<f64>(&path, &[]).unwrap_err().to_string();
         assert!(costs.contains("checkpoint.json:2:18") && costs.contains("evaluations[0]"), "{costs}");
         let other = load_checkpoint::<f64>(&path, &[("for", "px4".to_owned())]).unwrap_err().to_string();
-        assert!(other.ends_with("the checkpoint is of another search: for was nothing, is px4"), "{other}");
+        assert!(
+            other.ends_with(
+                "what was judged is of another search (--out takes another folder): for was nothing, is px4"
+            ),
+            "{other}"
+        );
     }
 }

@@ -9,6 +9,9 @@ use super::mission::Mission;
 use super::number::Within;
 use super::source::Source;
 
+/// Version of this program.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 /// A way to fail as its file gives it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RareFailureFile {
@@ -24,8 +27,7 @@ pub struct RareFailureFile {
 #[serde(deny_unknown_fields)]
 struct RareFailureJson {
     mission: String,
-    #[serde(rename = "version")]
-    _version: String,
+    version: String,
     #[serde(rename = "seed")]
     _seed: u64,
     input_hash: String,
@@ -48,6 +50,12 @@ struct RareFailureJson {
 pub fn load_rare_failure(path: &Path, mission: &Mission) -> Result<RareFailureFile, ConfigError> {
     let source = Source::read(path, "failure of --rare", None)?;
     let json: RareFailureJson = source.parse()?;
+    // What a coordinate means is the program's.
+    if json.version != VERSION {
+        let message =
+            format!("a failure that samara {VERSION} found is expected, found one by {}", json.version);
+        return Err(source.refuse("version", message));
+    }
     let expected = &mission.inputs.hash;
     if json.input_hash != *expected {
         let message = format!(

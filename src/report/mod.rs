@@ -8,6 +8,7 @@
 //! | [`verdict`] | the verdict and the plan for the terminal |
 //! | [`verify`] | the checks of `samara verify` |
 //! | [`faults`] | the list of `samara faults` |
+//! | [`cut`] | work cut into parts, each with a file of its own |
 //! | `columns` | numbers and tables for the terminal |
 //! | `judged_drop` | a drop that is over, judged |
 //! | [`json`] | the objects of `--json` and of `plan.json` |
@@ -42,6 +43,7 @@
 pub mod campaign;
 pub mod card;
 mod columns;
+pub mod cut;
 mod derived;
 pub mod design;
 pub mod drops;

@@ -2,11 +2,12 @@
 
 use std::path::PathBuf;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 
+use crate::cli::answer::Failure;
 use crate::cli::args::{
     AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, ParentArgs, PatienceArgs, StateArgs, autopilot,
-    instance, number, part, positive, whole,
+    instance, number, whole,
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
@@ -16,7 +17,7 @@ use samara::config::Mission;
 use samara::replan::Cadence;
 use samara::report::campaign::Keep;
 #[cfg(feature = "shards")]
-use samara::report::shard::Shard;
+use samara::report::cut::Cut;
 
 /// The pairs of `--envelope`, in order, none twice.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -80,6 +81,10 @@ fn rare(text: &str) -> Result<f64, String> {
     number(text, fits, &format!("a probability from {PROBABILITY_LEAST:e} to 0.1 is expected, such as 1e-6"))
 }
 
+fn bound(text: &str) -> Result<f64, String> {
+    number(text, |x| x > 0.0 && x <= 1e6, "a number above 0, up to 1e6, is expected")
+}
+
 fn rays(text: &str) -> Result<usize, String> {
     let expected = "a multiple of 4 from 4 to 64 is expected";
     text.parse()
@@ -100,31 +105,22 @@ pub struct ShardArgs {
     #[arg(
         long,
         value_name = "I/N",
-        value_parser = shard,
+        value_parser = str::parse::<Cut>,
         requires = "out",
-        conflicts_with_all = ["paper", "effects", "envelope", "replan", "free_fall", "rare", "sobol", "only", "resume"]
+        group = MODE,
+        conflicts_with_all = ["only", "resume"]
     )]
-    pub shard: Option<Shard>,
+    pub shard: Option<Cut>,
     /// Fly the part only if it is one of the campaign of this ID, as --describe prints it.
     ///
     /// Another version, mission, seed or option is refused before anything is flown.
-    #[arg(long, value_name = "ID", value_parser = campaign_id, requires = "shard", hide_short_help = true)]
+    #[arg(long, value_name = "ID", value_parser = campaign_id, hide_short_help = true)]
     pub campaign: Option<String>,
     /// Print as JSON which campaign this is, and fly nothing.
     ///
     /// With its ID, which --campaign takes, and the arguments that fly it anywhere.
-    #[arg(
-        long,
-        hide_short_help = true,
-        conflicts_with_all =
-            ["shard", "paper", "effects", "envelope", "replan", "free_fall", "rare", "only", "resume"]
-    )]
+    #[arg(long, hide_short_help = true, group = MODE, conflicts_with_all = ["only", "resume"])]
     pub describe: bool,
-}
-
-#[cfg(feature = "shards")]
-fn shard(text: &str) -> Result<Shard, String> {
-    part(text).map(|(shard, of)| Shard { shard, of })
 }
 
 #[cfg(feature = "shards")]
@@ -147,8 +143,16 @@ fn keep(text: &str) -> Result<Keep, String> {
 /// J_TPF that a safe trial stays below, unless it is said otherwise.
 pub const BOUND: f64 = 1.0;
 
+/// Directions of each pair of `--envelope`, unless it is said otherwise.
+const RAYS: usize = 16;
+
+/// What is done instead of a mission's own campaigns: one of these at most.
+const MODE: &str = "mode";
+
 /// `samara assess`.
 #[derive(Args, Debug)]
+#[group(skip)]
+#[command(group = ArgGroup::new(MODE).multiple(false))]
 pub struct AssessArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
@@ -159,13 +163,13 @@ pub struct AssessArgs {
     /// Fly the paper's own study, with its results beside ours.
     ///
     /// The mission is titan_paper.
-    #[arg(long, conflicts_with_all = ["mission", "autopilot"])]
+    #[arg(long, group = MODE, conflicts_with_all = ["mission", "autopilot"])]
     pub paper: bool,
     /// Show what each effect that the mission names does.
     ///
     /// Whole drops by its own gains, without a wire: with none of its effects, with each alone, with all,
     /// and with each left out of all.
-    #[arg(long, conflicts_with_all = ["paper", "autopilot", "only", "resume", "bound"])]
+    #[arg(long, group = MODE, conflicts_with_all = ["autopilot", "only", "resume", "bound"])]
     pub effects: bool,
     /// Search how far from the nominal release a drop may begin and be safe.
     ///
@@ -178,12 +182,13 @@ pub struct AssessArgs {
         require_equals = true,
         default_missing_value = "all",
         value_parser = pairs,
-        conflicts_with_all = ["paper", "autopilot", "effects", "only", "resume", "bound", "trials"]
+        group = MODE,
+        conflicts_with_all = ["autopilot", "only", "resume", "bound", "trials"]
     )]
     pub envelope: Option<Pairs>,
-    /// Directions of each pair of --envelope, a multiple of 4.
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = rays, requires = "envelope", hide_short_help = true)]
-    pub rays: usize,
+    /// Directions of each pair of --envelope, a multiple of 4 [default: 16].
+    #[arg(long, value_name = "N", value_parser = rays, hide_short_help = true)]
+    pub rays: Option<usize>,
     /// Show what it does to renew the plan during the drop.
     ///
     /// When: `release`, once; or a rate [Hz], from the release on; several with commas between. Whole drops
@@ -195,7 +200,8 @@ pub struct AssessArgs {
         require_equals = true,
         default_missing_value = "release,1",
         value_parser = cadences,
-        conflicts_with_all = ["paper", "effects", "envelope", "only", "resume", "bound", "feed_forward"]
+        group = MODE,
+        conflicts_with_all = ["only", "resume", "bound", "feed_forward"]
     )]
     pub replan: Option<Cadences>,
     /// Show how well the release is found without a wire.
@@ -209,8 +215,8 @@ pub struct AssessArgs {
         require_equals = true,
         default_missing_value = "20",
         value_parser = whole::<u64>(1..=100_000),
-        conflicts_with_all =
-            ["paper", "autopilot", "effects", "envelope", "replan", "only", "resume", "bound", "params", "case"]
+        group = MODE,
+        conflicts_with_all = ["autopilot", "only", "resume", "bound", "params", "case"]
     )]
     pub free_fall: Option<u64>,
     /// Find how rare failures are, down to probability P.
@@ -221,8 +227,8 @@ pub struct AssessArgs {
         long,
         value_name = "P",
         value_parser = rare,
-        conflicts_with_all =
-            ["paper", "autopilot", "effects", "envelope", "replan", "free_fall", "only", "resume", "keep", "trials"]
+        group = MODE,
+        conflicts_with_all = ["autopilot", "only", "resume", "keep", "trials"]
     )]
     pub rare: Option<f64>,
     /// Show what decides a drop, of all that is uncertain.
@@ -237,25 +243,23 @@ pub struct AssessArgs {
         default_missing_value = "2048",
         value_parser = whole::<usize>(64..=10_000_000),
         hide_short_help = true,
-        conflicts_with_all =
-            ["paper", "autopilot", "effects", "envelope", "replan", "free_fall", "rare", "only", "resume", "keep", "trials", "bound"]
+        group = MODE,
+        conflicts_with_all = ["autopilot", "only", "resume", "keep", "trials", "bound"]
     )]
     pub sobol: Option<usize>,
     /// Draw the controller's unknowns too, with --rare.
     ///
     /// Mass, inertia, drag, density, steady wind, delays: as `samara tune --robust` draws them.
-    #[arg(long, requires = "rare", hide_short_help = true)]
+    #[arg(long, hide_short_help = true)]
     pub unknowns: bool,
-    /// Flights of each level of --rare.
+    /// Flights of each level of --rare [default: 6800].
     #[arg(
         long,
         value_name = "N",
-        default_value_t = PER_LEVEL,
         value_parser = whole::<usize>(PER_LEVEL_LEAST as u64..=1_000_000),
-        requires = "rare",
         hide_short_help = true
     )]
-    pub per_level: usize,
+    pub per_level: Option<usize>,
     /// Trials of each campaign.
     ///
     /// Instead of the mission's `monte_carlo.trials`; with --effects 1000, with --replan 300, with
@@ -263,7 +267,7 @@ pub struct AssessArgs {
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,
     /// J_TPF that a safe trial stays below.
-    #[arg(long, value_name = "B", default_value_t = BOUND, value_parser = positive)]
+    #[arg(long, value_name = "B", default_value_t = BOUND, value_parser = bound)]
     pub bound: f64,
     /// Continue the campaigns whose files are in the folder.
     ///
@@ -296,8 +300,7 @@ pub struct AssessArgs {
     #[arg(
         long,
         value_name = "N",
-        value_parser = whole::<u64>(2..=10_000),
-        requires_all = ["only", "autopilot"]
+        value_parser = whole::<u64>(2..=10_000)
     )]
     pub repeat: Option<u64>,
     /// Fly whole drops: by reference, px4=DIR or px4-model[=VERSION].
@@ -316,12 +319,12 @@ pub struct AssessArgs {
     #[command(flatten)]
     pub state: StateArgs,
     /// Send the plan's acceleration with its velocity.
-    #[arg(long, requires = "autopilot", help_heading = "Autopilot")]
+    #[arg(long, help_heading = "Autopilot")]
     pub feed_forward: bool,
     /// Number of the first vehicle; those side by side have the next.
     ///
     /// With --autopilot.
-    #[arg(long, help_heading = "Autopilot", value_name = "0..9", default_value_t = 0, value_parser = instance, requires = "autopilot", hide_short_help = true)]
+    #[arg(long, help_heading = "Autopilot", value_name = "0..9", default_value_t = 0, value_parser = instance, hide_short_help = true)]
     pub instance: u16,
     /// How long PX4 may keep a flight waiting.
     #[command(flatten)]
@@ -356,6 +359,39 @@ impl AssessArgs {
     /// Trials of each campaign.
     pub fn trials_of(&self, mission: &Mission) -> u64 {
         self.trials.unwrap_or(mission.study.monte_carlo.trials as u64)
+    }
+
+    /// Flights of each level of `--rare`.
+    pub fn per_level(&self) -> usize {
+        self.per_level.unwrap_or(PER_LEVEL)
+    }
+
+    /// Directions of each pair of `--envelope`.
+    pub fn rays(&self) -> usize {
+        self.rays.unwrap_or(RAYS)
+    }
+
+    /// Refuses options that would change nothing here. (The parser's own `requires` is silent where what is
+    /// required conflicts with something else that was typed.)
+    pub fn refuse_idle(&self) -> Result<(), Failure> {
+        let (autopilot, alone) = ("--autopilot", "--only K");
+        let needs = [
+            ("--unknowns", self.unknowns, "--rare", self.rare.is_some()),
+            ("--per-level", self.per_level.is_some(), "--rare", self.rare.is_some()),
+            ("--rays", self.rays.is_some(), "--envelope", self.envelope.is_some()),
+            ("--repeat", self.repeat.is_some(), alone, matches!(self.only, Some(Only::Trial(_)))),
+            ("--repeat", self.repeat.is_some(), autopilot, self.autopilot.is_some()),
+            ("--feed-forward", self.feed_forward, autopilot, self.autopilot.is_some()),
+            ("--instance", self.instance != 0, autopilot, self.autopilot.is_some()),
+            #[cfg(feature = "shards")]
+            ("--campaign", self.part.campaign.is_some(), "--shard", self.part.shard.is_some()),
+        ];
+        match needs.into_iter().find(|(_, asked, _, there)| *asked && !there) {
+            Some((option, _, needed, _)) => {
+                Err(Failure::input(format!("{option}: {needed} is expected with it")))
+            }
+            None => Ok(()),
+        }
     }
 
     /// Lines that are kept of so many trials.

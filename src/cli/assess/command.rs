@@ -1,6 +1,6 @@
 //! The command that makes campaigns again, and how campaigns end.
 
-use super::args::AssessArgs;
+use super::args::{AssessArgs, BOUND};
 use super::campaign::TrialRunner;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
@@ -55,7 +55,7 @@ impl Command {
     }
 
     fn line(&self, more: impl IntoIterator<Item = String>) -> String {
-        let bound = (self.bound != 1.0).then(|| ["--bound".to_owned(), self.bound.to_string()]);
+        let bound = (self.bound != BOUND).then(|| ["--bound".to_owned(), self.bound.to_string()]);
         command_line(self.words.iter().cloned().chain(more).chain(bound.into_iter().flatten()))
     }
 }
@@ -88,7 +88,7 @@ pub fn arguments(args: &AssessArgs, mission: &Mission, trials: u64, keep: Keep) 
     let mut words = vec![args.mission.mission.display().to_string()];
     words.extend(choices(args, mission));
     words.extend(["--trials".to_owned(), trials.to_string(), "--keep".to_owned(), name_of(keep)]);
-    if args.bound != 1.0 {
+    if args.bound != BOUND {
         words.extend(["--bound".to_owned(), args.bound.to_string()]);
     }
     if let Some(autopilot) = &args.autopilot {

@@ -60,7 +60,7 @@ pub fn run(args: &AssessArgs, pairs: &[[EnvelopeAxis; 2]], stop: &AtomicBool) ->
     folder.write_text("envelope.json", &report.json())?;
     folder.write_text("envelope.svg", &envelope_figure(&report).context("the figure of the envelope")?)?;
     let asked: Vec<String> = pairs.iter().map(|pair| pair.map(EnvelopeAxis::name).join(":")).collect();
-    let circumstances = [("envelope", asked.join(",")), ("rays", args.rays.to_string())];
+    let circumstances = [("envelope", asked.join(",")), ("rays", args.rays().to_string())];
     folder.write_manifest("assess_envelope", &mission, &circumstances)?;
     print(&if args.mission.json {
         report.json()
@@ -153,7 +153,7 @@ fn searched<'a>(
         pairs.iter().map(|axes| Fan::new(*axes, ranges, reaches, turns)).collect()
     };
     let mut rays: Vec<Ray> = Vec::new();
-    for (_, ray) in fans(&reaches_of(ranges), args.rays).iter().flat_map(|fan| &fan.rays) {
+    for (_, ray) in fans(&reaches_of(ranges), args.rays()).iter().flat_map(|fan| &fan.rays) {
         if !rays.contains(ray) {
             rays.push(*ray);
         }
@@ -176,7 +176,7 @@ fn searched<'a>(
     }
     let mut run = || {
         searched.search(&fans(&reaches_of(ranges), QUARTERS))?;
-        let fans = fans(&searched.reaches(), args.rays);
+        let fans = fans(&searched.reaches(), args.rays());
         searched.search(&fans)?;
         Ok(fans)
     };

@@ -15,6 +15,7 @@
 //! | `effects` | `--effects`: campaigns of drops with and without each effect |
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `replan` | `--replan`: drops along one plan and along renewed ones |
+//! | `points` | trials as points, flown: for the next and `sobol` |
 //! | `rare` | `--rare`: how rare failures are, and the most likely one |
 //! | `sobol` | `--sobol`: what of all that is drawn decides a drop |
 //! | `free_fall` | `--free-fall`: how well the release is found by the fall that the accelerometer shows |
@@ -32,6 +33,7 @@ mod free_fall;
 mod only;
 mod own;
 mod paper;
+mod points;
 mod rare;
 mod replan;
 mod rows;
@@ -54,6 +56,7 @@ pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
         args.mission.mission = PAPER.into();
     }
     let args = &args;
+    args.refuse_idle()?;
     let stop = interrupt_flag()?;
     args.parent.watch(&stop)?;
     #[cfg(feature = "shards")]

@@ -2,36 +2,27 @@
 //! flown again.
 
 use std::path::Path;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
-use rayon::prelude::*;
 
 use super::args::{AssessArgs, BOUND};
 use super::command::Command;
 use super::only::AloneFlight;
-use super::study;
+use super::points::{Flights, Stopped, mission, stopped};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
-use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
-use crate::cli::system::thread_pool;
-use crate::cli::terminal::print;
 use samara::assess::rare::RareSearch;
 use samara::config::{Mission, load_rare_failure};
 use samara::report::campaign::own::trial_space;
 use samara::report::figure::{FigureError, rare_figure};
 use samara::report::rare::RareReport;
-use samara::sim::planar::LANES;
 use samara::trajectory::Trajectory;
 
 /// Name of the files of the most likely failure.
 const FAILURE: &str = "rare_failure";
-
-/// Ctrl-C ended the flights.
-pub struct Stopped;
 
 /// Searches, writes and reports.
 pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, Failure> {
@@ -43,33 +34,13 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
     };
     let plan = &timed.plan.trajectory;
     let space = trial_space(&mission, plan, args.unknowns).bad_input()?;
-    let search = RareSearch { bound: args.bound, least, per_level: args.per_level, seed: mission.seed };
-    let pool = thread_pool(args.threads)?;
-    if let Some(reason) = space.one_at_a_time() {
-        let nominal = [vec![0.0; space.dimensions()]];
-        let most = search.points_most() as u64;
-        warn_one_at_a_time(reason, most, pool.current_num_threads(), || space.fly(&nominal));
-    }
-    let progress = Progress::new("assess", "flights", search.points_most() as u64);
+    let search = RareSearch { bound: args.bound, least, per_level: args.per_level(), seed: mission.seed };
+    let flights = Flights::new(&space, args.threads, search.points_most() as u64, stop)?;
     let found = search.run(space.dimensions(), &space.blocks(), |points| {
-        if stop.load(Ordering::Relaxed) {
-            return Err(Stopped);
-        }
-        let flown = pool.install(|| points.par_chunks(LANES).map(|some| space.fly(some)).collect::<Vec<_>>());
-        progress.inc(points.len() as u64);
-        Ok(flown.into_iter().flatten().map(|outcome| outcome.j_tpf).collect())
+        Ok::<_, Stopped>(flights.fly(points)?.iter().map(|outcome| outcome.j_tpf).collect())
     });
-    progress.finish();
-    let Ok(found) = found else {
-        narrator.say("stopped: nothing is kept of a search that is not complete\n");
-        narrator.check()?;
-        if args.mission.json {
-            let object =
-                serde_json::json!({ "mission": mission.name, "probability": null, "reason": "stopped" });
-            print(&format!("{object:#}\n"))?;
-        }
-        return Ok(Answer::No);
-    };
+    flights.finish();
+    let Ok(found) = found else { return stopped(args, &mission, "probability", &narrator) };
     let nearest = found.nearest.as_ref().map(|nearest| space.drawn(&nearest.point));
     let command = Command::of(args, &mission).alone();
     let (parts, unknowns) = (space.parts().to_vec(), args.unknowns);
@@ -78,7 +49,12 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
     if let Some(drawn) = &report.nearest {
         alone(&mission, plan, &space.samples(drawn)).write(&folder, FAILURE, args)?;
     }
-    let asked = [("rare", least.to_string()), ("bound", args.bound.to_string())];
+    let asked = [
+        ("rare", least.to_string()),
+        ("bound", args.bound.to_string()),
+        ("unknowns", args.unknowns.to_string()),
+        ("per_level", args.per_level().to_string()),
+    ];
     folder.write_manifest("assess_rare", &mission, &asked)?;
     let again = match report.nearest {
         Some(_) => {
@@ -160,16 +136,6 @@ pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
         || format!("J_TPF {:.6}, which {said} {}; flight in {FAILURE}.*, ", outcome.j_tpf, failure.bound);
     folder.print_result(args.mission.json, json, text)?;
     Ok(Answer::from(!failed))
-}
-
-/// The mission of an `option` that is about drops.
-pub fn mission(args: &AssessArgs, option: &str, narrator: &Narrator) -> Result<Mission, Failure> {
-    let mission = study::mission(args, narrator)?;
-    if mission.release.standing {
-        let message = format!("{option} is about drops, and this mission begins on the ground");
-        return Err(Failure::input(format!("{}: {message}", mission.file.display())));
-    }
-    Ok(mission)
 }
 
 fn alone<'a>(

@@ -1,26 +1,20 @@
 //! `samara assess --sobol`: what of all that is drawn decides J_TPF, the time to steady flight and the
 //! altitude lost.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
-use rayon::prelude::*;
 
 use super::args::AssessArgs;
-use super::rare::{Stopped, mission};
+use super::points::{Flights, Stopped, mission, stopped};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
-use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
-use crate::cli::system::thread_pool;
-use crate::cli::terminal::print;
 use samara::assess::sobol::SobolStudy;
 use samara::report::campaign::own::trial_space;
 use samara::report::figure::sobol_figure;
 use samara::report::sobol::{SobolReport, outputs_of};
-use samara::sim::planar::LANES;
 
 /// Flies, writes and reports.
 pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer, Failure> {
@@ -34,33 +28,14 @@ pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer
     let space = trial_space(&mission, plan, true).bad_input()?;
     let groups = space.groups();
     let study = SobolStudy { points, seed: mission.seed };
-    let flights = study.evaluations(groups.len()) as u64;
-    let pool = thread_pool(args.threads)?;
-    if let Some(reason) = space.one_at_a_time() {
-        let nominal = [vec![0.0; space.dimensions()]];
-        warn_one_at_a_time(reason, flights, pool.current_num_threads(), || space.fly(&nominal));
-    }
-    let progress = Progress::new("assess", "flights", flights);
     let ranges: Vec<_> = groups.iter().map(|group| group.ranges.clone()).collect();
+    let flights = Flights::new(&space, args.threads, study.evaluations(groups.len()) as u64, stop)?;
     let end_s = space.duration_s();
     let found = study.run(space.dimensions(), &ranges, |points| {
-        if stop.load(Ordering::Relaxed) {
-            return Err(Stopped);
-        }
-        let flown = pool.install(|| points.par_chunks(LANES).map(|some| space.fly(some)).collect::<Vec<_>>());
-        progress.inc(points.len() as u64);
-        Ok(flown.iter().flatten().map(|outcome| outputs_of(outcome, end_s)).collect())
+        Ok::<_, Stopped>(flights.fly(points)?.iter().map(|outcome| outputs_of(outcome, end_s)).collect())
     });
-    progress.finish();
-    let Ok(found) = found else {
-        narrator.say("stopped: nothing is kept of a study that is not complete\n");
-        narrator.check()?;
-        if args.mission.json {
-            let object = serde_json::json!({ "mission": mission.name, "outputs": null, "reason": "stopped" });
-            print(&format!("{object:#}\n"))?;
-        }
-        return Ok(Answer::No);
-    };
+    flights.finish();
+    let Ok(found) = found else { return stopped(args, &mission, "outputs", &narrator) };
     let report = SobolReport { mission: &mission, study, groups, found };
     folder.write_text("sobol.txt", &report.text())?;
     folder.write_text("sobol.json", &report.json())?;

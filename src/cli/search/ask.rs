@@ -4,6 +4,7 @@
 //! it holds all judgements so far and the command line that began the search, and whoever has these comes to
 //! the same candidates, to the bit. The judgements on part I of N go to `judged/<so far>-<I>-of-<N>.json`.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::ops::Range;
 use std::path::PathBuf;
@@ -11,9 +12,9 @@ use std::path::PathBuf;
 use anyhow::Context as _;
 
 use crate::cli::answer::{BadInput as _, Failure};
-use crate::cli::args::ParentArgs;
 use crate::cli::results::{OutputFolder, gone};
 use samara::config::{Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_checkpoint};
+use samara::report::cut::Cut;
 
 /// What is asked about, in the folder of the search.
 pub const CANDIDATES: &str = "candidates.json";
@@ -27,12 +28,8 @@ pub struct Part {
     pub candidates: PathBuf,
     /// Number of candidates that the file asks about.
     pub asked: usize,
-    /// Which part, from 0.
-    pub part: u64,
-    /// Of how many.
-    pub of: u64,
-    /// Whose end is this process's end.
-    pub parent: ParentArgs,
+    /// Which part.
+    pub cut: Cut,
     /// Whether it is only checked that the search would be the same here.
     pub check: bool,
 }
@@ -47,8 +44,13 @@ impl Part {
                 self.asked
             )));
         }
-        let cut = |i: u64| (u128::from(i) * candidates as u128 / u128::from(self.of)) as usize;
-        Ok(cut(self.part)..cut(self.part + 1))
+        let places = self.cut.range(candidates as u64);
+        Ok(places.start as usize..places.end as usize)
+    }
+
+    /// The file of the judgements on the part, which follow `so_far`.
+    pub fn path(&self, folder: &OutputFolder, so_far: usize) -> PathBuf {
+        folder.path().join(name(so_far, self.cut))
     }
 
     /// Whether the judgements on the part's `count` candidates are there, and whole.
@@ -59,8 +61,7 @@ impl Part {
         so_far: usize,
         count: usize,
     ) -> bool {
-        let path = folder.path().join(name(so_far, self.part, self.of));
-        load_checkpoint::<T>(&path, identity).is_ok_and(|judged| judged.len() == count)
+        load_checkpoint::<T>(&self.path(folder, so_far), identity).is_ok_and(|judged| judged.len() == count)
     }
 
     /// Writes the judgements on the part, which follow `so_far`.
@@ -75,20 +76,18 @@ impl Part {
         fs::create_dir_all(&at)
             .with_context(|| format!("cannot make the folder {}", at.display()))
             .bad_input()?;
-        folder.write_text(&name(so_far, self.part, self.of), &checkpoint_json(identity, judged)).map(|_| ())
+        folder.write_safely(&name(so_far, self.cut), &checkpoint_json(identity, judged)).map(|_| ())
     }
 }
 
 /// Name of a part's judgements.
-fn name(so_far: usize, part: u64, of: u64) -> String {
-    format!("{JUDGED}/{so_far:07}-{part:05}-of-{of:05}.json")
+fn name(so_far: usize, cut: Cut) -> String {
+    format!("{JUDGED}/{so_far:07}-{}.json", cut.name())
 }
 
 /// Which part a file's name says, of the judgements that follow `so_far`.
-fn part_of(name: &str, so_far: usize) -> Option<(u64, u64)> {
-    let (part, of) =
-        name.strip_prefix(&format!("{so_far:07}-"))?.strip_suffix(".json")?.split_once("-of-")?;
-    Some((part.parse().ok()?, of.parse().ok()?))
+fn part_of(name: &str, so_far: usize) -> Option<Cut> {
+    Cut::of_name(name.strip_prefix(&format!("{so_far:07}-"))?.strip_suffix(".json")?)
 }
 
 /// The judgements on all `candidates` that follow `so_far`; `None` while one is not there.
@@ -101,28 +100,29 @@ pub fn collected<T: Evaluated>(
     let at = folder.path().join(JUDGED);
     let Ok(entries) = fs::read_dir(&at) else { return Ok(None) };
     let names: Vec<String> = entries.flatten().filter_map(|e| e.file_name().into_string().ok()).collect();
-    let mut cuts: Vec<u64> = names.iter().filter_map(|name| part_of(name, so_far)).map(|p| p.1).collect();
-    cuts.sort_unstable();
-    cuts.dedup();
-    for of in cuts {
-        let files: Vec<PathBuf> = (0..of).map(|part| folder.path().join(name(so_far, part, of))).collect();
-        if !files.iter().all(|file| file.is_file()) {
-            continue;
-        }
-        let mut judged = Vec::with_capacity(candidates);
-        for file in &files {
-            judged.extend(load_checkpoint::<T>(file, identity).bad_input()?);
-        }
-        if judged.len() != candidates {
-            return Err(Failure::input(format!(
-                "{}: its parts of {of} after {so_far} judgements have {} more, {candidates} are expected; remove them",
-                at.display(),
-                judged.len()
-            )));
-        }
-        return Ok(Some(judged));
+    let mut parts_of = BTreeMap::<u64, u64>::new();
+    for cut in names.iter().filter_map(|name| part_of(name, so_far)) {
+        *parts_of.entry(cut.of).or_default() += 1;
     }
-    Ok(None)
+    let whole = parts_of.into_iter().find(|(of, there)| of == there);
+    let Some((of, _)) = whole else { return Ok(None) };
+    let mut judged = Vec::with_capacity(candidates);
+    for cut in (0..of).map(|part| Cut { part, of }) {
+        let judged_part = load_checkpoint::<T>(&folder.path().join(name(so_far, cut)), identity);
+        let again = || {
+            let asked = folder.path().join(CANDIDATES);
+            format!("to judge part {cut} again: samara evaluate {} --shard {cut}", asked.display())
+        };
+        judged.extend(judged_part.with_context(again).bad_input()?);
+    }
+    if judged.len() != candidates {
+        return Err(Failure::input(format!(
+            "{}: its parts of {of} after {so_far} judgements have {} more, {candidates} are expected; remove them",
+            at.display(),
+            judged.len()
+        )));
+    }
+    Ok(Some(judged))
 }
 
 /// Asks about the `candidates` that follow from what was judged; the file that does.
@@ -134,11 +134,13 @@ pub fn ask<T: Evaluated>(
 ) -> Result<PathBuf, Failure> {
     let words = std::env::args_os().skip(1).map(std::ffi::OsString::into_string);
     let arguments: Result<Vec<String>, _> = words.collect();
-    let arguments = arguments
+    let mut arguments = arguments
         .map_err(|word| Failure::input(format!("--ask: {} is not UTF-8", word.to_string_lossy())))?;
+    // Whose end this process's is, is its own affair.
+    arguments.retain(|word| word != "--with-parent" && !word.starts_with("--with-parent="));
     let here = std::env::current_dir().context("the folder that this runs in").bad_input()?;
     let asked = Asked { arguments, folder: here.to_string_lossy().into_owned(), candidates };
-    folder.write_text(CANDIDATES, &candidates_json(identity, &asked, judged))
+    folder.write_safely(CANDIDATES, &candidates_json(identity, &asked, judged))
 }
 
 /// Removes the judgements that follow `so_far`: the checkpoint has them.

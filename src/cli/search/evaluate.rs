@@ -5,13 +5,14 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use clap::{Args, CommandFactory as _, FromArgMatches as _, Parser};
 
-use super::Part;
+use super::{Part, SearchArgs};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::{ParentArgs, part, whole};
+use crate::cli::args::{ParentArgs, whole};
 use crate::cli::design::{self, DesignArgs};
 use crate::cli::help::with_negative_values;
 use crate::cli::tune::{self, TuneArgs};
 use samara::config::load_asked;
+use samara::report::cut::Cut;
 
 /// `samara evaluate`.
 #[derive(Args, Debug)]
@@ -20,8 +21,8 @@ pub struct EvaluateArgs {
     #[arg(value_name = "CANDIDATES")]
     pub candidates: PathBuf,
     /// Judge part I of N alone, I from 0 to N-1 [default: 0/1].
-    #[arg(long, value_name = "I/N", value_parser = part)]
-    pub shard: Option<(u64, u64)>,
+    #[arg(long, value_name = "I/N", value_parser = str::parse::<Cut>)]
+    pub shard: Option<Cut>,
     /// Folder below which judged/ gets the judgements [default: that of CANDIDATES].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -59,15 +60,9 @@ pub fn run(args: &EvaluateArgs) -> Result<Answer, Failure> {
     let candidates = absolute(&args.candidates)?;
     let beside = candidates.parent().map(Path::to_owned).unwrap_or_default();
     let out = args.out.as_deref().map_or(Ok(beside), absolute)?;
-    let (part, of) = args.shard.unwrap_or((0, 1));
-    let part = Part {
-        candidates,
-        asked: asked.candidates,
-        part,
-        of,
-        parent: args.parent.clone(),
-        check: args.check,
-    };
+    let cut = args.shard.unwrap_or(Cut::WHOLE);
+    let part = Part { candidates, asked: asked.candidates, cut, check: args.check };
+    let how = SearchArgs { parent: args.parent.clone(), part: Some(part), ..SearchArgs::default() };
     // Where the search runs on another machine: names mean the built-in missions, as they do there.
     let folder = Path::new(&asked.folder);
     if folder.is_dir() {
@@ -75,11 +70,11 @@ pub fn run(args: &EvaluateArgs) -> Result<Answer, Failure> {
     }
     match search {
         Search::Design(mut search) => {
-            (search.mission.out, search.search.part, search.threads) = (Some(out), Some(part), args.threads);
+            (search.mission.out, search.search, search.threads) = (Some(out), how, args.threads);
             design::run(&search)
         }
         Search::Tune(mut search) => {
-            (search.mission.out, search.search.part, search.threads) = (Some(out), Some(part), args.threads);
+            (search.mission.out, search.search, search.threads) = (Some(out), how, args.threads);
             tune::run(&search)
         }
     }

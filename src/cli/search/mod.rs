@@ -17,10 +17,11 @@ use clap::Args;
 use rayon::prelude::*;
 
 use super::answer::{Answer, BadInput as _, Failure};
+use super::args::ParentArgs;
 use super::progress::Progress;
 use super::results::OutputFolder;
 use super::system;
-use super::terminal::print_err;
+use super::terminal::{print, print_err};
 use ask::Part;
 use samara::config::{Evaluated, Mission, SearchIdentity, checkpoint_json, load_checkpoint};
 use samara::tune::CandidateSearch;
@@ -37,6 +38,9 @@ pub struct SearchArgs {
     /// candidates.json and ends; once the search is over, it ends as it does otherwise. docs/clusters.md.
     #[arg(long, requires = "out", hide_short_help = true)]
     pub ask: bool,
+    /// Whose end is this process's end.
+    #[command(flatten)]
+    pub parent: ParentArgs,
     /// What `samara evaluate` is to judge, instead of the search.
     #[arg(skip)]
     pub part: Option<Part>,
@@ -48,12 +52,10 @@ impl SearchArgs {
         !self.ask && self.part.is_none()
     }
 
-    /// As [`system::interrupt_flag`]; also raised when the process ends that a part is judged for.
+    /// As [`system::interrupt_flag`]; also raised when the process ends whose end is this one's.
     pub fn interrupt_flag(&self) -> Result<Arc<AtomicBool>, Failure> {
         let flag = system::interrupt_flag()?;
-        if let Some(part) = &self.part {
-            part.parent.watch(&flag)?;
-        }
+        self.parent.watch(&flag)?;
         Ok(flag)
     }
 }
@@ -192,7 +194,14 @@ impl SearchSession<'_> {
         places: Range<usize>,
         judge: impl FnOnce(&Progress, Range<usize>) -> Option<Vec<T>>,
     ) -> Result<Answer, Failure> {
-        if part.check || part.is_answered::<T>(self.folder, self.identity, so_far, places.len()) {
+        let count = counted(places.len());
+        if part.check {
+            print(&format!("the search is the same here: {count}\n"))?;
+            return Ok(Answer::Yes);
+        }
+        let path = part.path(self.folder, so_far);
+        if part.is_answered::<T>(self.folder, self.identity, so_far, places.len()) {
+            print(&format!("part {}, {count}: there already, {}\n", part.cut, path.display()))?;
             return Ok(Answer::Yes);
         }
         let bar = Progress::new("evaluate", "evaluations", places.len() as u64);
@@ -200,6 +209,7 @@ impl SearchSession<'_> {
         bar.finish();
         let Some(fresh) = fresh else { return Ok(Answer::No) };
         part.answer(self.folder, self.identity, so_far, &fresh)?;
+        print(&format!("part {}, {count}: judged, {}\n", part.cut, path.display()))?;
         Ok(Answer::Yes)
     }
 
@@ -211,8 +221,9 @@ impl SearchSession<'_> {
             let path = ask::ask(self.folder, self.identity, judged, candidates)?;
             let path = path.display();
             print_err(&format!(
-                "samara {}: {candidates} candidates are to be judged: samara evaluate {path}\n",
-                self.verb
+                "samara {}: to be judged: {}, samara evaluate {path}\n",
+                self.verb,
+                counted(candidates)
             ));
         }
         Ok(come)
@@ -220,6 +231,11 @@ impl SearchSession<'_> {
 
     fn keep<T: Evaluated>(&self, judged: &[T]) -> Result<(), Failure> {
         let text = checkpoint_json(self.identity, judged);
-        self.folder.write_text(self.checkpoint, &text).map(|_| ())
+        self.folder.write_safely(self.checkpoint, &text).map(|_| ())
     }
+}
+
+/// So many candidates, in words.
+fn counted(candidates: usize) -> String {
+    format!("{candidates} candidate{}", if candidates == 1 { "" } else { "s" })
 }

@@ -6,11 +6,13 @@
 //! | [`table`] | rows as columns of [Parquet](https://parquet.apache.org/docs/file-format/), in row groups |
 //! | [`rows`] | the rows of flights from t = 0 and of whole drops |
 //! | [`summary`] | statistics of a part as JSON, to the last bit |
-//! | this one | what a part belongs to, and where a campaign is cut |
+//! | `seal` | the SHA-256 of a part's file in its own metadata |
+//! | this one | what a part belongs to |
 //!
 //! A part's bytes depend on the campaign's inputs and on where it is cut, not on who flies it or when.
 
 pub mod rows;
+mod seal;
 pub mod summary;
 pub mod table;
 
@@ -21,30 +23,6 @@ use sha2::{Digest as _, Sha256};
 
 use super::campaign::Keep;
 pub use table::{Column, ShardReader, ShardWriter, Table, Values};
-
-/// Part number `shard` of `of` parts, from 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shard {
-    /// Number of the part.
-    pub shard: u64,
-    /// Number of parts.
-    pub of: u64,
-}
-
-impl Shard {
-    /// The trials of this part of a campaign of so many: `[floor(shard trials/of), floor((shard+1)
-    /// trials/of))`.
-    pub fn trials(&self, trials: u64) -> Range<u64> {
-        let of = u128::from(self.of.max(1));
-        let cut = |shard: u64| u64::try_from(u128::from(shard) * u128::from(trials) / of).unwrap_or(trials);
-        cut(self.shard)..cut(self.shard + 1)
-    }
-
-    /// Name of the part's file, `00017-of-01000.parquet`.
-    pub fn file_name(&self) -> String {
-        format!("{:05}-of-{:05}.parquet", self.shard, self.of)
-    }
-}
 
 /// What a part belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -146,6 +124,9 @@ pub enum ShardError {
     /// The file is Parquet, but not what samara writes.
     #[error("a shard, as `samara assess --shard` writes it, is expected: {0}")]
     NotAShard(&'static str),
+    /// Bytes of the file are others than were written.
+    #[error("a shard as it was written is expected: bytes of the file have changed, or are missing")]
+    Damaged,
     /// Statistics do not follow each other.
     #[error("the statistics of the shard do not fit its trials")]
     Blocks(#[from] crate::assess::BlockError),

@@ -150,6 +150,11 @@ impl SummaryRecord {
         }
     }
 
+    /// Trials that failed.
+    pub fn failed(&self) -> u64 {
+        self.trials.saturating_sub(self.passed)
+    }
+
     /// The part, which must be that of these trials.
     ///
     /// # Errors
@@ -157,7 +162,7 @@ impl SummaryRecord {
     pub fn summary(&self, trials: &std::ops::Range<u64>) -> Result<CampaignSummary, ShardError> {
         let sums = self.measures.iter().map(|sums| sums.sums(self.first)).collect::<Result<Vec<_>, _>>()?;
         let of = |sums: &BlockSummary| sums.first() == trials.start && sums.end() == trials.end;
-        if !sums.iter().all(of) || self.trials != trials.end - trials.start {
+        if !sums.iter().all(of) || self.trials != trials.end - trials.start || self.passed > self.trials {
             return Err(ShardError::NotAShard("statistics of its trials"));
         }
         let measures = sums.try_into().map_err(|_| ShardError::NotAShard("as many quantities"))?;

@@ -2,7 +2,7 @@
 //! Parquet.
 
 use std::fs::File;
-use std::io::Write;
+use std::io::Write as _;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
@@ -19,10 +19,12 @@ use parquet::schema::types::Type;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use super::seal::{SEAL, UNSEALED, is_sealed, seal};
 use super::{ShardError, ShardHead};
 use crate::report::json::VERSION;
 
-/// Keys of the metadata: what the part belongs to, its statistics, and three for whoever looks at the file.
+/// Keys of the metadata, beside the seal: what the part belongs to, its statistics, and three for whoever
+/// looks at the file.
 const HEAD: &str = "samara.shard";
 const SUMMARY: &str = "samara.summary";
 const PLAIN: [&str; 3] = ["samara.version", "samara.seed", "samara.input_hash"];
@@ -140,17 +142,17 @@ fn present<T, V>(values: &[Option<T>], of: impl Fn(&T) -> V) -> (Vec<V>, Vec<i16
     (values.iter().flatten().map(of).collect(), values.iter().map(|x| i16::from(x.is_some())).collect())
 }
 
-/// A part's file while it is written.
-pub struct ShardWriter<W: Write + Send> {
-    file: SerializedFileWriter<W>,
+/// A part's file while it is written: one that can be read again, to be sealed.
+pub struct ShardWriter {
+    file: SerializedFileWriter<File>,
 }
 
-impl<W: Write + Send> ShardWriter<W> {
+impl ShardWriter {
     /// Begins a file of rows with the columns of a table.
     ///
     /// # Errors
     /// [`ShardError`] when it cannot be written.
-    pub fn new(out: W, columns: &Table) -> Result<Self, ShardError> {
+    pub fn new(out: File, columns: &Table) -> Result<Self, ShardError> {
         let properties = WriterProperties::builder()
             .set_created_by(format!("samara {VERSION}"))
             .set_dictionary_enabled(false)
@@ -171,7 +173,8 @@ impl<W: Write + Send> ShardWriter<W> {
         }
         let mut group = self.file.next_row_group()?;
         for column in &rows.columns {
-            let mut writer = group.next_column()?.ok_or(ShardError::NotAShard("too many columns"))?;
+            let mut writer =
+                group.next_column()?.ok_or(ShardError::NotAShard("as many columns as at the beginning"))?;
             match (writer.untyped(), &column.values) {
                 (ColumnWriter::ByteArrayColumnWriter(writer), Values::Text(values)) => {
                     let (values, levels) = present(values, |text| ByteArray::from(text.as_bytes().to_vec()));
@@ -184,7 +187,7 @@ impl<W: Write + Send> ShardWriter<W> {
                     let (values, levels) = present(values, |x| *x);
                     writer.write_batch(&values, Some(&levels), None)?;
                 }
-                _ => return Err(ShardError::NotAShard("a column of another type")),
+                _ => return Err(ShardError::NotAShard("columns of the types of the beginning")),
             }
             writer.close()?;
         }
@@ -192,18 +195,22 @@ impl<W: Write + Send> ShardWriter<W> {
         Ok(())
     }
 
-    /// Ends the file: what it belongs to and its statistics go to its metadata.
+    /// Ends the file and seals it: what it belongs to and its statistics go to its metadata.
     ///
     /// # Errors
     /// [`ShardError`] when they cannot be written.
-    pub fn finish(mut self, head: &ShardHead, summary: &impl Serialize) -> Result<W, ShardError> {
+    pub fn finish(mut self, head: &ShardHead, summary: &impl Serialize) -> Result<File, ShardError> {
         let plain = [head.version.clone(), head.seed.to_string(), head.input_hash.clone()];
-        let texts = [(HEAD, serde_json::to_string(head)?), (SUMMARY, serde_json::to_string(summary)?)];
+        let texts = [
+            (HEAD, serde_json::to_string(head)?),
+            (SUMMARY, serde_json::to_string(summary)?),
+            (SEAL, UNSEALED.to_owned()),
+        ];
         for (key, text) in PLAIN.into_iter().zip(plain).chain(texts) {
             self.file.append_key_value_metadata(KeyValue::new(key.to_owned(), text));
         }
         let mut out = self.file.into_inner()?;
-        out.flush().map_err(ParquetError::from)?;
+        out.flush().and_then(|()| seal(&mut out)).map_err(ParquetError::from)?;
         Ok(out)
     }
 }
@@ -215,10 +222,21 @@ pub struct ShardReader {
 }
 
 impl ShardReader {
-    /// The part in a file that is whole.
+    /// The part in a file whose every byte is as it was written, which is looked at.
     ///
     /// # Errors
-    /// [`ShardError`] where it is not, or is no part of a campaign.
+    /// [`ShardError`] where one is not, or where it is no part of a campaign.
+    pub fn checked(mut file: File) -> Result<Self, ShardError> {
+        if !is_sealed(&mut file).map_err(ParquetError::from)? {
+            return Err(ShardError::Damaged);
+        }
+        Self::new(file)
+    }
+
+    /// The part in a file that was [checked](Self::checked) before.
+    ///
+    /// # Errors
+    /// [`ShardError`] where it is no part of a campaign.
     pub fn new(file: File) -> Result<Self, ShardError> {
         let file = undamaged(|| Ok(SerializedFileReader::new(file)?))?;
         let head: ShardHead = serde_json::from_str(metadata(&file, HEAD)?)?;
@@ -285,8 +303,7 @@ impl ShardReader {
 
 /// What is read of a file; the reader panics at some files whose bytes are not those that were written.
 fn undamaged<T>(read: impl FnOnce() -> Result<T, ShardError>) -> Result<T, ShardError> {
-    let damaged = |_| Err(ShardError::NotAShard("the bytes that were written"));
-    catch_unwind(AssertUnwindSafe(read)).unwrap_or_else(damaged)
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err(ShardError::Damaged))
 }
 
 fn metadata<'a>(file: &'a SerializedFileReader<File>, key: &'static str) -> Result<&'a str, ShardError> {

@@ -29,24 +29,6 @@ fn head() -> ShardHead {
     }
 }
 
-/// By hand: ten trials in three parts are 3, 3 and 4; whatever the numbers, parts follow each other, to the
-/// end.
-#[test]
-fn closed_form_cuts() {
-    let cuts = |of: u64, trials: u64| (0..of).map(move |shard| Shard { shard, of }.trials(trials));
-    assert_eq!(cuts(3, 10).collect::<Vec<_>>(), [0..3, 3..6, 6..10]);
-    assert_eq!(cuts(4, 2).collect::<Vec<_>>(), [0..0, 0..1, 1..1, 1..2]);
-    for (of, trials) in [(7, 530), (1000, 100_000_000), (99_991, 1_000_000_000), (3, u64::MAX)] {
-        let mut next = 0;
-        for part in cuts(of, trials).take(5_000) {
-            assert_eq!(part.start, next);
-            next = part.end;
-        }
-        assert_eq!(Shard { shard: of - 1, of }.trials(trials).end, trials);
-    }
-    assert_eq!(Shard { shard: 17, of: 1000 }.file_name(), "00017-of-01000.parquet");
-}
-
 #[test]
 fn another_campaign_says_what_differs() {
     let campaign = head();
@@ -175,7 +157,7 @@ fn read_all(bytes: &[u8], mission: &Mission) {
 }
 
 proptest! {
-    /// A file that is cut short is refused; one with bytes of its own here and there is read or refused.
+    /// Every changed byte is noticed; whoever does not look reads the file or is refused, and nothing panics.
     #[test]
     fn prop_damaged_files_are_read_or_refused(
         cut in 0.0..1.0f64,
@@ -187,13 +169,20 @@ proptest! {
         let mut bytes = Vec::new();
         file.rewind().unwrap();
         file.read_to_end(&mut bytes).unwrap();
-        let mut short = tempfile::tempfile().unwrap();
-        short.write_all(&bytes[..(cut * bytes.len() as f64) as usize]).unwrap();
-        prop_assert!(ShardReader::new(short).is_err());
+        let made = |bytes: &[u8]| {
+            let mut file = tempfile::tempfile().unwrap();
+            file.write_all(bytes).unwrap();
+            file
+        };
+        prop_assert!(ShardReader::checked(made(&bytes)).is_ok());
+        let short = &bytes[..(cut * bytes.len() as f64) as usize];
+        prop_assert!(ShardReader::new(made(short)).is_err() && ShardReader::checked(made(short)).is_err());
+        let whole = bytes.clone();
         for (place, byte) in changes {
             let place = (place * bytes.len() as f64) as usize;
             bytes[place] = byte;
         }
+        prop_assert_eq!(ShardReader::checked(made(&bytes)).is_ok(), bytes == whole);
         read_all(&bytes, &mission);
     }
 }

@@ -59,9 +59,11 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     print_origin(&args.mission, &mission)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
+    if timed.plan.status == Status::Converged {
+        pilot.check(&mission, &timed.plan.trajectory, args.instance)?;
+    }
     write_plan(&folder, &mission, &timed.plan)?;
     let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
-    pilot.check(&mission, &planned.trajectory, args.instance)?;
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
     match (&args.only, args.repeat) {
         (Some(Only::Trial(trial)), Some(times)) => campaign.repeat(*trial, times, &folder, stop),

@@ -15,16 +15,17 @@ use crate::cli::planning::plan_mission;
 use crate::cli::progress::Progress;
 use crate::cli::results::OutputFolder;
 use samara::report::campaign::{CampaignSummary, TrialRecord};
+use samara::report::cut::Cut;
 use samara::report::drops::{DropTally, DropTrial};
+use samara::report::shard::ShardWriter;
 use samara::report::shard::rows::drop_table;
 use samara::report::shard::summary::{DropTallyRecord, DropsPart, SummaryRecord};
-use samara::report::shard::{Shard, ShardWriter};
 
 /// Flies the part, unless it is there.
 pub fn run(
     args: &AssessArgs,
     autopilot: &AutopilotArg,
-    shard: Shard,
+    shard: Cut,
     stop: &AtomicBool,
 ) -> Result<Answer, Failure> {
     let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;

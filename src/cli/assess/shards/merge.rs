@@ -12,6 +12,7 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::whole;
 use crate::cli::assess::args::AssessArgs;
 use crate::cli::terminal::print;
+use samara::config::{mission_path, mission_text};
 use samara::report::shard::ShardHead;
 
 /// `samara merge`.
@@ -42,11 +43,20 @@ pub struct MergeArgs {
 pub fn run(args: &MergeArgs) -> Result<Answer, Failure> {
     let files = files(&args.dir)?;
     if args.missing {
-        print(&(missing(&files)? + "\n"))?;
+        let missing = missing(&files)?;
+        print(&if args.json {
+            format!("{:#}\n", serde_json::json!({ "missing": missing }))
+        } else {
+            missing + "\n"
+        })?;
         return Ok(Answer::Yes);
     }
     let parts = Parts::of(files, &args.dir)?;
     let assess = typed(args, &parts.head)?;
+    mission_path(&assess.mission.mission)
+        .and_then(|path| mission_text(&path))
+        .context("the mission that was flown is expected where it was flown from, or as --mission")
+        .bad_input()?;
     match &assess.autopilot {
         None => merge_study::run(&assess, &parts),
         Some(autopilot) => merge_drops::run(&assess, autopilot, &parts),

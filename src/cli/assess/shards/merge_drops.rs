@@ -2,10 +2,8 @@
 
 use std::io::{BufWriter, Write as _};
 
-use anyhow::Context as _;
-
 use super::parts::Parts;
-use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::drops::{Campaign, planned};
@@ -51,9 +49,10 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result
 
 /// Writes the lines of the trials that are kept; the numbers of those.
 fn lines(campaign: &Campaign<'_>, parts: &Parts, folder: &OutputFolder) -> Result<MeasureValues, Failure> {
-    let (name, mission) = (campaign.csv(), &campaign.mission);
-    let mut file = BufWriter::new(folder.continued(&name, 0)?);
-    let mut write = |text: &str| file.write_all(text.as_bytes()).context(name.clone()).bad_input();
+    let mission = &campaign.mission;
+    let aside = folder.aside(&campaign.csv())?;
+    let mut file = BufWriter::new(aside.file()?);
+    let mut write = |text: &str| aside.named(file.write_all(text.as_bytes()));
     write(&header(mission, campaign.pilot.name()))?;
     let mut values = MeasureValues::default();
     for part in &parts.parts {
@@ -75,6 +74,7 @@ fn lines(campaign: &Campaign<'_>, parts: &Parts, folder: &OutputFolder) -> Resul
         };
         part.check_rows(found, expected)?;
     }
-    file.flush().context(name.clone()).bad_input()?;
+    aside.named(file.flush())?;
+    aside.finish()?;
     Ok(values)
 }

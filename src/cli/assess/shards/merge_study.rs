@@ -3,10 +3,9 @@
 use std::io::{BufWriter, Write as _};
 use std::sync::atomic::AtomicBool;
 
-use anyhow::Context as _;
-
 use super::parts::{Part, Parts};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::aside::Aside;
 use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::campaign::{Campaign, TrialRunner};
 use crate::cli::assess::own;
@@ -47,7 +46,11 @@ pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
         }
     }
     if runner.keep != Keep::Summary {
-        campaigns.iter_mut().try_for_each(|campaign| lines(campaign, &parts.parts, &runner))?;
+        let written = campaigns.each_mut().map(|campaign| lines(campaign, &parts.parts, &runner));
+        // Nothing that was there is replaced before all lines are right.
+        for aside in written.into_iter().collect::<Result<Vec<_>, _>>()? {
+            aside.finish()?;
+        }
     }
     campaigns.iter_mut().try_for_each(|campaign| campaign.find_quantiles(&runner))?;
     own::report(args, &plan, &runner, &campaigns, None)
@@ -69,40 +72,33 @@ fn shown(
 }
 
 /// Writes the lines of a campaign's trials that are kept.
-fn lines(campaign: &mut Campaign, parts: &[Part], runner: &TrialRunner<'_>) -> Result<(), Failure> {
-    let (name, campaign_name) = (file_name(&campaign.entry), campaign.entry.name);
-    let mut file = BufWriter::new(runner.folder.continued(&name, 0)?);
-    let path = runner.folder.path().join(&name);
-    let mut write = |text: &str| {
-        let written = file.write_all(text.as_bytes());
-        written.with_context(|| format!("cannot write {}", path.display())).bad_input()
-    };
-    write(&header(runner.mission, &campaign.entry))?;
-    let mut failed = 0;
+fn lines(campaign: &mut Campaign, parts: &[Part], runner: &TrialRunner<'_>) -> Result<Aside, Failure> {
+    let name = campaign.entry.name;
+    let aside = runner.folder.aside(&file_name(&campaign.entry))?;
+    let mut file = BufWriter::new(aside.file()?);
+    aside.named(file.write_all(header(runner.mission, &campaign.entry).as_bytes()))?;
     for part in parts {
         let (mut found, mut next) = (0, part.head.first);
         let draw = |trial| runner.draw(trial);
         part.rows(
-            |table| study_rows(table, campaign_name, draw),
+            |table| study_rows(table, name, draw),
             |(release, outcome)| {
                 let in_order = release.trial >= next && release.trial < part.head.end;
                 part.check_rows(u64::from(in_order), 1)?;
                 next = release.trial + 1;
                 found += 1;
-                write(&campaign.line(&release, &outcome, runner))
+                aside.named(file.write_all(campaign.line(&release, &outcome, runner).as_bytes()))
             },
         )?;
-        match runner.keep {
-            Keep::All => part.check_rows(found, part.head.end - part.head.first)?,
-            _ => failed += found,
-        }
+        let expected = match runner.keep {
+            Keep::All => part.head.end - part.head.first,
+            _ => {
+                let summaries = part.summary::<Vec<StudyPart>>()?;
+                summaries.iter().find(|of| of.name == name).map_or(0, |of| of.summary.failed())
+            }
+        };
+        part.check_rows(found, expected)?;
     }
-    if runner.keep == Keep::Failures && failed != campaign.summary.failed() {
-        return Err(Failure::input(format!(
-            "{}: rows of {} failures are expected, found {failed}",
-            runner.folder.path().display(),
-            campaign.summary.failed()
-        )));
-    }
-    file.flush().with_context(|| format!("cannot write {}", path.display())).bad_input()
+    aside.named(file.flush())?;
+    Ok(aside)
 }

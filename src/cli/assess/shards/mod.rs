@@ -27,11 +27,11 @@ use super::study::mission;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::pilot_and_mission;
-use samara::report::shard::Shard;
+use samara::report::cut::Cut;
 
 /// Reports which campaign the arguments make, and flies nothing.
 pub fn describe(args: &AssessArgs) -> Result<Answer, Failure> {
-    let whole = Shard { shard: 0, of: 1 };
+    let whole = Cut::WHOLE;
     let head = match &args.autopilot {
         Some(autopilot) => {
             let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
@@ -43,7 +43,7 @@ pub fn describe(args: &AssessArgs) -> Result<Answer, Failure> {
 }
 
 /// Flies a part of the campaign, unless it is there.
-pub fn run(args: &AssessArgs, shard: Shard, stop: &AtomicBool) -> Result<Answer, Failure> {
+pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, Failure> {
     match &args.autopilot {
         Some(autopilot) => drops::run(args, autopilot, shard, stop),
         None => study::run(args, shard, stop),

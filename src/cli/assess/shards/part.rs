@@ -6,17 +6,18 @@ use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::command::arguments;
 use crate::cli::terminal::{print, print_err};
 use samara::config::Mission;
+use samara::report::cut::Cut;
 use samara::report::json::VERSION;
-use samara::report::shard::{Shard, ShardHead};
+use samara::report::shard::ShardHead;
 
 /// Rows of a row group: those that are in memory at once.
 pub const GROUP_ROWS: usize = 1 << 16;
 
 /// What a part of the campaign belongs to.
-pub fn head_of(args: &AssessArgs, mission: &Mission, autopilot: Option<&str>, shard: Shard) -> ShardHead {
+pub fn head_of(args: &AssessArgs, mission: &Mission, autopilot: Option<&str>, shard: Cut) -> ShardHead {
     let trials = args.trials_of(mission);
     let keep = args.rows_kept(trials);
-    let part = shard.trials(trials);
+    let part = shard.range(trials);
     ShardHead {
         mission: mission.name.clone(),
         version: VERSION.to_owned(),
@@ -60,7 +61,7 @@ pub fn describe(head: &ShardHead) -> Result<Answer, Failure> {
 /// Reports a part that is there: flown now, or before.
 pub fn report(
     args: &AssessArgs,
-    shard: Shard,
+    shard: Cut,
     head: &ShardHead,
     place: &Place,
     flown: bool,
@@ -70,19 +71,19 @@ pub fn report(
     print(&if args.mission.json {
         let object = serde_json::json!({
             "mission": head.mission, "version": head.version, "seed": head.seed, "input_hash": head.input_hash,
-            "shard": shard.shard, "of": shard.of, "first": first, "trials": count,
+            "shard": shard.part, "of": shard.of, "first": first, "trials": count,
             "file": file.to_string(), "flown": flown,
         });
         format!("{object:#}\n")
     } else {
         let how = if flown { "flown" } else { "there already" };
-        format!("shard {} of {}, {count} trials from {first} on: {how}, {file}\n", shard.shard, shard.of)
+        format!("shard {} of {}, {count} trials from {first} on: {how}, {file}\n", shard.part, shard.of)
     })?;
     Ok(Answer::Yes)
 }
 
 /// Reports a part that was stopped: nothing of it is there.
-pub fn stopped(shard: Shard) -> Answer {
-    print_err(&format!("shard {} of {}: stopped, not written\n", shard.shard, shard.of));
+pub fn stopped(shard: Cut) -> Answer {
+    print_err(&format!("shard {} of {}: stopped, not written\n", shard.part, shard.of));
     Answer::No
 }

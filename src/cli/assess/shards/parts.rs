@@ -6,12 +6,13 @@ use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
-use super::place::{FOLDER, open};
+use super::place::{ENDING, FOLDER, open};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::terminal::print_err;
 use samara::config::Mission;
+use samara::report::cut::Cut;
 use samara::report::json::VERSION;
-use samara::report::shard::{Shard, ShardError, ShardHead, ShardReader, Table};
+use samara::report::shard::{ShardError, ShardHead, ShardReader, Table};
 
 /// The parts of a campaign: each trial is in one of them.
 pub struct Parts {
@@ -26,10 +27,11 @@ impl Parts {
     pub fn of(files: Vec<PathBuf>, dir: &Path) -> Result<Self, Failure> {
         let mut parts = Vec::new();
         for path in files {
-            let reader = open(&path).with_context(|| {
+            let Some(file) = open(&path)? else { continue };
+            let reader = ShardReader::checked(file).with_context(|| {
                 format!("{}: fly it again (`samara merge --missing` has its number)", path.display())
             });
-            parts.extend(reader.bad_input()?.map(|reader| Part { head: reader.head().clone(), path }));
+            parts.push(Part { head: reader.bad_input()?.head().clone(), path });
         }
         parts.sort_by_key(|part| (part.head.first, part.head.end));
         let head = check(&parts, dir)?;
@@ -63,8 +65,9 @@ pub struct Part {
 impl Part {
     /// The part, to be read.
     fn reader(&self) -> Result<ShardReader, Failure> {
-        let reader = self.named(open(&self.path))?;
-        reader.ok_or_else(|| Failure::input(format!("{} is gone", self.path.display())))
+        let file = open(&self.path)?;
+        let file = file.ok_or_else(|| Failure::input(format!("{} is gone", self.path.display())))?;
+        self.named(ShardReader::new(file))
     }
 
     /// An error of reading, with the file's path.
@@ -115,7 +118,7 @@ pub fn files(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
     let paths = entries.bad_input()?.into_iter().map(|entry| entry.path());
     let ours = |path: &PathBuf| {
         let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        name.ends_with(".parquet") && !name.starts_with('.')
+        name.ends_with(ENDING) && !name.starts_with('.')
     };
     let mut paths: Vec<PathBuf> = paths.filter(ours).collect();
     paths.sort();
@@ -196,22 +199,22 @@ pub fn missing(files: &[PathBuf]) -> Result<String, Failure> {
             )));
         }
         cut = Some(shard.of);
-        let head = match open(path) {
-            Ok(reader) => reader.map(|reader| reader.head().clone()),
+        let Some(file) = open(path)? else { continue };
+        let head = match ShardReader::checked(file) {
+            Ok(reader) => reader.head().clone(),
             Err(error) => {
                 let why = anyhow::Error::from(error);
                 print_err(&format!("samara: {}: not whole: {why:#}\n", path.display()));
-                None
+                continue;
             }
         };
-        let Some(head) = head else { continue };
         if let Some(campaign) = &campaign {
             campaign.check_same_campaign(&head).with_context(|| path.display().to_string()).bad_input()?;
         }
-        if head.range() != shard.trials(head.trials) {
+        if head.range() != shard.range(head.trials) {
             return Err(Failure::input(format!("{}: its trials are not those of its name", path.display())));
         }
-        there.insert(shard.shard);
+        there.insert(shard.part);
         campaign.get_or_insert(head);
     }
     let left: Vec<u64> = (0..cut.unwrap_or(0)).filter(|shard| !there.contains(shard)).collect();
@@ -219,11 +222,8 @@ pub fn missing(files: &[PathBuf]) -> Result<String, Failure> {
 }
 
 /// The part that a file is by its name.
-fn number(path: &Path) -> Option<Shard> {
-    let name = path.file_name()?.to_str()?;
-    let (shard, of) = name.strip_suffix(".parquet")?.split_once("-of-")?;
-    let shard = Shard { shard: shard.parse().ok()?, of: of.parse().ok()? };
-    (shard.shard < shard.of && shard.file_name() == name).then_some(shard)
+fn number(path: &Path) -> Option<Cut> {
+    Cut::of_name(path.file_name()?.to_str()?.strip_suffix(ENDING)?)
 }
 
 /// Ascending numbers as `0-3,17`.
@@ -253,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_parts_number_is_in_its_name() {
-        let of = |name: &str| number(Path::new(name)).map(|shard| (shard.shard, shard.of));
+        let of = |name: &str| number(Path::new(name)).map(|shard| (shard.part, shard.of));
         assert_eq!(of("out/00017-of-01000.parquet"), Some((17, 1000)));
         for bad in ["17-of-1000.parquet", "01000-of-01000.parquet", "00017-of-01000.csv", "x.parquet"] {
             assert_eq!(of(bad), None, "{bad}");

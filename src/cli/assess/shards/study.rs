@@ -1,11 +1,11 @@
 //! A part of the campaigns of a mission's own gains.
 
-use std::io::Write;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::part::{GROUP_ROWS, check_campaign, head_of, report, stopped};
-use super::place::{Aside, Place};
+use super::place::Place;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::aside::Aside;
 use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::campaign::{BLOCK, TrialRunner};
 use crate::cli::assess::study::{converged, mission, runner};
@@ -16,13 +16,14 @@ use crate::cli::results::OutputFolder;
 use samara::assess::{RandomRelease, StudyEntry};
 use samara::report::campaign::own::own_entries;
 use samara::report::campaign::{CampaignSummary, SHOWN, TrialRecord};
+use samara::report::cut::Cut;
 use samara::report::shard::rows::{StudyRow, study_table};
 use samara::report::shard::summary::{StudyPart, SummaryRecord};
-use samara::report::shard::{Shard, ShardHead, ShardWriter};
+use samara::report::shard::{ShardHead, ShardWriter};
 use samara::report::study::campaign_csv::write_row;
 
 /// Flies the part, unless it is there.
-pub fn run(args: &AssessArgs, shard: Shard, stop: &AtomicBool) -> Result<Answer, Failure> {
+pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(true);
     let mission = mission(args, &narrator)?;
     let head = head_of(args, &mission, None, shard);
@@ -54,12 +55,12 @@ pub fn run(args: &AssessArgs, shard: Shard, stop: &AtomicBool) -> Result<Answer,
 }
 
 /// Flies the part of one campaign; `None` when it was stopped.
-fn fly<W: Write + Send>(
+fn fly(
     entry: &StudyEntry,
     head: &ShardHead,
     runner: &TrialRunner<'_>,
     progress: &Progress,
-    (writer, aside): (&mut ShardWriter<W>, &Aside),
+    (writer, aside): (&mut ShardWriter, &Aside),
 ) -> Result<Option<StudyPart>, Failure> {
     progress.set_message(entry.name);
     let mut summary = CampaignSummary::from_trial(head.first);
