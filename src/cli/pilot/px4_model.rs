@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::contract::{Flight, Flown, Pilot, PilotOption};
-use super::px4::upload::{preparation, suits, whole};
+use super::px4::upload::{preparation, site_suits, whole};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::{AutopilotArg, ChoiceArgs};
 use crate::cli::mission::mission_for_px4;
@@ -104,7 +104,8 @@ fn parameters_for(
     law: &Law,
     given: Option<&ParameterFile>,
 ) -> Result<(Parameters, Vec<String>), Failure> {
-    suits(mission).bad_input()?;
+    // The model flies on the true state, whatever the sensors.
+    site_suits(mission).bad_input()?;
     if !law.allocates {
         is_quad_x(&mission.vehicle).bad_input()?;
     }

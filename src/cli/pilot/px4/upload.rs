@@ -19,8 +19,8 @@ const OF_THE_VEHICLE: [&str; 2] = ["MPC_THR_HOVER", "THR_MDL_FAC"];
 /// The beginning of the names of the rotors' parameters.
 const OF_THE_ROTORS: &str = "CA_";
 
-/// Refuses a mission of a site or with sensors that PX4 cannot do with; the error says what to do.
-pub fn suits(mission: &Mission) -> anyhow::Result<()> {
+/// Refuses a mission of a site that PX4 cannot do with; the error says what to do.
+pub fn site_suits(mission: &Mission) -> anyhow::Result<()> {
     let gravity_m_s2 = mission.site.environment.gravity_m_s2;
     let scaled = mission.px4.clock == Px4Clock::Froude;
     if !scaled && !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
@@ -29,6 +29,12 @@ pub fn suits(mission: &Mission) -> anyhow::Result<()> {
              m/s^2: scale the wire with \"px4_clock\": \"froude\", as mission/titan_px4.json does"
         );
     }
+    Ok(())
+}
+
+/// Refuses a mission of a site or with sensors that PX4 cannot do with; the error says what to do.
+pub fn suits(mission: &Mission) -> anyhow::Result<()> {
+    site_suits(mission)?;
     if mission.sensors.barometer.noise_hpa == 0.0 {
         bail!(
             "the mission's barometer has no noise: PX4 takes a constant one for stale and its estimator never starts; set \
