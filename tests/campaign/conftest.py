@@ -30,8 +30,8 @@ def environment():
 
 
 def hashes(folder):
-    """SHA-256 of each result in a campaign's folder."""
-    files = [path for path in sorted(folder.iterdir()) if path.is_file()]
+    """SHA-256 of each result in the folder of a campaign or a search."""
+    files = [path for path in sorted(folder.iterdir()) if path.is_file() and path.name != ".driver.lock"]
     return {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in files}
 
 
@@ -49,6 +49,26 @@ def processes(words):
             if all(word in command for word in words) and process.status() != psutil.STATUS_ZOMBIE:
                 found.append(process)
     return found
+
+
+def flying():
+    """What this very program, whatever links lead to it, flies, judges or searches for a driver: words of commands."""
+    found = []
+    for process in processes([SAMARA.name]):
+        with contextlib.suppress(psutil.Error):
+            words = [word.partition("=")[0] for word in process.cmdline()]
+            if Path(process.exe()) == SAMARA.resolve() and {"--campaign", "evaluate", "--ask"}.intersection(words):
+                found.append(words)
+    return found
+
+
+def wrapper(folder, text):
+    """A program that does something before it is samara."""
+    folder.mkdir()
+    path = folder / "samara"
+    path.write_text(f'#!/bin/sh\n{text}\nexec {SAMARA} "$@"\n')
+    path.chmod(0o755)
+    return path
 
 
 def until(condition, seconds=120.0, every_s=0.05):
@@ -94,6 +114,18 @@ class Driver:
         """Waits until so many shards are there, and it goes on."""
         until(lambda: len(shards(self.out)) >= count or self.process.poll() is not None)
         assert self.process.poll() is None, self.said()
+
+
+def searched(out, search, *options, behind=(), mission="x500_drop", program=SAMARA):
+    """``python -m samara_tpf.campaign --search`` under way, and what it prints; ``behind``: options behind ``--``."""
+    command = [sys.executable, "-m", "samara_tpf.campaign", mission, "--search", search, "--out", out]
+    command += ["--program", program, *options, "--", *behind]
+    log = out.parent / f"{out.name}.log"
+    with log.open("a") as file:
+        process = subprocess.Popen(
+            command, cwd=ELSEWHERE, env=environment(), stdout=file, stderr=file, start_new_session=True
+        )
+    return process, log
 
 
 class Cluster:
@@ -171,4 +203,4 @@ def cluster(tmp_path):
 def nothing_remains():
     """Whatever a test does, nothing flies on behind it."""
     yield
-    until(lambda: not processes([SAMARA.name, "assess", "--campaign"]), seconds=30.0)
+    until(lambda: not flying(), seconds=30.0)

@@ -15,10 +15,13 @@ import time
 
 import psutil
 import pytest
-from conftest import ELSEWHERE, REPOSITORY, SAMARA, SHARDS, TRIALS, Driver, environment, hashes, processes, shards, until
+from conftest import ELSEWHERE, REPOSITORY, SAMARA, SHARDS, TRIALS
+from conftest import Driver, environment, flying, hashes, processes, searched, shards, until, wrapper
+from samara_tpf.campaign.arguments import parse
 
 KILLS = 50
-FLYING = ("assess", "--shard", "--campaign")
+SLEEPER = "600.0418"
+"""Seconds that a program sleeps in samara's place, by which it is found."""
 
 
 def is_whole(driver, expected, code=None):
@@ -27,16 +30,7 @@ def is_whole(driver, expected, code=None):
     assert len(shards(driver.out)) == SHARDS
     assert hashes(driver.out) == expected
     left = [path.name for path in (driver.out / "shards").iterdir() if path.suffix != ".parquet"]
-    assert left == [".driver.lock"], left
-
-
-def wrapper(folder, text):
-    """A program that does something before it is samara."""
-    folder.mkdir()
-    path = folder / "samara"
-    path.write_text(f'#!/bin/sh\n{text}\nexec {SAMARA} "$@"\n')
-    path.chmod(0o755)
-    return path
+    assert left == [], left
 
 
 def link(folder):
@@ -53,9 +47,9 @@ def descendants(driver):
         for process in psutil.Process(driver.process.pid).children(recursive=True):
             with contextlib.suppress(psutil.Error):
                 command = " ".join(process.cmdline())
-                if "dask_worker" in command:
+                if "dask worker" in command:
                     found["worker"].append(process)
-                elif all(word in command for word in FLYING):
+                elif "--with-parent" in command:
                     found["child"].append(process)
     return found
 
@@ -195,7 +189,8 @@ def test_a_full_disk(tmp_path, one_go, cluster):
         driver = Driver(out, "--cluster", cluster.address)
         driver.begun(2)
         fill(places[1] / "filled")
-        assert driver.wait() == 2 and "cannot write" in driver.said() and "No space left" in driver.said(), driver.said()
+        assert driver.wait() == 2, driver.said()
+        assert "cannot write" in driver.said() and "No space left" in driver.said(), driver.said()
         there = shards(out)
         assert 2 <= len(there) < SHARDS
         assert not list((out / "shards").glob(".*.partial"))
@@ -228,7 +223,7 @@ def test_sigterm_as_slurm_preempts(tmp_path, one_go, cluster):
     driver.begun(8)
     driver.process.send_signal(signal.SIGTERM)
     assert driver.wait(60) == 1 and "stopped" in driver.said(), driver.said()
-    until(lambda: not processes(FLYING), 30.0)
+    until(lambda: not flying(), 30.0)
     there = {name: (driver.out / "shards" / name).stat().st_mtime_ns for name in shards(driver.out)}
     assert 8 <= len(there) < SHARDS
     again = Driver(tmp_path / "x500", "--cluster", cluster.address)
@@ -262,7 +257,7 @@ def test_a_scheduler_that_is_killed_and_begun_again(tmp_path, one_go, cluster):
         driver.begun(4 + 6 * round_)
         cluster.scheduler.kill()
         cluster.scheduler.wait()
-        until(lambda: not processes(FLYING), 60.0)
+        until(lambda: not flying(), 60.0)
         time.sleep(3.0)
         cluster.begin_scheduler()
         for name in "ab":
@@ -275,11 +270,103 @@ def test_a_driver_that_is_killed_leaves_nothing_flying_on_a_cluster_of_others(tm
         cluster.worker(name)
     driver = Driver(tmp_path / "x500", "--cluster", cluster.address)
     driver.begun(2)
-    until(lambda: processes(FLYING))
+    until(flying)
     driver.process.kill()
     driver.wait()
-    until(lambda: not processes(FLYING), 60.0)
+    until(lambda: not flying(), 60.0)
     is_whole(Driver(tmp_path / "x500", "--cluster", cluster.address), one_go)
+
+
+def test_a_scheduler_that_hangs(tmp_path, cluster):
+    """It is waited for; meanwhile the driver may be stopped, of which the scheduler hears when it wakes up."""
+    cluster.worker("a")
+    driver = Driver(tmp_path / "x500", "--cluster", cluster.address)
+    driver.begun(2)
+    cluster.scheduler.send_signal(signal.SIGSTOP)
+    until(lambda: "no scheduler answers at" in driver.said() or driver.process.poll() is not None, 60.0)
+    cluster.scheduler.send_signal(signal.SIGCONT)
+    driver.begun(len(shards(driver.out)) + 2)
+    cluster.scheduler.send_signal(signal.SIGSTOP)
+    time.sleep(3.0)
+    driver.process.send_signal(signal.SIGTERM)
+    assert driver.wait(60) == 1 and "stopped" in driver.said(), driver.said()
+    cluster.scheduler.send_signal(signal.SIGCONT)
+    until(lambda: not flying(), 30.0)
+
+
+def test_two_drivers_in_one_folder(tmp_path, one_go):
+    """The second one is refused, whatever it would do there; the first one does not mind."""
+    driver = Driver(tmp_path / "x500", "--workers", "2", "--threads", "1")
+    driver.begun()
+    second = Driver(tmp_path / "x500", "--workers", "1")
+    assert second.wait(60) == 2 and "another driver is at work there" in second.said(), second.said()
+    process, log = searched(tmp_path / "x500", "tune")
+    assert process.wait(60) == 2 and "another driver is at work there" in log.read_text(), log.read_text()
+    is_whole(driver, one_go)
+
+
+@pytest.fixture(scope="module")
+def flown(tmp_path_factory):
+    """A small campaign of which every shard is there."""
+    out = tmp_path_factory.mktemp("flown") / "x500"
+    driver = Driver(out, "--workers", "1", "--threads", "1", trials=40, shards=2)
+    assert driver.wait() in (0, 1), driver.said()
+    return out
+
+
+STEPS = {
+    "describe": "*--describe*",
+    "missing": "merge*--missing*",
+    "check": "assess*--shard=*",
+    "merge": "merge*.merge_me",
+    "search": "tune*--ask*",
+}
+"""What the driver runs on its own machine, as a pattern of the shell's."""
+
+
+def begun(step, folder, flown, text):
+    """A driver whose program does something else in a step."""
+    program = wrapper(folder, f'case "$*" in {STEPS[step]}) {text};; esac')
+    if step == "search":
+        return searched(folder / "out", "tune", program=program)
+    out = flown.parent / f"{step}_{folder.name}.merge_me"
+    shutil.copytree(flown, out)
+    driver = Driver(out, "--any-build", program=program, trials=40, shards=2)
+    return driver.process, driver.log
+
+
+@pytest.mark.parametrize("step", STEPS)
+def test_a_driver_is_stopped_in_each_of_its_steps(tmp_path, flown, step):
+    """It ends what it runs, and exits with 1, by SIGTERM and by Ctrl-C; where what it runs is killed, with 3."""
+    for number in (signal.SIGTERM, signal.SIGINT):
+        driver, log = begun(step, tmp_path / number.name, flown, f"exec sleep {SLEEPER}")
+        until(lambda: processes(["sleep", SLEEPER]) or driver.poll() is not None)
+        os.killpg(driver.pid, number)
+        assert driver.wait(30.0) == 1 and "stopped; the same command goes on" in log.read_text(), log.read_text()
+        assert not processes(["sleep", SLEEPER])
+    driver, log = begun(step, tmp_path / "killed", flown, "kill -9 $$")
+    assert driver.wait(30.0) == 3 and "was ended by SIGKILL" in log.read_text(), log.read_text()
+    assert "Traceback" not in log.read_text(), log.read_text()
+
+
+SHARDS_OWN = ["--threads", "--out", "--json", "--shard", "--campaign", "--with-parent", "--instance", "--describe"]
+
+
+@pytest.mark.parametrize("option", SHARDS_OWN)
+def test_what_the_driver_gives_does_not_stand_behind_dashes(capsys, option):
+    for typed in ([option, "1"], [f"{option}=1"], ["--seed", "3", option]):
+        for search in ([], ["--search", "design"]):
+            with pytest.raises(SystemExit, match="2"):
+                parse(["x500_drop", *search, "--", *typed])
+            assert f"error: {option} does not stand behind --: " in capsys.readouterr().err
+
+
+def test_what_the_driver_gives_a_search_does_not_stand_behind_dashes(capsys):
+    for option in ("--ask", "--resume"):
+        with pytest.raises(SystemExit, match="2"):
+            parse(["x500_drop", "--search", "tune", "--", option])
+        assert f"error: {option} does not stand behind --: " in capsys.readouterr().err
+        assert parse(["x500_drop", "--", option])[1] == [option], "samara assess says what it thinks of it"
 
 
 def test_what_is_refused(tmp_path, one_go):
@@ -293,7 +380,9 @@ def test_what_is_refused(tmp_path, one_go):
 
     assert "no_such" in refused("no_such", "--trials", "10")
     assert "--no-such" in refused("x500_drop", "--trials", "10", "--", "--no-such")
-    assert "whole number" in refused("x500_drop", "--trials", "1.5")
+    assert "a whole number from 2" in refused("x500_drop", "--trials", "1.5")
+    assert "'abc' for '--trials <N>': a whole number" in refused("x500_drop", "--trials", "abc")
+    assert "from 1 to 1000000000 is expected, found many" in refused("x500_drop", "--workers", "many")
     assert "from 1 to 100000 is expected" in refused("x500_drop", "--shards", "1e6")
     assert "--memory is of --cluster slurm, kubernetes" in refused("x500_drop", "--memory", "4G")
     assert "--workers is of" in refused("x500_drop", "--cluster", "tcp://127.0.0.1:1", "--workers", "3")

@@ -1,7 +1,7 @@
 """Which shard goes to which worker: the roster's decisions, by hand."""
 
 import pytest
-from samara_tpf.campaign.roster import KILLS_MOST, CampaignFailed, Roster
+from samara_tpf.campaign.roster import KILLS_MOST, Roster, ShardFailed
 
 
 def roster(shards, workers):
@@ -78,7 +78,7 @@ def test_who_fails_rests_ever_longer_and_the_shard_goes_to_another():
 @pytest.mark.parametrize("workers", [1, 2, 3, 5])
 def test_a_shard_that_fails_everywhere_ends_the_campaign(workers):
     crew = roster(1, workers)
-    with pytest.raises(CampaignFailed, match="shard 0 .*w.: no plan"):
+    with pytest.raises(ShardFailed, match="shard 0 .*w.: no plan"):
         for now_s in range(0, 1000, 10):
             for address, shard in crew.to_fly(float(now_s)):
                 crew.failed(address, shard, "no plan", False, float(now_s))
@@ -89,7 +89,7 @@ def test_a_shard_that_fails_everywhere_ends_the_campaign(workers):
 def test_a_shard_may_be_killed_often_but_not_for_ever():
     crew = roster(1, 1)
     kills = 0
-    with pytest.raises(CampaignFailed):
+    with pytest.raises(ShardFailed):
         for now_s in range(0, 100_000, 100):
             for address, shard in crew.to_fly(float(now_s)):
                 kills += 1

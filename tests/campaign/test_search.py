@@ -4,31 +4,26 @@ What is true is the search by one process of the program: every file that it wri
 """
 
 import contextlib
+import hashlib
 import random
 import signal
 import subprocess
-import sys
 
 import psutil
 import pytest
-from conftest import ELSEWHERE, SAMARA, environment, hashes
+from conftest import ELSEWHERE, SAMARA, Driver, flying, hashes, searched, until
+from samara_tpf.campaign.flight import Ended, Flight, Saved, Task
+from samara_tpf.campaign.folder import Folder
+from samara_tpf.campaign.order import Candidates
+from samara_tpf.campaign.progress import Progress
+from samara_tpf.campaign.work import Flown, Withdrawn
 
 OPTIONS = {
     "design": ["--budget", "30", "--unseen", "16", "--finalists", "1"],
     "tune": ["--iterations", "25", "--particles", "24", "--unseen", "16"],
 }
-
-
-def searched(out, search, *options, mission="x500_drop"):
-    """``python -m samara_tpf.campaign --search`` under way."""
-    command = [sys.executable, "-m", "samara_tpf.campaign", mission, "--search", search, "--out", out]
-    command += ["--program", SAMARA, *options, "--", *OPTIONS[search]]
-    log = out.parent / f"{out.name}.log"
-    with log.open("a") as file:
-        process = subprocess.Popen(
-            command, cwd=ELSEWHERE, env=environment(), stdout=file, stderr=file, start_new_session=True
-        )
-    return process, log
+LAST_STEP_IS_LONG = ["--budget", "8", "--unseen", "10000000", "--finalists", "1"]
+"""A design whose last step, which judges on fresh flights, takes longer than anybody waits."""
 
 
 @pytest.fixture(scope="module")
@@ -54,7 +49,7 @@ def workers(driver):
     with contextlib.suppress(psutil.Error):
         for process in psutil.Process(driver.pid).children(recursive=True):
             with contextlib.suppress(psutil.Error):
-                if "dask_worker" in (command := " ".join(process.cmdline())) or "evaluate" in command:
+                if "dask worker" in (command := " ".join(process.cmdline())) or "evaluate" in command:
                     found.append(process)
     return found
 
@@ -62,17 +57,21 @@ def workers(driver):
 @pytest.mark.parametrize("search", OPTIONS)
 def test_a_search_on_this_machine(tmp_path, in_one_go, search):
     code, expected = in_one_go[search]
-    process, log = searched(tmp_path / search, search, "--workers", "2", "--threads", "1")
+    process, log = searched(tmp_path / search, search, "--workers", "2", "--threads", "1", behind=OPTIONS[search])
     assert process.wait(600.0) == code, log.read_text()
     assert files(tmp_path / search) == expected
-    assert not (tmp_path / search / "candidates.json").exists()
+    assert not (tmp_path / search / "candidates.json").exists() and not (tmp_path / search / "judged").exists()
 
 
 def test_workers_killed_and_the_driver_stopped(tmp_path, in_one_go):
     """20 SIGKILLs of workers and of what they run, and a driver that is begun anew after each SIGTERM."""
     code, expected = in_one_go["tune"]
     chance, kills, stops = random.Random(5), 0, 0
-    process, log = searched(tmp_path / "tune", "tune", "--workers", "3", "--threads", "1")
+
+    def begin():
+        return searched(tmp_path / "tune", "tune", "--workers", "3", "--threads", "1", behind=OPTIONS["tune"])
+
+    process, log = begin()
     while process.poll() is None:
         with contextlib.suppress(subprocess.TimeoutExpired):
             process.wait(chance.uniform(0.2, 1.5))
@@ -86,10 +85,79 @@ def test_workers_killed_and_the_driver_stopped(tmp_path, in_one_go):
             process.terminate()
             assert process.wait(60.0) == 1, log.read_text()
             assert not psutil.wait_procs(own, timeout=20.0)[1], "nothing judges on"
-            process, log = searched(tmp_path / "tune", "tune", "--workers", "3", "--threads", "1")
+            process, log = begin()
     assert process.returncode == code, log.read_text()
     assert files(tmp_path / "tune") == expected
     assert kills > 5
+
+
+def test_a_driver_that_is_killed_leaves_nothing_that_judges(tmp_path):
+    """Whether the candidates are judged by then, or in the last step what was found."""
+    process, log = searched(tmp_path / "tune", "tune", "--workers", "2", "--threads", "1", behind=["--unseen", "16"])
+    until(lambda: any("evaluate" in words for words in flying()) or process.poll() is not None)
+    process.kill()
+    assert process.wait() == -signal.SIGKILL, log.read_text()
+    until(lambda: not flying(), 30.0)
+    process, log = last_step(tmp_path / "design")
+    process.kill()
+    process.wait()
+    until(lambda: not flying(), 30.0)
+
+
+def test_two_drivers_while_the_first_one_judges_what_was_found(tmp_path):
+    """The folder is held to the end, though the search has removed what it asked; then it is stopped, and goes on."""
+    out = tmp_path / "design"
+    process, log = last_step(out)
+    assert not (out / "judged").exists()
+    second, other = searched(out, "design", behind=LAST_STEP_IS_LONG)
+    assert second.wait(60.0) == 2 and "another driver is at work there" in other.read_text(), other.read_text()
+    campaign = Driver(out, trials=40, shards=2)
+    assert campaign.wait(60.0) == 2 and "another driver is at work there" in campaign.said(), campaign.said()
+    process.terminate()
+    assert process.wait(60.0) == 1 and "stopped; the same command goes on" in log.read_text(), log.read_text()
+    assert not flying()
+    process, log = searched(out, "design", behind=["--budget", "8", *OPTIONS["design"][2:]])
+    assert process.wait(120.0) in (0, 1), log.read_text()
+
+
+def last_step(out):
+    """A search that judges what it found, as it asks nothing more, and what it prints."""
+    process, log = searched(out, "design", "--workers", "1", "--threads", "1", behind=LAST_STEP_IS_LONG)
+    for asks in (True, False):
+        until(lambda asks=asks: (out / "candidates.json").exists() is asks or process.poll() is not None)
+    assert process.poll() is None, log.read_text()
+    found = flying()
+    assert ["--ask" in words for words in found] == [True], found
+    return process, log
+
+
+class Result:
+    """A result that is there, as Dask's future has it."""
+
+    def __init__(self, content):
+        self.flown = Flown(content, hashlib.sha256(content).hexdigest())
+
+    def result(self, timeout):
+        return self.flown
+
+
+def test_what_comes_when_its_step_is_over_is_not_written(tmp_path):
+    """It would make the folder anew that the search has removed."""
+    first, second = (
+        Candidates(None, "/", b'{"evaluations": [%s], "asked": {"candidates": 2}}' % judged, 2, None)
+        for judged in (b"", b"1, 2")
+    )
+    with Folder(tmp_path).held(), Progress() as progress:
+        flight = Flight(Folder(tmp_path), "tcp://nowhere", progress, patience_s=1.0, is_wanted=lambda: True)
+        flight._order = first
+        assert flight._fetched(Ended(first, Task("a", 0), Result(b"x"))) == Saved()
+        assert flight._fetched(Ended(second, Task("a", 0), Result(b"x"))) == Withdrawn()
+        flight.run(second, [])
+        (tmp_path / "judged" / "0000000-00000-of-00002.json").unlink()
+        (tmp_path / "judged").rmdir()
+        for order in (first, second):
+            assert flight._fetched(Ended(order, Task("b", 1), Result(b"y"))) == Withdrawn()
+    assert [path.name for path in tmp_path.iterdir()] == [".driver.lock"]
 
 
 def test_what_is_not_a_search_is_refused(tmp_path):

@@ -22,9 +22,8 @@ def test_preempted_workers_come_back(tmp_path, one_go):
     """Each worker is requeued under way, as Slurm's preemption does it: SIGTERM, and begun anew."""
     driver = Driver(tmp_path / "x500", "--cluster", "slurm", "--workers", "2", "--threads", "1", "--memory", "1G")
     driver.begun(1)
-    [name] = set(
-        subprocess.run(["squeue", "--noheader", "--format=%j"], capture_output=True, text=True, check=True).stdout.split()
-    )
+    named = subprocess.run(["squeue", "--noheader", "--format=%j"], capture_output=True, text=True, check=True)
+    [name] = set(named.stdout.split())
     assert name.startswith("samara-")
     for job in jobs(name, "RUNNING"):
         subprocess.run(["scontrol", "requeue", job], check=True)
@@ -50,6 +49,7 @@ def test_an_array_as_the_page_has_it(tmp_path):
     for line in (array, left.replace("'...'", array.partition("--wrap")[2].strip())):
         for word, instead in small.items():
             line = line.replace(word, instead)
-        subprocess.run(line.replace("sbatch ", "sbatch --wait --mem=200 "), shell=True, cwd=tmp_path, env=env, check=True)
+        line = line.replace("sbatch ", "sbatch --wait --mem=200 ")
+        subprocess.run(line, shell=True, cwd=tmp_path, env=env, check=True)
         assert len(shards(tmp_path / "runs/x500")) == 4
         (tmp_path / "runs/x500/shards/00002-of-00004.parquet").unlink()

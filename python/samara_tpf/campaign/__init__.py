@@ -3,23 +3,25 @@
 A campaign is cut into shards. Dask's workers fly them, each by ``samara assess --shard I/N`` as a child process in a
 folder of the worker's own, and give back the file's bytes; the driver alone writes them to ``DIR/shards``, whole or
 not at all, and ends with ``samara merge DIR``. What is there is not flown again, whoever was killed before: the
-driver, its scheduler, a worker, a machine. ``--search design`` and ``--search tune`` send the candidates of a search the
-same way, step by step, by ``samara evaluate``. Needs the program ``samara`` and Dask, not the extension module.
+driver, its scheduler, a worker, a machine. ``--search design`` and ``--search tune`` send the candidates of a search
+the same way, step by step, by ``samara evaluate``. Needs the program ``samara`` and Dask, not the extension module.
 
 ========== ========================================================================
 module     holds
 ========== ========================================================================
 arguments  what can be typed
 order      what is asked of workers: a campaign's shards, or a search's candidates
-program    the program, run as a child; what campaign its arguments make
+child      a command run to its end, unless nobody wants it any more
+program    the program ``samara``; what campaign its arguments make
 work       what a worker does: it checks itself, and makes a shard
 roster     which shard goes to which worker, without Dask and without a clock
-folder     the campaign's folder: what is there, what is left, one driver at a time
+folder     the folder of results: what is there, what is left, one driver at a time
 instances  numbers of the PX4s on each host
+manifests  what Kubernetes is given
 clusters   where workers come from: this machine, Slurm, Kubernetes, an address
-flight     the roster's decisions carried out by Dask
 progress   how far it is, on the terminal
+flight     the roster's decisions carried out by Dask, one order after another
 search     a search in steps, whose candidates the workers judge
-driver     the whole, from the arguments to the merge
+driver     the whole, from the arguments to the exit code
 ========== ========================================================================
 """

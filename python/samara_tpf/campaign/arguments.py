@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import math
+import os
 from collections.abc import Sequence
 
 USAGE = """python -m samara_tpf.campaign [MISSION] --trials N [OPTION ..] [-- OPTION OF samara assess ..]
@@ -12,7 +14,8 @@ What follows -- goes to `samara assess`: --seed, --gains, --params, --case, --bo
 --search to `samara design` or `samara tune`: --budget, --seed, --start, --robust, ..
 
 The same command again goes on where it was stopped: shards that are there are not flown again. Exit code: that of
-`samara merge`, 0 when no trial failed, 1 when one did, or that of the search; 1 when it was stopped; 2 for what is refused.
+`samara merge`, 0 when no trial failed, 1 when one did, or that of the search; 1 when it was stopped; 2 for what is
+refused; 3 when the program was killed here, or for a mistake of this driver's.
 
 Examples:
   python -m samara_tpf.campaign x500_drop --trials 1e6
@@ -21,14 +24,29 @@ Examples:
   python -m samara_tpf.campaign x500_drop --trials 1e4 --cluster tcp://10.0.0.1:8786 -- --autopilot px4-model
 """
 
-
 SHARDS_MOST = 100_000
 """Most shards of a campaign: their numbers have five digits."""
+OWN = {
+    "--threads": "a shard has the threads of its worker; before --, where workers are started, it says how many",
+    "--out": "it stands before --",
+    "--json": "it stands before --",
+    "--shard": "each worker is given its own; --shards before -- says how many there are",
+    "--campaign": "each worker is given it",
+    "--with-parent": "each worker gives it",
+    "--instance": "each worker is given numbers of its own",
+    "--describe": "the driver asks itself; --render before -- flies nothing",
+}
+"""Options of ``samara`` that the driver gives it, and why they do not stand behind ``--``."""
+OWN_IN_SEARCHES = {
+    "--ask": "the driver asks itself",
+    "--resume": "the same command goes on by itself where it was stopped",
+}
+"""As ``OWN``, with ``--search``."""
 
 
 def count(text: str, most: int = 1_000_000_000) -> int:
     """A whole number above 0, also as ``1e8``."""
-    number = float(text)
+    number = _number(text)
     if not (1.0 <= number <= most) or number != int(number):
         raise argparse.ArgumentTypeError(f"a whole number from 1 to {most} is expected, found {text}")
     return int(number)
@@ -41,10 +59,18 @@ def shards(text: str) -> int:
 
 def seconds(text: str) -> float:
     """A duration above 0 [s]."""
-    number = float(text)
-    if not 0.0 < number < float("inf"):
+    number = _number(text)
+    if not 0.0 < number < math.inf:
         raise argparse.ArgumentTypeError(f"a number of seconds above 0 is expected, found {text}")
     return number
+
+
+def _number(text: str) -> float:
+    """The number; what is none is refused as it is out of every range."""
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def parser() -> argparse.ArgumentParser:
@@ -52,22 +78,28 @@ def parser() -> argparse.ArgumentParser:
     options = argparse.ArgumentParser(
         prog="python -m samara_tpf.campaign",
         usage=USAGE,
-        description="Flies a campaign on many workers at once, and merges it.",
+        description="Flies a campaign on many workers at once, and merges it; or has them judge a search's candidates.",
         epilog=MORE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
     )
     options.add_argument("mission", nargs="?", default="titan_drop", metavar="MISSION", help="a name or a file")
-    options.add_argument("--trials", type=count, metavar="N", help="trials of each campaign, such as 1e8")
+    options.add_argument("--trials", metavar="N", help="trials of each campaign, such as 1e8")
     options.add_argument(
         "--search", choices=("design", "tune"), help="search a design or gains instead: the workers judge candidates"
     )
     options.add_argument("--out", metavar="DIR", help="folder for shards and results [out/<mission name>]")
     options.add_argument(
-        "--shards", type=shards, metavar="N", help="number of shards [that of those in DIR, or by the trials; of a search's step: by the workers]"
+        "--shards",
+        type=shards,
+        metavar="N",
+        help="number of shards [that of those in DIR, or by the trials; of a search's step: by the workers]",
     )
     options.add_argument(
-        "--program", metavar="PATH", help="the program, here and on the workers [beside Python, or on PATH]"
+        "--program",
+        type=os.path.abspath,
+        metavar="PATH",
+        help="the program, here and on the workers [beside Python, or on PATH]",
     )
     options.add_argument(
         "--any-build", action="store_true", help="take programs of other bytes, if their version is the same"
@@ -84,9 +116,7 @@ def parser() -> argparse.ArgumentParser:
     where.add_argument("--sbatch", metavar="OPTIONS", help="more options of sbatch, in one word")
     where.add_argument("--image", metavar="IMAGE", help="kubernetes: the image, with samara_tpf and Dask")
     where.add_argument("--namespace", metavar="NAME", help="kubernetes: the namespace")
-    where.add_argument(
-        "--render", action="store_true", help="print what slurm or kubernetes is given, and fly nothing"
-    )
+    where.add_argument("--render", action="store_true", help="print what slurm or kubernetes is given, and fly nothing")
     where.add_argument(
         "--patience",
         type=seconds,
@@ -102,4 +132,12 @@ def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
     if "--" in own:
         place = own.index("--")
         own, more = own[:place], own[place + 1 :]
-    return parser().parse_args(own), more
+    options = parser()
+    typed = options.parse_args(own)
+    refused = OWN | (OWN_IN_SEARCHES if typed.search else {})
+    for option in (word.partition("=")[0] for word in more):
+        if option in refused:
+            options.error(f"{option} does not stand behind --: {refused[option]}")
+    if typed.search and typed.trials is not None:
+        options.error(f"--trials: `samara {typed.search}` has none; its options stand behind --")
+    return typed, more

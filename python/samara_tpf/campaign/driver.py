@@ -1,27 +1,29 @@
-"""The whole campaign: what is asked for, what is left of it, the flight, the merge."""
+"""The whole, from the arguments to the exit code: what is asked for, what is left of it, the flight, the merge."""
 
 from __future__ import annotations
 
 import argparse
+import hashlib
 import math
 import os
 import signal
-import subprocess
 import sys
 import threading
 import traceback
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-from . import clusters, program, search
+from . import clusters, search
 from .arguments import SHARDS_MOST, parse
-from .clusters import Asked, ClusterError
-from .flight import Flight, Interrupted, NoWorkers
+from .child import IsWanted, Stopped
+from .clusters import ClusterError, ClusterOptions
+from .flight import Flight, NoWorkers
 from .folder import Folder, FolderError
 from .order import Campaign
-from .program import ProgramError
+from .program import Description, Killed, Program, ProgramError
 from .progress import Progress
-from .roster import CampaignFailed, Roster
+from .roster import ShardFailed
 
 STOPPED = 1
 BAD_INPUT = 2
@@ -31,13 +33,14 @@ FLIGHTS_OF_A_SHARD = 100_000
 DROPS_OF_A_SHARD = 100
 """Whole drops of a shard, unless it is said how many shards."""
 PATIENCE_S = 600.0
+"""How long no worker may be there, unless others begin them."""
 
-REFUSED = (ProgramError, FolderError, ClusterError, CampaignFailed, NoWorkers)
-"""What ends a campaign with a reason that the user is to know."""
+REFUSED = (ProgramError, FolderError, ClusterError, ShardFailed, NoWorkers)
+"""What ends the whole with a reason that the user is to know."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Flies and merges the campaign of the command line; the exit code."""
+    """Flies and merges the campaign of the command line, or searches; the exit code."""
     options, more = parse(sys.argv[1:] if arguments is None else arguments)
     stop = threading.Event()
 
@@ -49,94 +52,90 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, ask_to_stop)
     try:
-        return run(options, more, stop)
-    except Interrupted:
-        print("samara: stopped; the same command goes on from the shards that are there", file=sys.stderr)
+        return run(options, more, lambda: not stop.is_set())
+    except Stopped:
+        print("samara: stopped; the same command goes on from what is there", file=sys.stderr)
         return STOPPED
     except REFUSED as error:
         print(f"samara: {error}", file=sys.stderr)
         return BAD_INPUT
+    except Killed as error:
+        print(f"samara: {error}; the same command goes on", file=sys.stderr)
+        return INTERNAL
     except Exception:
         # Python's own exit code would be that of a campaign in which a trial failed.
         traceback.print_exc()
         return INTERNAL
 
 
-def run(options: argparse.Namespace, more: Sequence[str], stop: threading.Event) -> int:
-    """Flies what is left of the campaign, and merges it; the exit code. ``stop``: ends it before."""
-    if options.search is not None:
-        return _search(options, more, stop)
-    binary = program.find(options.program)
-    arguments = [options.mission, *more]
-    if options.trials is not None:
-        arguments += ["--trials", str(options.trials)]
-    campaign = program.describe(binary, arguments, os.getcwd())
-    out = Path(options.out or f"out/{campaign['mission']}")
-    asked = _asked(options, f"samara-{str(campaign['campaign'])[:8]}")
+def run(options: argparse.Namespace, more: Sequence[str], is_wanted: IsWanted) -> int:
+    """Flies what is left of the campaign and merges it, or searches; the exit code."""
+    samara = Program.find(options.program, is_wanted)
+    arguments = (options.mission, *more, *(["--trials", options.trials] if options.trials else []))
+    description = None if options.search else samara.describe(arguments, os.getcwd())
+    out = Path(options.out or f"out/{description.mission if description else Path(options.mission).stem}")
+    cluster = _cluster(options, out)
     if options.render:
-        print(clusters.rendered(asked, out), end="")
+        print(clusters.rendered(cluster, out), end="")
         return 0
     folder = Folder(out)
+    patience_s = options.patience or (PATIENCE_S if cluster.kind in ("local", "tcp") else math.inf)
+
+    @contextmanager
+    def flight() -> Iterator[Flight]:
+        with (
+            clusters.cluster(cluster, out, is_wanted) as address,
+            Progress() as progress,
+            Flight(folder, address, progress, patience_s=patience_s, is_wanted=is_wanted) as crew,
+        ):
+            yield crew
+
     with folder.held():
+        if description is None:
+            return search.run(options, more, samara, folder, flight)
         order = Campaign(
-            program=options.program and os.path.abspath(options.program),
+            program=options.program,
             folder=os.getcwd(),
-            arguments=tuple(arguments),
-            campaign=campaign,
-            shards=options.shards or folder.cut() or _cut(campaign),
+            arguments=arguments,
+            description=description,
+            shards=options.shards or folder.cut() or _cut(description),
             any_build=options.any_build,
         )
-        roster = Roster.of(folder.left(binary, order))
-        if not roster.complete:
-            _fly(order, roster, folder, asked, _patience_s(options, asked), stop)
-        # Programs are renewed while a campaign flies for days; and what was saved is read once more.
-        if differences := order.differences(program.describe(binary, arguments, os.getcwd())):
-            raise FolderError(f"the campaign is another one than at its beginning: {'; '.join(differences)}")
-        if left := folder.left(binary, order):
-            raise FolderError(f"{folder.path}: {len(left)} shards are not whole any more; the same command flies them")
-        merge = [os.fspath(binary), "merge", os.fspath(folder.path), *(["--json"] if options.json else [])]
-        return subprocess.run(merge).returncode
+        return _campaign(order, options.json, samara, folder, flight)
 
 
-def _fly(
-    order: Campaign, roster: Roster, folder: Folder, asked: Asked, patience_s: float, stop: threading.Event
-) -> None:
-    progress = Progress(roster, order.shards, int(str(order.campaign["trials"])))
-    with clusters.cluster(asked, folder.path) as address:
-        report = progress.report
-        with Flight(order, roster, folder, address, patience_s=patience_s, stop=stop, report=report) as flight:
-            flight.run(progress.show)
-    progress.finish()
+def _campaign(
+    order: Campaign,
+    json: bool,
+    samara: Program,
+    folder: Folder,
+    flight: Callable[[], AbstractContextManager[Flight]],
+) -> int:
+    """Flies what is left of a campaign in a folder that is held, and merges it; the exit code of ``samara merge``."""
+    if left := folder.left(samara, order):
+        with flight() as crew:
+            crew.run(order, left)
+    # Programs are renewed while a campaign flies for days; and what was saved is read once more.
+    if differences := order.differences(samara.describe(order.arguments, order.folder)):
+        raise FolderError(f"the campaign is another one than at its beginning: {'; '.join(differences)}")
+    if left := folder.left(samara, order):
+        raise FolderError(f"{folder.path}: {len(left)} shards are not whole any more; the same command flies them")
+    return samara.call(["merge", os.fspath(folder.path), *(["--json"] if json else [])]).returncode
 
 
-def _search(options: argparse.Namespace, more: Sequence[str], stop: threading.Event) -> int:
-    """Runs the search of the command line; the exit code."""
-    if options.trials is not None:
-        raise FolderError(f"--trials: `samara {options.search}` has none; its options stand behind --")
-    name = Path(options.mission).stem
-    out = Path(options.out or f"out/{name}")
-    asked = _asked(options, f"samara-{options.search}-{name}"[:40])
-    if options.render:
-        print(clusters.rendered(asked, out), end="")
-        return 0
-    return search.run(options, more, asked, out, _patience_s(options, asked), stop)
+def _cluster(options: argparse.Namespace, out: Path) -> ClusterOptions:
+    """What is asked of the cluster. ``ClusterError``: it would not use it, or lacks something.
 
-
-def _asked(options: argparse.Namespace, name: str) -> Asked:
-    """What is asked of the cluster. ``ClusterError``: it would not use it."""
+    What is made there is named after the folder: drivers of one mission in two folders share nothing.
+    """
+    place = hashlib.sha256(os.fsencode(out.resolve())).hexdigest()[:8]
     given = {option: getattr(options, option) for option in clusters.ALL_OPTIONS}
-    asked = Asked(options.cluster, name=name, **given)
-    asked.check()
-    return asked
+    cluster = ClusterOptions(options.cluster, name=f"samara-{options.search or 'assess'}-{place}", **given)
+    cluster.check()
+    return cluster
 
 
-def _patience_s(options: argparse.Namespace, asked: Asked) -> float:
-    """How long no worker may be there [s]."""
-    return options.patience or (PATIENCE_S if asked.kind in ("local", "tcp") else math.inf)
-
-
-def _cut(campaign: dict[str, object]) -> int:
+def _cut(campaign: Description) -> int:
     """The number of shards where nothing says it."""
-    trials = int(str(campaign["trials"]))
-    size = FLIGHTS_OF_A_SHARD if campaign["autopilot"] is None else DROPS_OF_A_SHARD
-    return max(1, min(SHARDS_MOST, -(-trials // size)))
+    size = FLIGHTS_OF_A_SHARD if campaign.autopilot is None else DROPS_OF_A_SHARD
+    return max(1, min(SHARDS_MOST, -(-campaign.trials // size)))

@@ -10,23 +10,26 @@ from __future__ import annotations
 import queue
 import threading
 import time
-from collections.abc import Callable, Iterable
-from concurrent.futures import CancelledError, ThreadPoolExecutor
+from collections.abc import Iterable
+from concurrent.futures import CancelledError
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, Self
 
 from distributed import Client, Future, KilledWorker
 
 from . import work
+from .child import IsWanted, Stopped
 from .folder import Folder, FolderError
 from .instances import NUMBERS, Instances
 from .order import Order
+from .progress import Progress
 from .roster import Roster
 
 LOOK_EVERY_S = 1.0
 """How often it is looked who is there."""
-CONNECT_S = 10.0
-"""How long one try to reach the scheduler lasts."""
+ANSWERS_S = 10.0
+"""How long the scheduler may take to answer."""
 FETCH_S = 600.0
 """How long a result may take from the worker to here."""
 FETCHES = 4
@@ -37,16 +40,12 @@ LOST = (CancelledError, KilledWorker, TimeoutError, OSError)
 
 
 class NoWorkers(Exception):
-    """No worker that flies this campaign is there, or no scheduler."""
-
-
-class Interrupted(Exception):
-    """The driver was asked to stop."""
+    """No worker that is of use is there, or no scheduler."""
 
 
 @dataclass(frozen=True)
-class Asked:
-    """What a worker was asked for: a shard, or (``None``) its check."""
+class Task:
+    """What a worker was sent: a shard, or (``None``) its check."""
 
     address: str
     shard: int | None
@@ -54,100 +53,100 @@ class Asked:
 
 @dataclass(frozen=True)
 class Saved:
-    """A shard is in the campaign's folder."""
+    """A shard is in the folder."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """A task that has ended, and of which order it is."""
+
+    order: Order
+    task: Task
+    future: Future
 
 
 @dataclass(frozen=True)
 class Came:
-    """What came of what a worker was asked for, and of which order it is."""
+    """What came of a task."""
 
-    order: Order
-    asked: Asked
-    future: Future
+    ended: Ended
     outcome: object
 
 
 class Flight:
-    """Flies the shards that are left, to the last."""
+    """Workers of one scheduler, which fly one order after another; behind the context they are at rest."""
 
     def __init__(
-        self,
-        order: Order,
-        roster: Roster,
-        folder: Folder,
-        address: str,
-        *,
-        patience_s: float,
-        stop: threading.Event,
-        report: Callable[[str], None],
+        self, folder: Folder, address: str, progress: Progress, *, patience_s: float, is_wanted: IsWanted
     ) -> None:
-        """Of the campaign ``order`` to ``folder``, by the workers of the scheduler at ``address``."""
-        self.order = order
-        self.roster = roster
+        """To ``folder``, by the workers of the scheduler at ``address``, for whom it waits so long [s]."""
         self.folder = folder
         self.address = address
+        self.progress = progress
         self.patience_s = patience_s
-        self.stop = stop
-        self.report = report
-        self._instances = Instances() if order.flies_px4 else None
+        self.is_wanted = is_wanted
+        self.roster = Roster.of(())
+        self._order: Order | None = None
+        self._instances = Instances()
         self._threads: dict[str, int] = {}
         self._client: Client | None = None
-        self._under_way: dict[Asked, Future] = {}
+        self._under_way: dict[Task, Future] = {}
+        self._ended: queue.SimpleQueue[Ended] = queue.SimpleQueue()
         self._came: queue.SimpleQueue[Came] = queue.SimpleQueue()
-        self._fetching = ThreadPoolExecutor(FETCHES, thread_name_prefix="fetch")
-        self._asked = 0
+        self._writing = threading.Semaphore(FETCHES)
+        self._sent = 0
         self._missed = False
         self._looked_s = -LOOK_EVERY_S
         self._fit_s = time.monotonic()
 
     def __enter__(self) -> Self:
-        """What is under way ends with the context."""
+        """Begins to wait for results. Nobody waits for those threads: a worker that hangs would hold them up."""
+        for _ in range(FETCHES):
+            threading.Thread(target=self._fetch_all, name="fetch", daemon=True).start()
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Ends what is under way."""
-        self._end()
+        """Ends what is under way: the workers end their children when nobody waits for them."""
+        self._withdraw(list(self._under_way))
+        self._write_no_more()
+        client, self._client = self._client, None
+        if client is not None:
+            with suppress(OSError, CancelledError):
+                client.close(timeout=ANSWERS_S)
 
-    def begin(self, order: Order, shards: Iterable[int]) -> None:
-        """Goes on with another order, by the workers that are there: it asks the same of their programs."""
-        for asked in [asked for asked in self._under_way if asked.shard is not None]:
-            self._withdraw(asked)
-        self.order, self.roster = order, self.roster.anew(shards)
-        self._fit_s = time.monotonic()
+    def run(self, order: Order, shards: Iterable[int]) -> None:
+        """Flies these shards of an order, to the last; then nothing more of it is written.
 
-    def run(self, show: Callable[[], None]) -> None:
-        """Flies until nothing is left; ``show`` is called in between, about once a second.
-
-        ``CampaignFailed``, ``NoWorkers``, ``FolderError``, ``Interrupted``: why it ended before.
+        ``ShardFailed``, ``NoWorkers``, ``FolderError``, ``Stopped``: why it ended before.
         """
+        self._order, self.roster = order, self.roster.anew(shards)
+        self._fit_s = time.monotonic()
+        self.progress.begin(order, self.roster)
         while not self.roster.complete:
-            if self.stop.is_set():
-                raise Interrupted
+            if not self.is_wanted():
+                raise Stopped
             client = self._connection()
             if client is not None:
                 self._look(client)
-                self._ask(client)
-            self._take()
-            show()
+                self._send_all(client, order)
+            self._take(order)
+            self.progress.show()
+        self._write_no_more()
 
     def _connection(self) -> Client | None:
         """The connection to the scheduler; ``None``: it is not there now."""
         if self._client is not None and self._client.status == "closed":
             self._client = None
-            for asked in list(self._under_way):
-                self._lost(asked)
-            self.report(f"the scheduler at {self.address} is gone: it is sought again")
+            for task in list(self._under_way):
+                self._lost(task)
+            self.progress.report(f"the scheduler at {self.address} is gone: it is sought again")
         if self._client is None:
             try:
-                self._client = Client(self.address, timeout=CONNECT_S, set_as_default=False)
+                self._client = Client(self.address, timeout=ANSWERS_S, set_as_default=False)
                 if link := _dashboard(self._client):
-                    self.report(f"dashboard at {link}")
-                self._missed = False
+                    self.progress.report(f"dashboard at {link}")
             except OSError as error:
-                self._impatient(f"no scheduler at {self.address}: {error}")
-                if not self._missed:
-                    self.report(f"no scheduler answers at {self.address}: waiting for it")
-                self._missed = True
+                self._miss(f"no scheduler at {self.address}: {error}")
         return self._client
 
     def _look(self, client: Client) -> None:
@@ -155,102 +154,128 @@ class Flight:
         now_s = time.monotonic()
         if now_s - self._looked_s < LOOK_EVERY_S:
             return
-        self._looked_s = now_s
         try:
-            present = client.nthreads()
-        except OSError:
-            # The connection says by itself when it is lost for good.
+            present = client.nthreads(callback_timeout=ANSWERS_S)
+        except Exception as error:
+            # A connection that is about to end says so in many ways; it is lost for good when it is closed.
+            if client.status == "running" and not isinstance(error, OSError):
+                raise
+            self._miss(f"no answer of the scheduler at {self.address}: {error}")
             return
+        self._missed = False
+        self._looked_s = now_s
         self._threads = dict(present)
         for gone in self.roster.present(present):
-            if self._instances:
-                self._instances.give_back(gone)
-            for asked in [asked for asked in self._under_way if asked.address == gone]:
-                self._withdraw(asked)
+            self._instances.give_back(gone)
+            self._withdraw([task for task in self._under_way if task.address == gone])
         if self.roster.fit():
             self._fit_s = now_s
         else:
-            self._impatient(f"no worker at {self.address} flies this campaign, {len(present)} are there")
+            self._impatient(f"no worker at {self.address} is of use, {len(present)} are there")
+
+    def _miss(self, why: str) -> None:
+        """Takes note that the scheduler does not answer."""
+        self._impatient(why)
+        if not self._missed:
+            self.progress.report(f"no scheduler answers at {self.address}: waiting for it")
+        self._missed = True
 
     def _impatient(self, why: str) -> None:
-        """Ends the campaign when no worker has been there for too long."""
+        """Gives up when no worker has been there for too long."""
         if time.monotonic() - self._fit_s > self.patience_s:
             raise NoWorkers(f"{why}, for {self.patience_s:.0f} s (--patience)")
 
-    def _ask(self, client: Client) -> None:
+    def _send_all(self, client: Client, order: Order) -> None:
         """Sends what is to be done now to those who do it."""
         for address in self.roster.to_check():
-            self._send(client, Asked(address, None))
+            self._send(client, order, Task(address, None))
         for address, shard in self.roster.to_fly(time.monotonic()):
-            self._send(client, Asked(address, shard))
+            self._send(client, order, Task(address, shard))
 
-    def _send(self, client: Client, asked: Asked) -> None:
-        self._asked += 1
-        key = f"samara-{self.order.id[:12]}-{self._asked}-{asked.shard if asked.shard is not None else 'check'}"
-        where: dict[str, Any] = {"workers": [asked.address], "allow_other_workers": False, "pure": False, "key": key}
-        if asked.shard is None:
-            future = client.submit(work.check, self.order, **where)
-        else:
-            future = client.submit(work.fly, self.order, asked.shard, self._own_options(asked.address), **where)
-        self._under_way[asked] = future
-        order = self.order
-        future.add_done_callback(lambda future: self._fetching.submit(self._fetch, order, asked, future))
+    def _send(self, client: Client, order: Order, task: Task) -> None:
+        self._sent += 1
+        key = f"samara-{order.id[:12]}-{self._sent}-{task.shard if task.shard is not None else 'check'}"
+        where: dict[str, Any] = {"workers": [task.address], "allow_other_workers": False, "pure": False, "key": key}
+        try:
+            if task.shard is None:
+                future = client.submit(work.check, order, **where)
+            else:
+                future = client.submit(work.fly, order, task.shard, self._own_options(order, task.address), **where)
+        except Exception:
+            if client.status == "running":
+                raise
+            self._lost(task)
+            return
+        self._under_way[task] = future
+        future.add_done_callback(lambda future: self._ended.put(Ended(order, task, future)))
 
-    def _own_options(self, address: str) -> tuple[str, ...]:
-        """Options of ``samara assess`` for one worker: the numbers of its PX4s."""
-        if self._instances is None:
+    def _own_options(self, order: Order, address: str) -> tuple[str, ...]:
+        """Options of ``samara`` for one worker: the numbers of its PX4s."""
+        if not order.flies_px4:
             return ()
         return ("--instance", str(self._instances.first(address, self._threads[address])))
 
-    def _fetch(self, order: Order, asked: Asked, future: Future) -> None:
-        """Fetches a result, and writes it when it is a shard."""
-        outcome: object
-        try:
-            outcome = future.result(timeout=FETCH_S)
-            if isinstance(outcome, work.Flown) and asked.shard is not None:
-                self.folder.save(order.result(asked.shard), outcome)
-                outcome = Saved()
-        except Exception as error:
-            outcome = error
-        self._came.put(Came(order, asked, future, outcome))
+    def _fetch_all(self) -> None:
+        """Fetches results, for ever."""
+        while True:
+            ended = self._ended.get()
+            self._came.put(Came(ended, self._fetched(ended)))
 
-    def _take(self) -> None:
+    def _fetched(self, ended: Ended) -> object:
+        """A result, which is written when it is a shard that somebody still waits for; or the error instead."""
+        try:
+            outcome = ended.future.result(timeout=FETCH_S)
+            if not isinstance(outcome, work.Flown) or ended.task.shard is None:
+                return outcome
+            with self._writing:
+                if ended.order is not self._order:
+                    return work.Withdrawn()
+                self.folder.save(ended.order.result(ended.task.shard), outcome)
+                return Saved()
+        except Exception as error:
+            return error
+
+    def _write_no_more(self) -> None:
+        """Waits for what is being written of the order; the rest is not."""
+        for _ in range(FETCHES):
+            self._writing.acquire()
+        self._order = None
+        self._writing.release(FETCHES)
+
+    def _take(self, order: Order) -> None:
         """Takes what has come, and waits a while for the first."""
         wait_s = LOOK_EVERY_S
-        while True:
-            try:
-                came = self._came.get(timeout=wait_s) if wait_s > 0.0 else self._came.get_nowait()
-            except queue.Empty:
-                return
-            wait_s = 0.0
-            self._take_note(came)
+        with suppress(queue.Empty):
+            while True:
+                self._take_note(order, self._came.get(block=wait_s > 0.0, timeout=wait_s))
+                wait_s = 0.0
 
-    def _take_note(self, came: Came) -> None:
-        asked, outcome, now_s = came.asked, came.outcome, time.monotonic()
+    def _take_note(self, order: Order, came: Came) -> None:
+        task, outcome, now_s = came.ended.task, came.outcome, time.monotonic()
         if isinstance(outcome, FolderError):
             raise outcome
-        if self._under_way.get(asked) is not came.future:
+        if self._under_way.get(task) is not came.ended.future:
             # It was given up, and came all the same.
-            if isinstance(outcome, Saved) and asked.shard is not None and came.order is self.order:
-                self._done(asked.address, asked.shard)
+            if isinstance(outcome, Saved) and task.shard is not None and came.ended.order is order:
+                self._done(task.address, task.shard)
             return
-        del self._under_way[asked]
-        if asked.shard is None:
-            self._checked(asked.address, outcome)
+        del self._under_way[task]
+        if task.shard is None:
+            self._checked(order, task.address, outcome)
         elif isinstance(outcome, Saved):
-            self._done(asked.address, asked.shard)
+            self._done(task.address, task.shard)
         elif isinstance(outcome, work.OtherCampaign):
-            self._left_out(asked.address, outcome.why)
-            self.roster.unfit(asked.address, asked.shard, now_s)
+            self._left_out(task.address, outcome.why)
+            self.roster.unfit(task.address, task.shard, now_s)
         elif isinstance(outcome, (work.Withdrawn, *LOST)):
-            self.roster.lost(asked.address, asked.shard, now_s)
+            self.roster.lost(task.address, task.shard, now_s)
         else:
             failed = outcome if isinstance(outcome, work.Failed) else work.Failed(_text(outcome), killed=False)
-            self.report(f"shard {asked.shard}, on {asked.address}: {failed.why}")
-            self.roster.failed(asked.address, asked.shard, failed.why, failed.killed, now_s)
+            self.progress.report(f"shard {task.shard}, on {task.address}: {failed.why}")
+            self.roster.failed(task.address, task.shard, failed.why, failed.killed, now_s)
 
-    def _checked(self, address: str, outcome: object) -> None:
-        if isinstance(outcome, LOST):
+    def _checked(self, order: Order, address: str, outcome: object) -> None:
+        if isinstance(outcome, (work.Withdrawn, *LOST)):
             self.roster.check_lost(address)
             return
         why = None
@@ -258,7 +283,7 @@ class Flight:
             why = outcome.why
         elif not isinstance(outcome, work.Fit):
             why = _text(outcome)
-        elif self._instances and address in self._threads:
+        elif order.flies_px4 and address in self._threads:
             first = self._instances.first(address, self._threads[address])
             why = f"its host has no number left for its PX4s, {NUMBERS} in all" if first is None else None
         if why is not None:
@@ -266,37 +291,26 @@ class Flight:
         self.roster.checked(address, fit=why is None)
 
     def _left_out(self, address: str, why: str) -> None:
-        self.report(f"{address} is left out: {why}")
+        self.progress.report(f"{address} is left out: {why}")
 
     def _done(self, address: str, shard: int) -> None:
-        for other in self.roster.done(address, shard, time.monotonic()):
-            self._withdraw(Asked(other, shard))
+        others = self.roster.done(address, shard, time.monotonic())
+        self._withdraw([Task(flier, shard) for flier in (address, *others)])
 
-    def _lost(self, asked: Asked) -> None:
-        del self._under_way[asked]
-        if asked.shard is None:
-            self.roster.check_lost(asked.address)
+    def _lost(self, task: Task) -> None:
+        self._under_way.pop(task, None)
+        if task.shard is None:
+            self.roster.check_lost(task.address)
         else:
-            self.roster.lost(asked.address, asked.shard, time.monotonic())
+            self.roster.lost(task.address, task.shard, time.monotonic())
 
-    def _withdraw(self, asked: Asked) -> None:
-        """Lets the worker know that nobody waits any more."""
-        future = self._under_way.pop(asked, None)
-        if future is not None:
-            future.cancel()
-
-    def _end(self) -> None:
-        """Ends what is under way: the workers end their children when nobody waits for them."""
-        client, self._client = self._client, None
-        if client is not None:
-            try:
-                client.cancel(list(self._under_way.values()))
-                client.close(timeout=CONNECT_S)
-            except (OSError, CancelledError):
-                # With the scheduler gone there is nobody to tell.
-                pass
-        self._under_way.clear()
-        self._fetching.shutdown(wait=True, cancel_futures=True)
+    def _withdraw(self, tasks: Iterable[Task]) -> None:
+        """Lets workers know that nobody waits for their tasks any more."""
+        futures = [future for task in tasks if (future := self._under_way.pop(task, None)) is not None]
+        if self._client is not None and futures:
+            # With the scheduler gone there is nobody to tell: Dask says that in many ways.
+            with suppress(Exception):
+                self._client.cancel(futures)
 
 
 def _dashboard(client: Client) -> str | None:

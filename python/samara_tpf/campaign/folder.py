@@ -5,15 +5,15 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from . import program
-from .order import Campaign
-from .program import ProgramError
+from .order import Campaign, Order
+from .program import Program
 from .work import Flown
 
+LOCK = ".driver.lock"
 PARTIAL = ".driver.partial"
 """Ending of what the driver writes to."""
 
@@ -25,24 +25,16 @@ class FolderError(Exception):
 class Folder:
     """The folder on this machine."""
 
-    def __init__(self, path: Path, shards: str = "shards") -> None:
-        """The folder at ``path``, which is made, with a folder for what the workers make."""
+    def __init__(self, path: Path) -> None:
+        """The folder at ``path``, which is made once it is held."""
         self.path = path
-        self.shards = path / shards
-        try:
-            self.shards.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise FolderError(f"cannot make the folder {self.shards}: {error.strerror}") from error
-
-    def lacking(self, names: Sequence[str]) -> set[int]:
-        """Places of the files that are not there."""
-        return {place for place, name in enumerate(names) if not (self.path / name).is_file()}
 
     @contextmanager
     def held(self) -> Iterator[None]:
         """Holds the folder against other drivers; what killed ones have left is removed."""
-        lock = self.shards / ".driver.lock"
+        lock = self.path / LOCK
         try:
+            self.path.mkdir(parents=True, exist_ok=True)
             file = lock.open("w")
         except OSError as error:
             raise FolderError(f"cannot write {lock}: {error.strerror}") from error
@@ -54,35 +46,39 @@ class Folder:
             except OSError:
                 # A file system without locks: two drivers write the same bytes, each aside.
                 pass
-            for left in self.shards.glob(f".*{PARTIAL}"):
+            for left in self.path.glob(f"*/.*{PARTIAL}"):
                 left.unlink(missing_ok=True)
             yield
 
     def cut(self) -> int | None:
-        """The number of shards that the ones that are there are of."""
-        for path in sorted(self.shards.glob("[0-9]*-of-*.parquet")):
+        """The number of shards that the ones of a campaign that are there are of."""
+        for path in sorted(self.path.glob("shards/[0-9]*-of-*.parquet")):
             of = path.stem.rpartition("-of-")[2]
             if of.isdigit():
                 return int(of)
         return None
 
-    def left(self, binary: Path, order: Campaign) -> set[int]:
-        """Numbers of the shards that are not there, or not whole. ``FolderError``: they are another campaign's."""
+    def lacking(self, order: Order) -> set[int]:
+        """Numbers of the shards whose files are not there."""
+        return {shard for shard in range(order.shards) if not (self.path / order.result(shard)).is_file()}
+
+    def left(self, samara: Program, order: Campaign) -> set[int]:
+        """Numbers of the shards that are not there, or not whole.
+
+        ``FolderError``, ``ProgramError``: those that are there are another campaign's.
+        """
         cut = self.cut()
         if cut is None:
             return set(range(order.shards))
         if cut != order.shards:
             raise FolderError(f"{self.path}: it has shards of {cut}, {order.shards} are asked for (--shards {cut})")
-        try:
-            missing = program.run(binary, ["merge", os.fspath(self.path), "--missing"], order.folder)
-            left = numbers(missing.decode().strip())
-            whole = next((shard for shard in range(order.shards) if shard not in left), None)
-            if whole is not None:
-                # The others are of its campaign; it is of this one, or refused.
-                there = [f"--shard={whole}/{order.shards}", f"--campaign={order.id}", f"--out={self.path}"]
-                program.run(binary, ["assess", *order.arguments, *there], order.folder)
-        except ProgramError as error:
-            raise FolderError(str(error)) from error
+        missing = samara.run(["merge", os.fspath(self.path), "--missing"], order.folder)
+        left = numbers(missing.decode().strip())
+        whole = next((shard for shard in range(order.shards) if shard not in left), None)
+        if whole is not None:
+            # The others are of its campaign; it is of this one, or refused.
+            there = [f"--shard={whole}/{order.shards}", f"--campaign={order.id}", f"--out={self.path}"]
+            samara.run(["assess", *order.arguments, *there], order.folder)
         return left
 
     def save(self, name: str, flown: Flown) -> None:

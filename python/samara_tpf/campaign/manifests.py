@@ -3,16 +3,10 @@
 from __future__ import annotations
 
 import json
-import socket
+from collections.abc import Mapping, Sequence
 
 SCHEDULER_PORT = 8786
 DASHBOARD_PORT = 8787
-WORKERS_ENVIRONMENT = {
-    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
-    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "500ms",
-    "DASK_DISTRIBUTED__ADMIN__SYSTEM_MONITOR__INTERVAL": "2s",
-}
-"""Dask's workers look a hundred times a second where their Python is, and fifty times how fast; it waits for a child."""
 
 
 def scheduler_name(name: str) -> str:
@@ -20,45 +14,55 @@ def scheduler_name(name: str) -> str:
     return f"{name}-scheduler"
 
 
-def pods(name: str, *, image: str, workers: int, threads: int, memory: str) -> list[dict[str, object]]:
-    """The objects of a campaign: deployments of one scheduler and of workers, and the scheduler's service.
+def scheduler_address(name: str) -> str:
+    """Address of the scheduler, for pods."""
+    return f"tcp://{scheduler_name(name)}:{SCHEDULER_PORT}"
 
-    A pod that ends is begun anew by its deployment; the driver gives its shard to another.
+
+def pods(
+    name: str, *, image: str, env: Mapping[str, str], fly: Sequence[str], workers: int, own: Mapping[str, str]
+) -> list[dict[str, object]]:
+    """The objects of a driver: deployments of one scheduler and of workers, and the scheduler's service.
+
+    ``fly`` is a worker's command, ``own`` are its resources. A pod that ends is begun anew by its deployment; the
+    driver gives its shard to another.
     """
+    labels = {"app.kubernetes.io/name": "samara", "app.kubernetes.io/instance": name}
+    schedules = {**labels, "app.kubernetes.io/component": "scheduler"}
+    flies = {**labels, "app.kubernetes.io/component": "worker"}
+    small = {"cpu": "1", "memory": "2Gi"}
     scheduler = scheduler_name(name)
-    own = {"cpu": str(threads), "memory": memory}
-    schedule = ["python", "-m", "distributed.cli.dask_scheduler", "--port", str(SCHEDULER_PORT)]
-    fly = ["python", "-m", "distributed.cli.dask_worker", f"tcp://{scheduler}:{SCHEDULER_PORT}"]
-    fly += ["--nthreads", str(threads), "--memory-limit", "0", "--no-dashboard", "--local-directory", "/tmp"]
-    labels: dict[str, str] = {"app.kubernetes.io/name": "samara", "app.kubernetes.io/instance": name}
+    schedule = ["python", "-m", "dask", "scheduler", "--port", str(SCHEDULER_PORT)]
     ports = {"scheduler": SCHEDULER_PORT, "dashboard": DASHBOARD_PORT}
     service: dict[str, object] = {
         "apiVersion": "v1",
         "kind": "Service",
         "metadata": {"name": scheduler, "labels": labels},
         "spec": {
-            "selector": {"app.kubernetes.io/component": "scheduler"} | labels,
+            "selector": schedules,
             "ports": [{"name": key, "port": port, "targetPort": port} for key, port in ports.items()],
         },
     }
-    small = {"cpu": "1", "memory": "2Gi"}
     return [
         service,
-        _deployment(scheduler, {**labels, "app.kubernetes.io/component": "scheduler"}, 1, image, schedule, small),
-        _deployment(f"{name}-worker", {**labels, "app.kubernetes.io/component": "worker"}, workers, image, fly, own),
+        _deployment(scheduler, schedules, 1, _container(image, env, schedule, small)),
+        _deployment(f"{name}-worker", flies, workers, _container(image, env, fly, own)),
     ]
 
 
-def _deployment(
-    name: str, labels: dict[str, str], replicas: int, image: str, command: list[str], resources: dict[str, str]
+def _container(
+    image: str, env: Mapping[str, str], command: Sequence[str], resources: Mapping[str, str]
 ) -> dict[str, object]:
-    container = {
+    return {
         "name": "dask",
         "image": image,
         "command": command,
-        "env": [{"name": name, "value": value} for name, value in WORKERS_ENVIRONMENT.items()],
+        "env": [{"name": name, "value": value} for name, value in env.items()],
         "resources": {"requests": resources, "limits": resources},
     }
+
+
+def _deployment(name: str, labels: dict[str, str], replicas: int, container: dict[str, object]) -> dict[str, object]:
     return {
         "apiVersion": "apps/v1",
         "kind": "Deployment",
@@ -74,10 +78,3 @@ def _deployment(
 def text(objects: list[dict[str, object]]) -> str:
     """The objects as one document, JSON, which ``kubectl`` takes as it takes YAML."""
     return json.dumps({"apiVersion": "v1", "kind": "List", "items": objects}, indent=2) + "\n"
-
-
-def free_port() -> int:
-    """A port of this machine that nobody listens on."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

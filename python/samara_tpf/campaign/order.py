@@ -6,14 +6,12 @@ import hashlib
 import json
 import os
 import tempfile
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
-from . import program
-from .program import ProgramError
+from .program import Description, Program, ProgramError
 
 
 class Order(Protocol):
@@ -39,13 +37,25 @@ class Order(Protocol):
     def flies_px4(self) -> bool:
         """Whether each worker starts PX4s, which need numbers of their own."""
 
+    @property
+    def count(self) -> int:
+        """Number of what the shards have in all."""
+
+    @property
+    def unit(self) -> str:
+        """A word for what the shards have, many of it."""
+
+    @property
+    def before(self) -> str:
+        """Words on what was before this order; empty where nothing was."""
+
     def command(self, shard: int, out: Path) -> list[str]:
         """Arguments of ``samara`` that make a shard in the folder ``out``, where what they need is put."""
 
     def result(self, shard: int) -> str:
         """The shard's file, in ``out`` and in the folder of the whole."""
 
-    def unfit(self, binary: Path, here: str) -> str | None:
+    def unfit(self, samara: Program, here: str) -> str | None:
         """Why this program in the folder ``here`` would make something else; ``None``: it would not."""
 
 
@@ -57,21 +67,27 @@ class Campaign:
     folder: str
     arguments: tuple[str, ...]
     """Arguments of ``samara assess``, from the mission on, without those of a shard."""
-    campaign: Mapping[str, object]
-    """What ``samara assess --describe`` prints of the campaign, beside ``program``: SHA-256 of the program's file."""
+    description: Description
     shards: int
     any_build: bool
     """Whether programs of other bytes and the same version may fly it."""
+    unit: str = "trials"
+    before: str = ""
 
     @property
     def id(self) -> str:
         """The campaign's ID."""
-        return str(self.campaign["campaign"])
+        return self.description.campaign
 
     @property
     def flies_px4(self) -> bool:
         """Whether PX4 flies it."""
-        return self.campaign["autopilot"] == "px4"
+        return self.description.autopilot == "px4"
+
+    @property
+    def count(self) -> int:
+        """Number of trials."""
+        return self.description.trials
 
     def command(self, shard: int, out: Path) -> list[str]:
         """``samara assess --shard``."""
@@ -82,18 +98,19 @@ class Campaign:
         """A file of ``shards``."""
         return f"shards/{shard:05}-of-{self.shards:05}.parquet"
 
-    def unfit(self, binary: Path, here: str) -> str | None:
-        """What it says otherwise of the campaign, in words."""
-        return "; ".join(self.differences(program.describe(binary, self.arguments, here))) or None
+    def unfit(self, samara: Program, here: str) -> str | None:
+        """In what the campaign that the program makes here differs."""
+        return "; ".join(self.differences(samara.describe(self.arguments, here))) or None
 
-    def differences(self, found: Mapping[str, object]) -> list[str]:
-        """What another description says otherwise, in words; empty where it is the same campaign."""
-        ignored = {"arguments", "campaign"} | ({"program"} if self.any_build else set())
+    def differences(self, found: Description) -> list[str]:
+        """In what another description differs, in words; empty where it is the same campaign."""
+        ignored = {"campaign"} | ({"program"} if self.any_build else set())
         words = {"input_hash": "hash of the inputs", "program": "SHA-256 of the program", "keep": "rows that are kept"}
+        other = asdict(found)
         return [
-            f"{words.get(key, key)} {found.get(key)}, expected {expected}"
-            for key, expected in self.campaign.items()
-            if key not in ignored and found.get(key) != expected
+            f"{words.get(key, key)} {other[key]}, expected {expected}"
+            for key, expected in asdict(self.description).items()
+            if key not in ignored and other[key] != expected
         ]
 
 
@@ -103,17 +120,19 @@ class Candidates:
 
     program: str | None
     folder: str
-    asked: bytes
+    content: bytes
     """The search's ``candidates.json``."""
-    shards: int
+    parts: int
+    """Number of shards, unless there are fewer candidates."""
     sha256: str | None
     """SHA-256 of the program's file; ``None``: programs of other bytes and the same version may judge, too."""
     flies_px4: bool = False
+    unit: str = "candidates"
 
     @cached_property
     def _counts(self) -> tuple[int, int]:
-        asked = json.loads(self.asked)
-        return len(asked["evaluations"]), int(asked["asked"]["candidates"])
+        found = json.loads(self.content)
+        return len(found["evaluations"]), int(found["asked"]["candidates"])
 
     @property
     def judged(self) -> int:
@@ -126,9 +145,19 @@ class Candidates:
         return self._counts[1]
 
     @property
+    def shards(self) -> int:
+        """Number of parts, none of which is empty."""
+        return min(self.count, self.parts)
+
+    @property
+    def before(self) -> str:
+        """How many candidates were judged before."""
+        return f"{self.judged} judged"
+
+    @property
     def id(self) -> str:
         """SHA-256 of what is asked."""
-        return hashlib.sha256(self.asked).hexdigest()
+        return hashlib.sha256(self.content).hexdigest()
 
     def command(self, shard: int, out: Path) -> list[str]:
         """``samara evaluate``."""
@@ -138,18 +167,18 @@ class Candidates:
         """A file of ``judged``."""
         return f"judged/{self.judged:07}-{shard:05}-of-{self.shards:05}.json"
 
-    def unfit(self, binary: Path, here: str) -> str | None:
-        """What ``samara evaluate --check`` says, or that the program has other bytes."""
-        if self.sha256 not in (None, found := program.sha256(binary)):
+    def unfit(self, samara: Program, here: str) -> str | None:
+        """Why ``samara evaluate --check`` refuses, or that the program has other bytes."""
+        if self.sha256 not in (None, found := samara.sha256()):
             return f"SHA-256 of the program {found}, expected {self.sha256}"
         with tempfile.TemporaryDirectory(prefix="samara-") as out:
             try:
-                program.run(binary, ["evaluate", self._put(Path(out)), "--check"], here)
+                samara.run(["evaluate", self._put(Path(out)), "--check"], here)
             except ProgramError as error:
                 return str(error)
         return None
 
     def _put(self, out: Path) -> str:
         path = out / "candidates.json"
-        path.write_bytes(self.asked)
+        path.write_bytes(self.content)
         return os.fspath(path)

@@ -1,10 +1,12 @@
-"""How far a campaign is: a line that changes on a terminal, a line now and then elsewhere."""
+"""How far an order is: a line that changes on a terminal, a line now and then elsewhere."""
 
 from __future__ import annotations
 
 import sys
 import time
+from typing import Self
 
+from .order import Order
 from .roster import Roster
 
 WIDTH = 30
@@ -14,46 +16,41 @@ ELSEWHERE_EVERY_S = 60.0
 
 
 class Progress:
-    """Shows a roster on ``stderr``."""
+    """Shows one order after another on ``stderr``; behind the context the last state stays, and the line is ended."""
 
-    def __init__(self, roster: Roster, shards: int, whole: int, unit: str = "trials") -> None:
-        """Of so many shards, with so many trials (or what the unit is) in all; some may be there."""
-        self.unit = unit
+    def __init__(self) -> None:
+        """Nothing is shown before ``begin``."""
         self.on_terminal = sys.stderr.isatty()
         self._next_s = time.monotonic()
         self._width = 0
-        self.begin(roster, shards, whole)
+        self._roster: Roster | None = None
 
-    def begin(self, roster: Roster, shards: int, whole: int, said: str = "") -> None:
-        """Goes on with another roster; ``said`` stands before the rest."""
-        self.roster = roster
-        self.shards = shards
-        self.whole = whole
-        self.said = said
-        self.before = shards - len(roster.left)
-        self.begun_s = time.monotonic()
+    def __enter__(self) -> Self:
+        """Nothing is printed yet."""
+        return self
 
-    def line(self, now_s: float) -> str:
-        """The state in words."""
-        there = self.before + len(self.roster.flown)
-        bar = "#" * (WIDTH * there // self.shards)
-        rate = self.whole / self.shards * len(self.roster.flown) / max(now_s - self.begun_s, 1e-3)
-        words = [
-            f"{self.said}[{bar:.<{WIDTH}}] {there} of {self.shards} shards",
-            f"{len(self.roster.fit())} workers",
-            f"{rate:.3g} {self.unit}/s",
-        ]
-        if rate > 0.0:
-            words.append(f"{_duration((self.shards - there) * self.whole / self.shards / rate)} left")
-        return ", ".join(words)
+    def __exit__(self, *_: object) -> None:
+        """Leaves the last state."""
+        if self._roster is not None:
+            self._next_s = 0.0
+            self.show()
+            if self.on_terminal:
+                print(file=sys.stderr)
+
+    def begin(self, order: Order, roster: Roster) -> None:
+        """Goes on with an order, of which the roster has what is left."""
+        self._roster = roster
+        self._order = order
+        self._there = order.shards - len(roster.left)
+        self._begun_s = time.monotonic()
 
     def show(self) -> None:
         """Shows the state, when it is time to."""
         now_s = time.monotonic()
-        if now_s < self._next_s:
+        if now_s < self._next_s or self._roster is None:
             return
         self._next_s = now_s + (0.5 if self.on_terminal else ELSEWHERE_EVERY_S)
-        line = self.line(now_s)
+        line = self._line(self._roster, now_s)
         if self.on_terminal:
             print("\r" + line.ljust(self._width), end="", file=sys.stderr, flush=True)
             self._width = len(line)
@@ -67,12 +64,20 @@ class Progress:
             self._width = 0
         print(f"samara: {text}", file=sys.stderr, flush=True)
 
-    def finish(self) -> None:
-        """Leaves the last state on the terminal."""
-        self._next_s = 0.0
-        self.show()
-        if self.on_terminal:
-            print(file=sys.stderr)
+    def _line(self, roster: Roster, now_s: float) -> str:
+        """The state in words."""
+        shards, of_each = self._order.shards, self._order.count / self._order.shards
+        there = self._there + len(roster.flown)
+        bar = "#" * (WIDTH * there // shards)
+        rate = of_each * len(roster.flown) / max(now_s - self._begun_s, 1e-3)
+        words = [
+            self._order.before,
+            f"[{bar:.<{WIDTH}}] {there} of {shards} shards",
+            f"{len(roster.fit())} workers",
+            f"{rate:.3g} {self._order.unit}/s",
+            f"{_duration((shards - there) * of_each / rate)} left" if rate > 0.0 else "",
+        ]
+        return ", ".join(filter(None, words))
 
 
 def _duration(seconds: float) -> str:

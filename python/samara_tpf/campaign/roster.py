@@ -2,18 +2,18 @@
 
 A worker is checked before it is given a shard, and has one at a time. One that leaves gives its shard back. After a
 failure a worker rests, longer each time, so that one with a full disk does not draw all shards to itself; the shard
-goes to another, and ends the campaign when it has failed everywhere. At the end, a worker without work flies a
+goes to another, and ends the whole when it has failed everywhere. At the end, a worker without work flies a
 shard that takes others unusually long once more, and the first result counts: one that hangs holds nothing up.
 """
 
 from __future__ import annotations
 
-from collections import Counter, deque
+from collections import Counter, OrderedDict
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass, field
 
 FAILURES_MOST = 3
-"""Failures of a shard, on as many workers where there are, that end the campaign."""
+"""Failures of a shard, on as many workers where there are, that end the whole."""
 KILLS_MOST = 100
 """How often the program may be killed while it flies one shard."""
 LONGEST_REST_S = 60.0
@@ -22,8 +22,8 @@ SLOW = 2.0
 """A shard that has taken so many mean times is flown a second time."""
 
 
-class CampaignFailed(Exception):
-    """A shard cannot be flown; the text says which, and why."""
+class ShardFailed(Exception):
+    """A shard fails everywhere; the text says which, and why."""
 
 
 @dataclass
@@ -31,7 +31,7 @@ class Member:
     """A worker that is there."""
 
     fit: bool | None = None
-    """Whether it would fly this campaign; ``None``: not known yet."""
+    """Whether it would make what is asked for; ``None``: not known yet."""
     checking: bool = False
     shard: int | None = None
     since_s: float = 0.0
@@ -43,8 +43,8 @@ class Member:
 class Roster:
     """Shards that are left, and the workers that are there, by address."""
 
-    left: deque[int]
-    """Shards that nobody flies, the next first."""
+    left: OrderedDict[int, None]
+    """Shards that nobody flies, the next first: an ordered set."""
     flown: set[int] = field(default_factory=set)
     """Shards that have been flown."""
     members: dict[str, Member] = field(default_factory=dict)
@@ -57,13 +57,13 @@ class Roster:
     @classmethod
     def of(cls, shards: Iterable[int]) -> Roster:
         """Of shards that are left to fly, in any order."""
-        return cls(deque(sorted(shards)))
+        return cls(OrderedDict.fromkeys(sorted(shards)))
 
     def anew(self, shards: Iterable[int]) -> Roster:
         """Of other shards, by the workers that are there: nobody has one of them yet."""
         for member in self.members.values():
             member.shard = None
-        return Roster(deque(sorted(shards)), members=self.members)
+        return Roster(OrderedDict.fromkeys(sorted(shards)), members=self.members)
 
     @property
     def complete(self) -> bool:
@@ -75,11 +75,11 @@ class Roster:
         return {member.shard for member in self.members.values() if member.shard is not None}
 
     def fit(self) -> list[str]:
-        """Workers that fly this campaign."""
+        """Workers that would make what is asked for."""
         return [address for address, member in self.members.items() if member.fit]
 
     def present(self, addresses: Collection[str]) -> list[str]:
-        """Takes note of who is there; the workers that have left."""
+        """Takes note of the workers that are there; those that have left."""
         gone = [address for address in self.members if address not in addresses]
         for address in gone:
             self._give_back(address)
@@ -96,7 +96,7 @@ class Roster:
         return new
 
     def checked(self, address: str, fit: bool) -> None:
-        """A worker would fly this campaign, or another one."""
+        """A worker would make what is asked for, or something else."""
         if member := self.members.get(address):
             member.fit, member.checking = fit, False
 
@@ -106,7 +106,7 @@ class Roster:
             member.checking = False
 
     def to_fly(self, now_s: float) -> list[tuple[str, int]]:
-        """Who begins which shard now."""
+        """Workers that begin a shard now, with its number."""
         begun = []
         for address, member in self.members.items():
             if not member.fit or member.shard is not None or member.rests_until_s > now_s:
@@ -121,8 +121,7 @@ class Roster:
         """A shard has been flown, and is safe; other workers that still fly it."""
         self._free(address, shard, now_s, flown=True)
         self.flown.add(shard)
-        if shard in self.left:
-            self.left.remove(shard)
+        self.left.pop(shard, None)
         others = [a for a, m in self.members.items() if m.shard == shard]
         for other in others:
             self.members[other].shard = None
@@ -134,12 +133,12 @@ class Roster:
         self._back_to_list(shard)
 
     def unfit(self, address: str, shard: int, now_s: float) -> None:
-        """A worker turned out to fly another campaign."""
+        """A worker turned out to make something else."""
         self.lost(address, shard, now_s)
         self.checked(address, fit=False)
 
     def failed(self, address: str, shard: int, why: str, killed: bool, now_s: float) -> None:
-        """The program failed with a shard. ``CampaignFailed``: it has failed everywhere."""
+        """The program failed with a shard. ``ShardFailed``: it has failed everywhere."""
         self._free(address, shard, now_s, flown=False)
         self._back_to_list(shard)
         if killed:
@@ -150,14 +149,14 @@ class Roster:
         enough = failures.total() >= FAILURES_MOST
         everywhere = len(failures) >= min(FAILURES_MOST, len(self.fit()))
         if (enough and everywhere) or self._kills[shard] >= KILLS_MOST:
-            raise CampaignFailed(f"shard {shard} cannot be flown, the last time on {address}: {why}")
+            raise ShardFailed(f"shard {shard} fails everywhere, the last time on {address}: {why}")
 
     def _next_for(self, address: str, now_s: float) -> int | None:
         """The next shard for a worker without work."""
         for shard in self.left:
             failures = self._failures.get(shard, Counter())
             if failures[address] == 0 or all(failures[fit] > 0 for fit in self.fit()):
-                self.left.remove(shard)
+                del self.left[shard]
                 return shard
         return None if self.left else self._slow(now_s)
 
@@ -195,4 +194,5 @@ class Roster:
 
     def _back_to_list(self, shard: int) -> None:
         if shard not in self.flown and shard not in self.left and shard not in self.flying():
-            self.left.appendleft(shard)
+            self.left[shard] = None
+            self.left.move_to_end(shard, last=False)

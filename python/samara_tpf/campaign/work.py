@@ -11,21 +11,14 @@ import hashlib
 import os
 import subprocess
 import tempfile
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from distributed import Worker, get_worker
-from distributed.core import Status
+from distributed import Status, Worker, get_worker
 
-from . import program
+from .child import IsWanted, Stopped
 from .order import Order
-from .program import ProgramError
-
-LOOK_EVERY_S = 0.2
-"""How often it is looked whether the shard is still wanted."""
-PATIENCE_S = 20.0
-"""How long a child may take to end when it is asked to."""
+from .program import Killed, Program, ProgramError, last_words, with_parent
 
 
 @dataclass(frozen=True)
@@ -59,81 +52,67 @@ class Failed:
 
 @dataclass(frozen=True)
 class Withdrawn:
-    """Nobody waits for the shard any more, or the worker is about to end."""
+    """There is no answer: nobody waits for it any more, the worker is about to end, or its program was killed."""
 
 
-def check(order: Order) -> Fit | OtherCampaign:
+def check(order: Order) -> Fit | OtherCampaign | Withdrawn:
     """Whether this worker would make what is asked for."""
     try:
-        why = order.unfit(program.find(order.program), _folder(order))
-    except (ProgramError, OSError, ValueError) as error:
-        return OtherCampaign(str(error))
-    return Fit() if why is None else OtherCampaign(why)
+        return _check(order, _is_wanted(get_worker()))
+    except (Stopped, Killed):
+        return Withdrawn()
 
 
 def fly(order: Order, shard: int, own: tuple[str, ...]) -> Flown | Failed | OtherCampaign | Withdrawn:
     """Flies a shard in a folder of the worker's own, which goes with it; ``own``: options for this worker alone."""
     worker = get_worker()
-    key = worker.get_current_task()
     try:
         # The folder may have been removed since the worker began.
         os.makedirs(worker.local_directory, exist_ok=True)
         with tempfile.TemporaryDirectory(
             prefix="samara-", dir=worker.local_directory, ignore_cleanup_errors=True
         ) as out:
-            threads = ("--threads", str(worker.state.nthreads))
-            return _fly(order, shard, (*threads, *own), Path(out), lambda: _is_wanted(worker, key))
-    except (ProgramError, OSError) as error:
-        return Failed(str(error), killed=False)
+            options = ("--threads", str(worker.state.nthreads), *own)
+            return _fly(order, shard, options, Path(out), _is_wanted(worker))
+    except Stopped:
+        return Withdrawn()
+    except (Killed, ProgramError, OSError) as error:
+        return Failed(str(error), killed=isinstance(error, Killed))
+
+
+def _check(order: Order, is_wanted: IsWanted) -> Fit | OtherCampaign:
+    try:
+        why = order.unfit(Program.find(order.program, is_wanted), _folder(order))
+    except (ProgramError, OSError, ValueError) as error:
+        why = str(error)
+    return Fit() if why is None else OtherCampaign(why)
 
 
 def _fly(
-    order: Order, shard: int, options: tuple[str, ...], out: Path, is_wanted: Callable[[], bool]
-) -> Flown | Failed | OtherCampaign | Withdrawn:
-    arguments = [os.fspath(program.find(order.program)), *order.command(shard, out)]
-    # The child's parent is this process, not the thread that starts it.
-    arguments += [f"--with-parent={os.getpid()}", *options]
-    child = subprocess.Popen(
-        arguments, cwd=_folder(order), stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-    )
-    try:
-        reported = _wait(child, is_wanted)
-    finally:
-        if child.poll() is None:
-            child.kill()
-            child.wait()
-    if reported is None:
-        return Withdrawn()
-    if child.returncode != 0:
-        why = program.last_words(reported) or "nothing reported"
-        if child.returncode > 0 and isinstance(other := check(order), OtherCampaign):
+    order: Order, shard: int, options: tuple[str, ...], out: Path, is_wanted: IsWanted
+) -> Flown | Failed | OtherCampaign:
+    samara = Program.find(order.program, is_wanted)
+    arguments = [*order.command(shard, out), with_parent(), *options]
+    done = samara.call(arguments, _folder(order), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    if done.returncode != 0:
+        other = _check(order, is_wanted)
+        if isinstance(other, OtherCampaign):
             return other
-        return Failed(f"exit code {child.returncode}: {why}", killed=child.returncode < 0)
+        return Failed(f"exit code {done.returncode}: {last_words(done.stderr) or 'nothing reported'}", killed=False)
     content = (out / order.result(shard)).read_bytes()
     return Flown(content, hashlib.sha256(content).hexdigest())
 
 
-def _wait(child: subprocess.Popen[bytes], is_wanted: Callable[[], bool]) -> bytes | None:
-    """What the child reported until it ended; ``None``: it was asked to end, as nobody wants the shard."""
-    while True:
-        try:
-            return child.communicate(timeout=LOOK_EVERY_S)[1]
-        except subprocess.TimeoutExpired:
-            if not is_wanted():
-                break
-    child.terminate()
-    try:
-        child.communicate(timeout=PATIENCE_S)
-    except subprocess.TimeoutExpired:
-        pass
-    return None
+def _is_wanted(worker: Worker) -> IsWanted:
+    """Whether somebody waits for the task of this thread. Dask cannot end a thread: it marks the task as cancelled."""
+    key = worker.get_current_task()
 
+    def is_wanted() -> bool:
+        task = worker.state.tasks.get(key)
+        works = worker.status in (Status.running, Status.paused)
+        return works and task is not None and task.state in ("executing", "long-running")
 
-def _is_wanted(worker: Worker, key: object) -> bool:
-    """Whether somebody waits for the task. Dask cannot end a thread: it marks the task as cancelled."""
-    task = worker.state.tasks.get(key)
-    works = worker.status in (Status.running, Status.paused)
-    return works and task is not None and task.state in ("executing", "long-running")
+    return is_wanted
 
 
 def _folder(order: Order) -> str:
