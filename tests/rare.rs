@@ -106,6 +106,42 @@ fn reference_coordinates_of_plain_trials_fly_them() {
     assert!((speed - mapped[0].peak_speed_m_s).abs() < 1e-6, "{speed} {}", mapped[0].peak_speed_m_s);
 }
 
+/// The log of a failing trial is the flight of the campaign: J_state in it comes to the J_TPF that is
+/// printed. The mission has turbulence across the plane and a vortex ring for each rotor, which no trial of
+/// its campaign meets.
+#[test]
+fn regress_the_log_of_a_failing_trial_is_the_flight_that_failed() {
+    let out = tempfile::tempdir().unwrap();
+    let output = samara(&["mission/x500_real_air.json", "--only", "1534", "--json", "--no-html"], out.path());
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    for flight in found["flights"].as_array().unwrap() {
+        let log = out.path().join(format!("trial_1534_{}.csv", flight["name"].as_str().unwrap()));
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_path(log).unwrap();
+        let place = reader.headers().unwrap().iter().position(|name| name == "j_state").unwrap();
+        let j_state = reader.records().map(|row| row.unwrap()[place].parse::<f64>().unwrap());
+        let (highest, j_tpf) = (j_state.fold(0.0, f64::max), flight["j_tpf"].as_f64().unwrap());
+        assert!((highest - j_tpf).abs() < 1e-6, "{highest} in the log, {j_tpf} printed");
+    }
+}
+
+/// What blows across the plane changes no trial of a campaign in it, one that the batch engine loses either:
+/// that is flown again in the air that it was lost in.
+#[test]
+fn regress_a_lost_trial_flies_again_in_the_air_of_the_plane() {
+    let (mission, mut study, entry) = planned("x500_real_air");
+    let releases: Vec<RandomRelease> = (0..16).map(|k| mission.releases().draw(mission.seed, k)).collect();
+    study.wind.turbulence.as_mut().unwrap().sigma_m_s = [40.0; 3];
+    let flown = study.fly_releases(&entry, &releases);
+    study.wind = study.wind.in_plane();
+    let in_plane = study.fly_releases(&entry, &releases);
+    assert!(in_plane.iter().any(|o| !(o.j_tpf < 5.0)), "none is lost: {in_plane:?}");
+    for (flown, in_plane) in flown.iter().zip(&in_plane) {
+        let same = flown.j_tpf.to_bits() == in_plane.j_tpf.to_bits() && flown.way_ned_m == in_plane.way_ned_m;
+        assert!(same, "{flown:?} {in_plane:?}");
+    }
+}
+
 /// Normal coordinates give J_TPF the distribution that plain trials have: Kolmogorov and Smirnov's distance
 /// of two samples stays below that of a millionth.
 #[test]

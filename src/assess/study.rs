@@ -3,8 +3,10 @@
 //! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as
 //! long as the plan, in a study that is not the paper's a while longer; its cost is J_TPF, (51). Any
 //! [`Controller`] flies. The cascade's trials fly side by side on the planar engine ([`crate::sim::planar`])
-//! where it can hold them; all others one at a time in six degrees of freedom. The two agree to 1e-9.
+//! where it can hold them; all others one at a time in six degrees of freedom. The two agree to 1e-9 in the
+//! air of the plane ([`SafetyStudy::in_trials_air`]).
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 use std::sync::Arc;
 
@@ -144,7 +146,6 @@ impl SafetyStudy {
     /// Flies a trial from each release: side by side where [`Self::one_at_a_time`] has nothing against it.
     /// The outcome of a release does not depend on the others in the slice.
     pub fn fly_releases(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
-        let alone = |release: &RandomRelease| self.outcome(entry, release);
         match self.side_by_side(entry, releases) {
             Ok((model, measure, flights)) => {
                 let mut outcomes = vec![Outcome::default(); flights.len()];
@@ -153,20 +154,34 @@ impl SafetyStudy {
                 let judged = outcomes.iter().zip(releases);
                 let whole = |(o, release): (&Outcome, &RandomRelease)| {
                     if o.given_up {
-                        return alone(release);
+                        return self.in_air_of_the_plane().outcome(entry, release);
                     }
                     let way_ned_m = self.way_to_t0(&release.state) + o.trial.way_ned_m;
                     TrialOutcome { way_ned_m, ..o.trial }
                 };
                 judged.map(whole).collect()
             }
-            Err(_) => releases.iter().map(alone).collect(),
+            Err(_) => releases.iter().map(|release| self.outcome(entry, release)).collect(),
         }
     }
 
     /// Why the flights from such releases are flown one at a time; `None` where they are flown side by side.
     pub fn one_at_a_time(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Option<OneAtATime> {
         self.side_by_side(entry, releases).err()
+    }
+
+    /// The study whose flights one at a time, such as [`Self::samples`], meet the air of
+    /// [`Self::fly_releases`] from these releases: where those fly side by side, no turbulence across the
+    /// plane, and mirror images alike in the vortex ring; elsewhere the study as it is.
+    pub fn in_trials_air(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Cow<'_, Self> {
+        match self.one_at_a_time(entry, releases) {
+            None => Cow::Owned(self.in_air_of_the_plane()),
+            Some(_) => Cow::Borrowed(self),
+        }
+    }
+
+    fn in_air_of_the_plane(&self) -> Self {
+        Self { wind: self.wind.uniform(&self.environment).in_plane(), ..self.clone() }
     }
 
     fn side_by_side(

@@ -42,8 +42,9 @@ pub fn of_own(runner: &TrialRunner<'_>, campaign: &Campaign) -> Result<[Figure; 
 /// Flies the first trials of a campaign again, to be drawn.
 fn shown(runner: &TrialRunner<'_>, campaign: &Campaign) -> Shown {
     let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
-    let study = &runner.study;
-    let flights = runner.in_order(trials, |(release, _)| study.trace(&campaign.entry, release));
+    let releases: Vec<_> = trials.iter().map(|(release, _)| *release).collect();
+    let study = runner.study.in_trials_air(&campaign.entry, &releases);
+    let flights = runner.in_order(&releases, |release| study.trace(&campaign.entry, release));
     let points = campaign.shown.iter().map(|(release, outcome)| TrialPoint {
         pitch_rad: pitch(release.state.q_ned_from_body),
         pitch_rate_rad_s: release.state.omega_body.y,

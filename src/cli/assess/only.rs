@@ -67,12 +67,13 @@ fn write(
 ) -> Result<(), Failure> {
     let TrialRunner { mission, folder, .. } = *runner;
     let name = format!("trial_{}_{}", release.trial, entry.name);
+    let study = runner.study.in_trials_air(entry, std::slice::from_ref(release));
     let flight = AloneFlight {
         mission,
         title: format!("{}, trial {}, {}", mission.name, release.trial, entry.name),
         gains: &entry.gains_name,
         plan: &runner.study.plan,
-        samples: &runner.study.samples(entry, release),
+        samples: &study.samples(entry, release),
     };
     flight.write(folder, &name, args)
 }
