@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 
-use super::columns::short;
+use super::columns::{probability, probability_at_least, probability_at_most, short};
 use super::json::{head, object, text};
 use super::study::grid::Grid;
 use crate::assess::coordinates::{DrawnTrial, Part, Quantity};
@@ -29,11 +29,6 @@ pub struct RareReport<'a> {
     pub parts: Vec<Part>,
     /// What is drawn at the most likely failure.
     pub nearest: Option<DrawnTrial>,
-}
-
-/// A probability as text: `1.3e-4`.
-fn probability(p: f64) -> String {
-    if p == 0.0 { "0".to_owned() } else { format!("{p:.2e}") }
 }
 
 /// What a quantity of a trial is, where it is a number, with its unit.
@@ -93,26 +88,24 @@ impl RareReport<'_> {
         let Estimate { probability: p, low, high, variation } = self.found.estimate();
         let event = format!("J_TPF at or above {}", short(search.bound, 6));
         let least = probability(search.least);
+        let at_most = probability_at_most(high);
         if self.found.ascents.iter().any(|ascent| ascent.stalled) && p == 0.0 {
             return format!(
-                "{event} was never met, and J_TPF is the same in too many flights to go on: at most {} at 95 %",
-                probability(high)
+                "{event} was never met, and J_TPF is the same in too many flights to go on: at most {at_most} at 95 %"
             );
         }
         if self.found.is_below() {
-            return format!("{event}: below {least} at 95 %, at most {}", probability(high));
+            return format!("{event}: below {least} at 95 %, at most {at_most}");
         }
         if p == 0.0 {
             return format!(
-                "{event} was never met, which is not enough for {least}: at most {} at 95 %",
-                probability(high)
+                "{event} was never met, which is not enough for {least}: at most {at_most} at 95 %"
             );
         }
         format!(
-            "{event} has a probability of {} ({} to {} at 95 %), coefficient of variation {variation:.2}",
+            "{event} has a probability of {} ({} to {at_most} at 95 %), coefficient of variation {variation:.2}",
             probability(p),
-            probability(low),
-            probability(high),
+            probability_at_least(low),
         )
     }
 
