@@ -112,6 +112,28 @@ impl Quantity {
         }
     }
 
+    /// Key of the quantity in files, stable; columns of one filter, and axes of one thing, alike.
+    pub fn key(self) -> &'static str {
+        match self {
+            Self::Amplitude => "swing_amplitude",
+            Self::Phase => "swing_phase",
+            Self::TipOffRate(_) => "tip_off_rates",
+            Self::TipOffVelocity(_) => "tip_off_velocities",
+            Self::Mass => "mass",
+            Self::Inertia => "inertia",
+            Self::Drag => "drag",
+            Self::PitchingMoment => "pitching_moment",
+            Self::Density => "density",
+            Self::Wind => "wind",
+            Self::Lateness => "lateness",
+            Self::Delay => "release_delay",
+            Self::Turbulence(0) => "turbulence_along",
+            Self::Turbulence(1 | 2) => "turbulence_across",
+            Self::Turbulence(_) => "turbulence_vertical",
+            Self::Ring(_) => "vortex_ring",
+        }
+    }
+
     const UNKNOWNS: [Self; 8] = [
         Self::Mass,
         Self::Inertia,
@@ -127,6 +149,8 @@ impl Quantity {
 /// Quantities that go by one name, with their coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
+    /// Key in files.
+    pub key: &'static str,
     /// Name for a reader.
     pub words: &'static str,
     /// Places of the coordinates.
@@ -211,14 +235,14 @@ impl TrialSpace {
         &self.parts
     }
 
-    /// The quantities by their names: columns of one filter, or axes of one thing, are one group.
+    /// The quantities by their keys: columns of one filter, or axes of one thing, are one group.
     pub fn groups(&self) -> Vec<Group> {
         let mut groups: Vec<Group> = Vec::new();
         for Part { quantity, range } in &self.parts {
-            let words = quantity.words();
-            match groups.last_mut().filter(|last| last.words == words) {
+            let (key, words) = (quantity.key(), quantity.words());
+            match groups.last_mut().filter(|last| last.key == key) {
                 Some(last) => last.ranges.push(range.clone()),
-                None => groups.push(Group { words, ranges: vec![range.clone()] }),
+                None => groups.push(Group { key, words, ranges: vec![range.clone()] }),
             }
         }
         groups

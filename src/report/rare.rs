@@ -51,6 +51,7 @@ fn value(quantity: Quantity, drawn: &DrawnTrial) -> Option<String> {
 
 /// The part of a quantity in the distance of the most likely failure.
 struct Share {
+    key: &'static str,
     words: &'static str,
     value: Option<String>,
     /// The coordinate, or the length of all of them where there are several.
@@ -66,8 +67,8 @@ impl RareReport<'_> {
             let column = nearest.point.get(range.clone()).unwrap_or_default();
             let square: f64 = column.iter().map(|z| z * z).sum();
             let share = square / (nearest.distance * nearest.distance).max(f64::MIN_POSITIVE);
-            let words = quantity.words();
-            match shares.last_mut().filter(|last| last.words == words) {
+            let (key, words) = (quantity.key(), quantity.words());
+            match shares.last_mut().filter(|last| last.key == key) {
                 Some(last) => {
                     last.deviations = (last.deviations * last.deviations + square).sqrt();
                     last.share += share;
@@ -75,7 +76,8 @@ impl RareReport<'_> {
                 None => {
                     let one = (column.len() == 1).then(|| column.first().copied()).flatten();
                     let value = self.nearest.as_ref().and_then(|drawn| value(*quantity, drawn));
-                    shares.push(Share { words, value, deviations: one.unwrap_or(square.sqrt()), share });
+                    let deviations = one.unwrap_or(square.sqrt());
+                    shares.push(Share { key, words, value, deviations, share });
                 }
             }
         }
@@ -150,7 +152,7 @@ impl RareReport<'_> {
         );
         let head = ["quantity", "drawn", "standard deviations", "share"];
         let mut grid = Grid::new("What makes it fail", head);
-        for Share { words, value, deviations, share } in self.shares(nearest) {
+        for Share { words, value, deviations, share, .. } in self.shares(nearest) {
             let value = value.unwrap_or_default();
             grid.row(words, [value, format!("{deviations:.3}"), format!("{:.1} %", 100.0 * share)]);
         }
@@ -225,6 +227,7 @@ impl RareReport<'_> {
     fn nearest_json(&self, nearest: &Nearest) -> impl Serialize {
         let shares = self.shares(nearest).into_iter().map(|share| {
             object! {
+                key: share.key,
                 quantity: share.words,
                 value: share.value,
                 deviations: share.deviations,
