@@ -378,6 +378,19 @@ fn what_decides_a_drop_is_written_and_sums_up() {
     let csv = fs::read_to_string(out.path().join("sobol.csv")).unwrap();
     let rows: Vec<&str> = csv.lines().filter(|line| !line.starts_with('#')).collect();
     assert_eq!(rows.len(), 1 + 3 * quantities);
-    assert!(rows.iter().all(|row| row.split(',').count() == 8), "{csv}");
+    let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(csv.as_bytes());
+    let read: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    assert!(read.iter().all(|row| row.len() == 9), "{csv}");
+    // Key and words are those of the JSON file.
+    let named = |row: &csv::StringRecord| {
+        outputs[0]["quantities"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .any(|quantity| quantity["key"] == row[1] && quantity["quantity"] == row[2])
+    };
+    assert!(read.iter().all(named), "{csv}");
+    let keys: std::collections::BTreeSet<&str> = read.iter().map(|row| &row[1]).collect();
+    assert!(keys.len() == quantities && keys.contains("swing_amplitude"), "{keys:?}");
     assert!(fs::read_to_string(out.path().join("sobol.svg")).unwrap().contains("release delay"));
 }

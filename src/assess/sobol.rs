@@ -10,7 +10,9 @@
 //! ```
 //!
 //! with outputs less their mean. Intervals take the estimates as normal, with the deviation that the ratio of
-//! two means has to first order.
+//! two means has to first order. A row of which an output is no number is left out, of that output, and
+//! counted: it would make all indices of the output no number. Where few rows carry most of the variance the
+//! estimates hang on those and their intervals are too short: [`Sensitivity::hangs_on_few`].
 
 use std::ops::Range;
 
@@ -41,9 +43,20 @@ pub struct Index {
     pub half: f64,
 }
 
+/// Share of the rows that are few, where they carry half of the variance; of a normal output 19 % do.
+const FEW: f64 = 0.01;
+/// Rows that are few whatever their share.
+const FEW_AT_LEAST: usize = 5;
+
 /// What decides an output.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Sensitivity {
+    /// Rows that it was estimated from: points of A and of B with those between them.
+    pub rows: usize,
+    /// Rows that were left out, since the output is no number at one of their points.
+    pub left_out: usize,
+    /// Fewest rows that carry half of the variance; 0 of an output that does not vary.
+    pub half_by: usize,
     /// Mean of the output.
     pub mean: f64,
     /// Standard deviation of the output.
@@ -52,6 +65,15 @@ pub struct Sensitivity {
     pub first: Vec<Index>,
     /// Total index of each group.
     pub total: Vec<Index>,
+}
+
+impl Sensitivity {
+    /// Whether so few rows carry half of the variance that the indices are theirs more than the output's: one
+    /// of a hundred, or five.
+    pub fn hangs_on_few(&self) -> bool {
+        let few = (FEW * self.rows as f64) as usize;
+        (1..=few.max(FEW_AT_LEAST)).contains(&self.half_by)
+    }
 }
 
 /// The outputs of a point of A, of B, and of A with each group from B.
@@ -113,15 +135,16 @@ impl SobolStudy {
 }
 
 fn sensitivity<const M: usize>(rows: &[Row<M>], output: usize, groups: usize) -> Sensitivity {
-    let n = rows.len().max(1) as f64;
-    let mean = rows.iter().map(|row| 0.5 * (row.a[output] + row.b[output])).sum::<f64>() / n;
-    let squares: Vec<f64> = rows
-        .iter()
-        .map(|row| {
-            let (a, b) = (row.a[output] - mean, row.b[output] - mean);
-            0.5 * (a * a + b * b)
-        })
-        .collect();
+    let values = |row: &Row<M>| {
+        let mixed: Vec<f64> = row.mixed.iter().map(|mixed| mixed[output]).collect();
+        let whole = [row.a[output], row.b[output]].iter().chain(&mixed).all(|x| x.is_finite());
+        whole.then_some((row.a[output], row.b[output], mixed))
+    };
+    let kept: Vec<(f64, f64, Vec<f64>)> = rows.iter().filter_map(values).collect();
+    let n = kept.len() as f64;
+    let mean = kept.iter().map(|(a, b, _)| 0.5 * (a + b)).sum::<f64>() / n;
+    let square = |(a, b, _): &(f64, f64, Vec<f64>)| 0.5 * ((a - mean) * (a - mean) + (b - mean) * (b - mean));
+    let squares: Vec<f64> = kept.iter().map(square).collect();
     let variance = squares.iter().sum::<f64>() / n;
     let index = |terms: Vec<f64>| {
         if !(variance > 0.0) {
@@ -133,17 +156,31 @@ fn sensitivity<const M: usize>(rows: &[Row<M>], output: usize, groups: usize) ->
         Index { value, half: DEVIATIONS * (spread / n).sqrt() }
     };
     let of = |term: fn([f64; 3]) -> f64, group: usize| {
-        let term = |row: &Row<M>| {
-            term([row.a[output] - mean, row.b[output] - mean, row.mixed[group][output] - mean])
-        };
-        index(rows.iter().map(term).collect())
+        index(kept.iter().map(|(a, b, mixed)| term([a - mean, b - mean, mixed[group] - mean])).collect())
     };
     Sensitivity {
+        rows: kept.len(),
+        left_out: rows.len() - kept.len(),
+        half_by: half_by(&squares),
         mean,
         deviation: variance.sqrt(),
         first: (0..groups).map(|group| of(|[a, b, mixed]| b * (mixed - a), group)).collect(),
         total: (0..groups).map(|group| of(|[a, _, mixed]| 0.5 * (a - mixed) * (a - mixed), group)).collect(),
     }
+}
+
+/// How many of the greatest of these make up half of their sum; 0 where all are zero.
+fn half_by(squares: &[f64]) -> usize {
+    let mut greatest = squares.to_vec();
+    greatest.sort_by(|a, b| b.total_cmp(a));
+    let half = 0.5 * squares.iter().sum::<f64>();
+    let mut sum = 0.0;
+    let short = |square: &f64| {
+        let short = sum < half;
+        sum += square;
+        short
+    };
+    greatest.into_iter().filter(|square| *square > 0.0).take_while(short).count()
 }
 
 #[cfg(test)]
@@ -227,5 +264,38 @@ mod tests {
             );
         }
         assert_eq!((still.deviation, still.total[0]), (0.0, Index::default()));
+    }
+
+    /// A point in a thousand has an output of 50, all others that of a normal sum: half of the variance is a
+    /// few rows', which is said. Of the sum alone `P(chi^2 > x)` with two degrees of freedom has half by 18.7
+    /// % of the rows.
+    #[test]
+    fn closed_form_a_few_rows_that_carry_the_variance_are_marked() {
+        let study = SobolStudy { points: 4000, seed: 2 };
+        let outputs = |points: &[Vec<f64>]| {
+            let far = |z: &[f64]| if z[0] > 3.09 { 50.0 } else { z[0] + z[1] };
+            Ok::<_, ()>(points.iter().map(|z| [z[0] + z[1], far(z)]).collect())
+        };
+        let [sum, rare] = study.run(2, &[one(0..1), one(1..2)], outputs).unwrap();
+        assert!((sum.half_by as f64 / 4000.0 - 0.187).abs() < 0.01 && !sum.hangs_on_few(), "{}", sum.half_by);
+        assert!(rare.hangs_on_few() && rare.half_by > 0, "{}", rare.half_by);
+        assert_eq!((half_by(&[3.0, 0.0, 5.0, 2.0]), half_by(&[0.0; 4]), half_by(&[])), (1, 0, 0));
+    }
+
+    /// Where an output is no number its row is left out and counted; the others' indices stay those of the
+    /// sum, a half each.
+    #[test]
+    fn closed_form_rows_without_a_number_are_left_out() {
+        let study = SobolStudy { points: 4000, seed: 3 };
+        let outputs = |points: &[Vec<f64>]| {
+            let lost = |z: &[f64]| if z[2] > 2.5 { f64::NAN } else { z[0] + z[1] };
+            Ok::<_, ()>(points.iter().map(|z| [lost(z)]).collect())
+        };
+        let groups = [one(0..1), one(1..2), one(2..3)];
+        let [found] = study.run(3, &groups, outputs).unwrap();
+        assert!(found.left_out > 20 && found.left_out + found.rows == 4000, "{}", found.left_out);
+        holds("sum", &found.total, &[0.5, 0.5, 0.0]);
+        let [nothing] = study.run(3, &groups, |points| Ok::<_, ()>(vec![[f64::NAN]; points.len()])).unwrap();
+        assert!(nothing.rows == 0 && nothing.mean.is_nan() && nothing.total[0] == Index::default());
     }
 }

@@ -234,7 +234,7 @@ pub struct AssessArgs {
     /// Show what decides a drop, of all that is uncertain.
     ///
     /// Sobol's indices of J_TPF, the time to steady flight and the altitude lost, over swing, air and the
-    /// controller's unknowns, from N trials and as many more for each quantity, 2048 unless it is given.
+    /// controller's unknowns, from two samples of N trials and N more for each quantity, 2048 unless given.
     #[arg(
         long,
         value_name = "N",

@@ -14,7 +14,7 @@ use crate::cli::results::OutputFolder;
 use samara::assess::sobol::SobolStudy;
 use samara::report::campaign::own::trial_space;
 use samara::report::figure::sobol_figure;
-use samara::report::sobol::{SobolReport, outputs_of};
+use samara::report::sobol::{Replaced, SobolReport, outputs_of};
 
 /// Flies, writes and reports.
 pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer, Failure> {
@@ -31,12 +31,15 @@ pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer
     let ranges: Vec<_> = groups.iter().map(|group| group.ranges.clone()).collect();
     let flights = Flights::new(&space, args.threads, study.evaluations(groups.len()) as u64, stop)?;
     let end_s = space.duration_s();
+    let mut replaced = Replaced::default();
     let found = study.run(space.dimensions(), &ranges, |points| {
-        Ok::<_, Stopped>(flights.fly(points)?.iter().map(|outcome| outputs_of(outcome, end_s)).collect())
+        let flown = flights.fly(points)?;
+        flown.iter().for_each(|outcome| replaced.push(outcome));
+        Ok::<_, Stopped>(flown.iter().map(|outcome| outputs_of(outcome, end_s)).collect())
     });
     flights.finish();
     let Ok(found) = found else { return stopped(args, &mission, "outputs", &narrator) };
-    let report = SobolReport { mission: &mission, study, groups, found };
+    let report = SobolReport { mission: &mission, study, groups, found, replaced, end_s };
     folder.write_text("sobol.txt", &report.text())?;
     folder.write_text("sobol.json", &report.json())?;
     folder.write_text("sobol.csv", &report.csv())?;
