@@ -120,9 +120,14 @@ impl Summary {
     }
 }
 
-/// The t with `P(|T| < t) = `[`CONFIDENCE`] for Student's distribution: `T^2/(nu + T^2)` is a beta variable.
+/// The t with `P(|T| < t) = `[`CONFIDENCE`] for Student's distribution.
 pub(super) fn student_t(nu: f64) -> f64 {
-    let y = beta_quantile(CONFIDENCE, 0.5, 0.5 * nu);
+    student_t_at(CONFIDENCE, nu)
+}
+
+/// The t with `P(|T| < t) = confidence` for Student's distribution: `T^2/(nu + T^2)` is a beta variable.
+pub(super) fn student_t_at(confidence: f64, nu: f64) -> f64 {
+    let y = beta_quantile(confidence, 0.5, 0.5 * nu);
     (nu * y / (1.0 - y)).sqrt()
 }
 

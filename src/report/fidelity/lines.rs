@@ -31,7 +31,7 @@ pub struct CampaignLines {
     pub trials: BTreeSet<u64>,
     /// How many did not fail, where the lines say so.
     pub safe: Option<Share>,
-    /// The values of each of [`QUANTITIES`].
+    /// The values of each of [`QUANTITIES`], with a place for every trial.
     pub(super) quantities: [ByTrial; QUANTITIES.len()],
 }
 
@@ -124,13 +124,11 @@ impl CampaignLines {
                 return Err(LinesError::Twice { line, trial });
             }
             for (values, (at, factor)) in lines.quantities.iter_mut().zip(places.into_iter().flatten()) {
-                if cell(at).is_empty() {
-                    continue;
-                }
-                let value: f64 = cell(at).parse().map_err(|_| bad(at, "a number, or nothing,"))?;
-                if value.is_finite() {
-                    values.insert(trial, value * factor);
-                }
+                let value: Option<f64> = match cell(at) {
+                    "" => None,
+                    text => Some(text.parse().map_err(|_| bad(at, "a number, or nothing,"))?),
+                };
+                values.insert(trial, value.filter(|x| x.is_finite()).map(|x| x * factor));
             }
             if let (Some(at), Some(safe)) = (failure_at, &mut lines.safe) {
                 safe.push(cell(at).is_empty());

@@ -10,7 +10,7 @@ pub mod lines;
 
 use std::fmt::Write as _;
 
-use super::columns::columns;
+use super::columns::{columns, probability_at_most, upper_end};
 use super::json::{head, object, text};
 use crate::assess::{
     Agreement, ByTrial, CONFIDENCE, ChosenAmong, MeanByRungs, MeanEstimate, Share, conformal_margin,
@@ -63,7 +63,8 @@ pub struct FidelityReport<'a> {
 impl<'a> FidelityReport<'a> {
     /// The report of two campaigns or more, the most faithful first; the first `calibrate` trials that the
     /// first two share calibrate the bound (half of them unless it is given), and `among` is what was chosen
-    /// from by the first one's trials.
+    /// from by the first one's trials: intervals of its means, the bound and what it says alone hold for the
+    /// chosen one.
     pub fn new(
         mission: &'a Mission,
         rungs: Vec<CampaignLines>,
@@ -73,8 +74,8 @@ impl<'a> FidelityReport<'a> {
         let found = |i: usize| {
             let (faithful, cheaper) = rungs.split_first()?;
             let cheaper: Vec<&ByTrial> = cheaper.iter().map(|rung| &rung.quantities[i]).collect();
-            let mean = MeanByRungs::of(&faithful.quantities[i], &cheaper);
-            Some((mean, bound(faithful, cheaper.first()?, i, calibrate)))
+            let mean = MeanByRungs::of(&faithful.quantities[i], &cheaper, among.confidence());
+            Some((mean, bound(faithful, cheaper.first()?, i, (calibrate, among.confidence()))))
         };
         let quantities = QUANTITIES.iter().enumerate().map(|(i, (key, words, _))| {
             let (mean, bound) = found(i).unwrap_or_default();
@@ -93,7 +94,7 @@ impl<'a> FidelityReport<'a> {
     pub(super) fn pairs(&self, quantity: usize) -> Vec<(f64, f64)> {
         let [faithful, model, ..] = &self.rungs[..] else { return Vec::new() };
         let (faithful, model) = (&faithful.quantities[quantity], &model.quantities[quantity]);
-        faithful.iter().filter_map(|(trial, c)| Some((*model.get(trial)?, *c))).collect()
+        faithful.iter().filter_map(|(trial, c)| Some(((*model.get(trial)?)?, (*c)?))).collect()
     }
 
     /// The mission.
@@ -106,7 +107,7 @@ impl<'a> FidelityReport<'a> {
     fn j_tpf(&self) -> Vec<f64> {
         let Some(first) = self.rungs.first() else { return Vec::new() };
         let found = &first.quantities[J_TPF];
-        let value = |trial: &u64| found.get(trial).copied().unwrap_or(f64::INFINITY);
+        let value = |trial: &u64| found.get(trial).copied().flatten().unwrap_or(f64::INFINITY);
         let mut values: Vec<f64> = first.trials.iter().map(value).collect();
         values.sort_by(f64::total_cmp);
         values
@@ -133,7 +134,9 @@ impl<'a> FidelityReport<'a> {
 
     fn tell_means(&self, out: &mut String) {
         const WIDTHS: [usize; 6] = [20, 18, 7, 18, 9, 18];
-        out.push_str("\nMeans of 1, 95 %, by its own trials and with those of the others\n");
+        let chosen = self.chosen();
+        // Writing to a String cannot fail.
+        let _ = writeln!(out, "\nMeans of 1, 95 %, by its own trials and with those of the others{chosen}");
         let titles = ["", "alone", "trials", "with the others", "narrower", "correlation"];
         *out += &columns(&WIDTHS, titles);
         for QuantityFound { words, mean, .. } in &self.quantities {
@@ -158,19 +161,44 @@ impl<'a> FidelityReport<'a> {
                 }
             };
         }
+        for QuantityFound { words, mean, .. } in &self.quantities {
+            for (number, agreement) in (1..).zip(mean.iter().flat_map(|mean| &mean.agreements)) {
+                if agreement.value_in_one > 0 {
+                    let _ = writeln!(
+                        out,
+                        "{words}: {} is no help to {number}, {} trials that both have flown are without a value in one of them",
+                        number + 1,
+                        agreement.value_in_one
+                    );
+                }
+            }
+        }
+    }
+
+    /// What the bounds and intervals hold for, where it was chosen by the trials that they come from.
+    fn chosen(&self) -> String {
+        match self.among.count() {
+            1 => String::new(),
+            among => format!(", chosen among {among} by these trials"),
+        }
     }
 
     fn tell_bounds(&self, out: &mut String) {
         const WIDTHS: [usize; 4] = [20, 16, 14, 20];
-        out.push_str("\nHow far above the value of 2 that of 1 stays in the next trial, with 95 %\n");
+        let chosen = self.chosen();
+        let title = "How far above the value of 2 that of 1 stays in the next trial, with 95 %";
+        let _ = writeln!(out, "\n{title}{chosen}");
         *out += &columns(&WIDTHS, ["", "margin", "calibrated on", "held in fresh ones"]);
         for QuantityFound { words, bound, .. } in &self.quantities {
             *out += &match bound {
                 None => columns(&WIDTHS, [*words, "-", "too few"]),
+                Some(ModelBound { calibrated_on, margin, .. }) if margin.is_infinite() => {
+                    columns(&WIDTHS, [*words, "none", &calibrated_on.to_string(), "-"])
+                }
                 Some(ModelBound { calibrated_on, margin, fresh }) => {
                     let cells = [
                         (*words).to_owned(),
-                        if margin.is_finite() { format!("{margin:+.4}") } else { "none".to_owned() },
+                        sign(*margin) + &upper_end(*margin, 4),
                         calibrated_on.to_string(),
                         format!("{} of {}", fresh.hits(), fresh.trials()),
                     ];
@@ -182,23 +210,19 @@ impl<'a> FidelityReport<'a> {
 
     fn tell_alone(&self, out: &mut String) {
         let values = self.j_tpf();
-        let among = self.among.count();
-        let chosen =
-            if among == 1 { String::new() } else { format!(", chosen among {among} by these trials") };
+        let chosen = self.chosen();
         let _ = writeln!(out, "\nOf 1 alone, each with 95 %, whatever the distribution{chosen}");
         if let Some(safe) = self.rungs.first().and_then(|rung| rung.safe) {
             let (failed, trials) = (safe.misses(), safe.trials());
-            let at_most = self.among.misses_at_most(&safe);
-            let _ = writeln!(
-                out,
-                "{failed} of {trials} failed: the probability of a failure is below {at_most:.2e}"
-            );
+            let at_most = probability_at_most(self.among.misses_at_most(&safe));
+            let _ =
+                writeln!(out, "{failed} of {trials} failed: the probability of a failure is below {at_most}");
         }
         for p in BOUNDED {
             let percent = 1e2 * p;
             let _ = match self.among.quantile_at_most(&values, p) {
                 Some(x) if x.is_finite() => {
-                    writeln!(out, "{percent} % of the drops have a J_TPF below {x:.4}")
+                    writeln!(out, "{percent} % of the drops have a J_TPF below {}", upper_end(x, 4))
                 }
                 Some(_) => {
                     writeln!(out, "too many trials have no J_TPF to bound that of {percent} % of the drops")
@@ -206,10 +230,10 @@ impl<'a> FidelityReport<'a> {
                 None => writeln!(out, "too few trials to bound J_TPF of {percent} % of the drops"),
             };
         }
-        let [mean, worst] = self.capped_means(&values);
+        let [mean, worst] = self.capped_means(&values).map(|x| upper_end(x, 4));
         let _ = writeln!(
             out,
-            "J_TPF, at most {J_TPF_CAP}, is below {mean:.4} in the mean and below {worst:.4} in the mean of the worst {:.0} %",
+            "J_TPF, at most {J_TPF_CAP}, is below {mean} in the mean and below {worst} in the mean of the worst {:.0} %",
             1e2 * (1.0 - MOST)
         );
     }
@@ -230,7 +254,7 @@ impl<'a> FidelityReport<'a> {
                     calibrated_on: bound.calibrated_on,
                     margin: bound.margin,
                     fresh: bound.fresh.trials(),
-                    held: bound.fresh.hits(),
+                    held: bound.margin.is_finite().then_some(bound.fresh.hits()),
                 }),
             }
         });
@@ -261,18 +285,24 @@ fn bound(
     faithful: &CampaignLines,
     model: &ByTrial,
     quantity: usize,
-    calibrate: Option<usize>,
+    (calibrate, confidence): (Option<usize>, f64),
 ) -> Option<ModelBound> {
     // What has a value in the model and none here is above all bounds.
-    let value = |trial: &u64| faithful.quantities[quantity].get(trial).copied().unwrap_or(f64::INFINITY);
-    let excess = |trial: &u64| Some(value(trial) - model.get(trial)?);
+    let here = &faithful.quantities[quantity];
+    let value = |trial: &u64| here.get(trial).copied().flatten().unwrap_or(f64::INFINITY);
+    let excess = |trial: &u64| Some(value(trial) - (*model.get(trial)?)?);
     let excesses: Vec<f64> = faithful.trials.iter().filter_map(excess).collect();
     let calibrated_on = calibrate.unwrap_or(excesses.len() / 2);
     let (first, rest) = excesses.split_at_checked(calibrated_on)?;
-    let margin = conformal_margin(first, CONFIDENCE)?;
+    let margin = conformal_margin(first, confidence)?;
     let mut fresh = Share::default();
     rest.iter().for_each(|excess| fresh.push(*excess <= margin));
     Some(ModelBound { calibrated_on, margin, fresh })
+}
+
+/// The sign of what is not negative, which no number is shown with.
+fn sign(x: f64) -> String {
+    if x < 0.0 { String::new() } else { "+".to_owned() }
 }
 
 fn with_half_width(estimate: &MeanEstimate) -> String {
@@ -286,8 +316,8 @@ fn estimate(estimate: &MeanEstimate) -> impl serde::Serialize + use<> {
 
 fn agreement(agreement: &Agreement) -> impl serde::Serialize + use<> {
     object! {
-        shared: agreement.shared, correlation: agreement.correlation, slope: agreement.slope,
-        least_width: agreement.least_width(),
+        shared: agreement.shared, value_in_one: agreement.value_in_one,
+        correlation: agreement.correlation, slope: agreement.slope, least_width: agreement.least_width(),
     }
 }
 

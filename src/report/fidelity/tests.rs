@@ -81,6 +81,30 @@ fn closed_form_a_line_between_two_campaigns() {
     assert!(crate::report::figure::fidelity_figure(&report).unwrap().contains("by 1, the most faithful"));
 }
 
+/// PX4 has no steady flight where the model takes long: it takes 0.3 s more, so its mean is that of the
+/// model's trials below 1.5 s, plus 0.3. By the model's mean over all of its trials it would be far above,
+/// and no interval would hold it.
+#[test]
+fn closed_form_trials_without_a_value_leave_no_help() {
+    let mission = mission();
+    let takes = |k: u64| 1.0 + 2e-4 * (k * 7919 % 5000) as f64;
+    let of = |k: u64, t: f64| drop_of(k, model(k), Some(t).filter(|t| *t < 1.8));
+    let campaigns = [
+        lines(&mission, "px4", (0..400).map(|k| of(k, takes(k) + 0.3))),
+        lines(&mission, "px4-model", (0..5000).map(|k| drop_of(k, model(k), Some(takes(k))))),
+    ];
+    let rungs: Vec<CampaignLines> = campaigns
+        .iter()
+        .map(|text| CampaignLines::parse(text, &mission, &[&mission.inputs.hash]).unwrap())
+        .collect();
+    let report = FidelityReport::new(&mission, rungs, None, ChosenAmong::ONE);
+    let mean = report.quantities()[2].mean.as_ref().unwrap();
+    // Evenly spread between 1.3 and 1.8.
+    let (low, high) = mean.helped.interval();
+    assert!(low < 1.55 && 1.55 < high, "{low} {high}");
+    assert!(mean.helped == mean.plain, "{mean:?}");
+}
+
 /// A drop that was never released has no J_TPF and is no reason to think better of the others: with 30 of 200
 /// such no bound holds for 90 %, and the mean is above that of 170 times 0.5 and 30 times 2.
 #[test]
@@ -100,15 +124,51 @@ fn closed_form_trials_without_j_tpf_count_as_the_worst() {
     assert!(json["alone"]["capped_j_tpf_mean_at_most"].as_f64().unwrap() > 0.85 * 0.5 + 0.15 * 2.0);
 }
 
+/// What was chosen among a hundred by these trials is known less well in everything that they say: failures,
+/// intervals of means by Student's t at 99.95 % in place of 95, and margins, for which a rank of 99.95 %
+/// needs 1999 trials.
 #[test]
-fn what_was_chosen_among_many_is_bounded_higher() {
+fn reference_what_was_chosen_among_many_is_bounded_higher() {
     let mission = mission();
-    let at_most = |n: u64| {
+    let said = |n: u64| {
         let report = FidelityReport::new(&mission, campaigns(&mission), Some(60), ChosenAmong::new(n));
+        assert_eq!(
+            report.text().matches("chosen among 100 by these trials").count(),
+            if n == 1 { 0 } else { 3 }
+        );
         let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
-        json["alone"]["failure_probability_at_most"].as_f64().unwrap()
+        let alone = &json["quantities"][0]["mean"]["alone"];
+        let width = alone["high"].as_f64().unwrap() - alone["low"].as_f64().unwrap();
+        let bound = !json["quantities"][0]["bound"].is_null();
+        (json["alone"]["failure_probability_at_most"].as_f64().unwrap(), width, bound)
     };
-    assert!(at_most(100) > 1.2 * at_most(1));
+    let (one, many) = (said(1), said(100));
+    assert!(many.0 > 1.2 * one.0);
+    // Student's t with 199 degrees of freedom, by scipy 1.16.
+    assert!((many.1 / one.1 - 3.538_971 / 1.971_957).abs() < 1e-5, "{many:?} {one:?}");
+    assert_eq!((one.2, many.2), (true, false));
+}
+
+/// A margin that does not exist held nowhere: of the steady time, which each tenth trial has not. Those are
+/// no help to the mean, which is said with their number.
+#[test]
+fn no_margin_holds_nothing_and_no_help_has_a_reason() {
+    let mission = mission();
+    let report = FidelityReport::new(&mission, campaigns(&mission), None, ChosenAmong::ONE);
+    let text = report.text();
+    let cells = |title: &str| -> Vec<String> {
+        let after = text.split_once(title).unwrap().1;
+        let line = after.lines().find(|line| line.starts_with("steady after [s]")).unwrap();
+        line.split_whitespace().skip(3).map(str::to_owned).collect()
+    };
+    assert_eq!(cells("How far above"), ["none", "100", "-"], "{text}");
+    let why = "steady after [s]: 2 is no help to 1, 20 trials that both have flown are without a value in one of them";
+    assert!(text.contains(why), "{text}");
+    let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
+    let of = &json["quantities"][2];
+    assert!(of["bound"]["margin"].is_null() && of["bound"]["held"].is_null(), "{of}");
+    assert_eq!(of["mean"]["agreements"][0]["value_in_one"], 20);
+    assert!(json["quantities"][0]["bound"]["held"].is_u64());
 }
 
 /// Too few trials say so in every table, and nothing is divided by none.
