@@ -67,13 +67,27 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
         .map(|law| by(&AutopilotArg::Px4Model(law).to_string()));
     let flown: Vec<Mission> = [own, by("px4")].into_iter().chain(models).collect();
     let hashes: Vec<&str> = flown.iter().map(|mission| mission.inputs.hash.as_str()).collect();
-    let read = |path: &PathBuf| {
-        #[expect(clippy::disallowed_methods, reason = "what earlier runs have written")]
-        let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
-        let lines = CampaignLines::parse(&text.bad_input()?, &of_px4, &hashes);
+    let texts = args.by.iter().map(text).collect::<Result<Vec<_>, Failure>>()?;
+    for (k, path) in args.by.iter().enumerate() {
+        if let Some(same) = (0..k).find(|before| texts[*before] == texts[k]) {
+            let (path, same) = (path.display(), args.by[same].display());
+            let message = format!("--by {path}: another campaign than that of {same} is expected");
+            return Err(Failure::input(message));
+        }
+    }
+    let read = |(path, text): (&PathBuf, &String)| {
+        let lines = CampaignLines::parse(text, &of_px4, &hashes);
         lines.with_context(|| path.display().to_string()).bad_input()
     };
-    let rungs = args.by.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
+    let rungs = args.by.iter().zip(&texts).map(read).collect::<Result<Vec<_>, Failure>>()?;
+    if let (Some(calibrate), [first, second, ..]) = (args.calibrate, &rungs[..]) {
+        let shared = first.trials.intersection(&second.trials).count();
+        if calibrate > shared {
+            return Err(Failure::input(format!(
+                "--calibrate {calibrate}: at most the {shared} trials that both of the first two have flown are expected"
+            )));
+        }
+    }
     let first = rungs.first().map(|first| first.input_hash.as_str());
     let mission = flown.iter().find(|mission| first == Some(&mission.inputs.hash)).unwrap_or(&of_px4);
     let narrator = Narrator::alone(args.mission.json);
@@ -94,4 +108,10 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
         format!("{}\nfigure in {}\n", report.text(), folder.path().join("fidelity.svg").display())
     })?;
     Ok(Answer::Yes)
+}
+
+fn text(path: &PathBuf) -> Result<String, Failure> {
+    #[expect(clippy::disallowed_methods, reason = "what earlier runs have written")]
+    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
+    text.bad_input()
 }
