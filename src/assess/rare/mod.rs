@@ -9,7 +9,8 @@
 //! <https://doi.org/10.1016/j.probengmech.2015.06.006>).
 //!
 //! How sure the product is comes from no formula for the correlation of chains: [`POPULATIONS`] populations
-//! climb apart from each other, and the interval is that of their scatter.
+//! climb apart from each other, and the interval is that of their scatter; of failures so frequent that all
+//! populations meet enough on their first level, whose points are independent, it is that of a share.
 //!
 //! | file | holds |
 //! |---|---|

@@ -37,14 +37,24 @@ pub struct Ascent {
     pub stalled: bool,
 }
 
+impl Level {
+    /// How many of its points have a score of at least `x`.
+    pub fn reached(&self, x: f64) -> usize {
+        self.scores.partition_point(|score| *score >= x)
+    }
+}
+
 impl Ascent {
     /// The probability that a score is at least `x`: of the highest level whose threshold is not above `x`.
     pub fn exceedance(&self, x: f64) -> f64 {
-        let level = self.levels.iter().rev().find(|level| level.threshold <= x);
-        level.map_or(1.0, |level| {
-            let reached = level.scores.partition_point(|score| *score >= x);
-            level.probability * reached as f64 / level.scores.len().max(1) as f64
+        self.level_at(x).map_or(1.0, |(_, level)| {
+            level.probability * level.reached(x) as f64 / level.scores.len().max(1) as f64
         })
+    }
+
+    /// The highest level whose threshold is not above `x`, with its number from 0.
+    pub(super) fn level_at(&self, x: f64) -> Option<(usize, &Level)> {
+        self.levels.iter().enumerate().rev().find(|(_, level)| level.threshold <= x)
     }
 
     /// The threshold of the highest level.

@@ -19,10 +19,15 @@ fn mean_over_normal(f: impl Fn(f64) -> f64) -> f64 {
 
 /// The bound that a probability falls to [`TAIL`] at.
 fn bound_of(probability: impl Fn(f64) -> f64) -> f64 {
+    bound_of_tail(TAIL, probability)
+}
+
+/// The bound that a probability falls to `tail` at.
+fn bound_of_tail(tail: f64, probability: impl Fn(f64) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 400.0);
     for _ in 0..60 {
         let middle = 0.5 * (low + high);
-        if probability(middle) > TAIL { low = middle } else { high = middle }
+        if probability(middle) > tail { low = middle } else { high = middle }
     }
     0.5 * (low + high)
 }
@@ -177,6 +182,27 @@ fn closed_form_the_nearest_failure_has_nothing_of_what_does_not_matter() {
     }
 }
 
+/// Failures that are not rare: all populations end on their first level, whose points are independent, so the
+/// interval is Clopper and Pearson's of all of them. It holds the probability in at least 95 of a hundred
+/// seeds, less three deviations of 200, and has a width whatever the points say.
+#[test]
+fn closed_form_failures_that_are_not_rare() {
+    const SEEDS: u64 = 200;
+    for safe in [1e-4, 3e-3, 0.5] {
+        let bound = -bound_of_tail(safe, upper);
+        let covered = (0..SEEDS).filter(|seed| {
+            let score = |points: &[Vec<f64>]| Ok::<_, ()>(points.iter().map(|z| z[0]).collect());
+            let found = search(bound, TAIL, *seed).run(1, std::slice::from_ref(&(0..1)), score).unwrap();
+            let Estimate { probability, low, high, .. } = found.estimate();
+            assert!(low < high && low <= probability && probability <= high, "{low} {probability} {high}");
+            low <= 1.0 - safe && 1.0 - safe <= high
+        });
+        // 190 expected at the least, 3.1 a deviation.
+        let covered = covered.count();
+        assert!(covered > 180, "{covered} of {SEEDS} at {safe}");
+    }
+}
+
 /// A staircase: many points have the same score, and its tail is that of the normal variable at each step.
 #[test]
 fn closed_form_a_staircase_is_climbed() {
@@ -208,14 +234,16 @@ fn closed_form_rarer_failures_are_below() {
     }
 }
 
-/// No threshold lies above a score that all have: the search ends and says so, and knows nothing.
+/// No threshold lies above a score that all have: the search ends and says so, and knows what so many
+/// independent points without a failure say.
 #[test]
 fn a_score_without_slope_ends_the_search() {
     let score = |points: &[Vec<f64>]| Ok::<_, ()>(vec![0.5; points.len()]);
     let found = search(1.0, TAIL, 1).run(2, &[0..1, 1..2], score).unwrap();
     assert!(found.ascents.iter().all(|ascent| ascent.stalled) && found.nearest.is_none());
     let Estimate { probability, low, high, .. } = found.estimate();
-    assert_eq!((probability, low, high), (0.0, 0.0, 1.0));
+    let upper = 1.0 - math::powf(0.025, 1.0 / PER_LEVEL as f64);
+    assert!(probability == 0.0 && low == 0.0 && (high - upper).abs() < 1e-12, "{low} {high}");
 }
 
 #[test]
