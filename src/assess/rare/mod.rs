@@ -69,10 +69,16 @@ impl RareSearch {
     }
 
     /// Most points that are scored on the way up.
-    pub fn points_most(&self) -> usize {
+    pub fn points_up_most(&self) -> usize {
         let points = self.points();
         let moved = points - (SHARE * points as f64).round() as usize;
         POPULATIONS * (points + self.thresholds() * moved)
+    }
+
+    /// Most points that are scored on the way up and, over so many blocks, from there to the most likely
+    /// failure.
+    pub fn points_most(&self, blocks: usize) -> usize {
+        self.points_up_most() + nearest::points_most(POPULATIONS, blocks)
     }
 
     /// Climbs to the bound over points of `dimensions` coordinates, and goes from the failures that were met
@@ -95,14 +101,9 @@ impl RareSearch {
             Ok(scores.into_iter().map(|x| if x.is_nan() { f64::INFINITY } else { x }).collect())
         };
         let ascents = self.climb(dimensions, &mut score)?;
-        let failures: Vec<Vec<Vec<f64>>> = ascents.iter().map(|(_, failures)| failures.clone()).collect();
+        let (ascents, failures): (Vec<Ascent>, Vec<Vec<Vec<f64>>>) = ascents.into_iter().unzip();
         let nearest = nearest::nearest(&failures, blocks, self.bound, &mut score)?;
-        Ok(RareFound {
-            search: *self,
-            ascents: ascents.into_iter().map(|(ascent, _)| ascent).collect(),
-            nearest,
-            scored,
-        })
+        Ok(RareFound { search: *self, ascents, nearest, scored })
     }
 
     /// All populations, level by level and step by step; each ascent with the failures that it met last.

@@ -25,6 +25,15 @@ const GAIN: f64 = 0.002;
 /// Step of the differences, in standard deviations.
 const STEP: f64 = 0.1;
 
+/// Most points that are scored on the way from the failures of so many populations to the most likely one,
+/// over so many blocks.
+pub(super) fn points_most(populations: usize, blocks: usize) -> usize {
+    let line = (LOOKS + 1) * (CLOSER + 1);
+    // As they are and in blocks.
+    let first = 2 * populations * (TRIED + 1) * line;
+    first + TURNS * (blocks + (SHARES.len() + LEFT_OUT.len()) * line)
+}
+
 /// A failing point that is likelier than all others known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Nearest {

@@ -131,6 +131,9 @@ fn tally(case: &Case, seeds: u64) -> Tally {
         let Estimate { probability, low, high, variation } = found.estimate();
         tally.covered += usize::from(low <= TAIL && TAIL <= high);
         tally.most = tally.most.max(found.scored);
+        let search = &found.search;
+        assert!(found.climbed() <= search.points_up_most() as u64, "{}", found.climbed());
+        assert!(found.scored <= search.points_most(case.dimensions) as u64, "{}", found.scored);
         tally.probability += probability / seeds as f64;
         tally.variation += variation / seeds as f64;
         tally.far = tally.far.max(found.nearest.unwrap().distance / case.distance);
