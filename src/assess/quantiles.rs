@@ -2,7 +2,8 @@
 //! flown in, or exactly, where the values are kept.
 //!
 //! A quantile is a value that occurs: the least that a given share of the values does not exceed. Histograms
-//! give it to half the width of a bin.
+//! give it to half the width of a bin. What has no value - a trial that was never steady, or lost - lies
+//! beyond all that have one.
 
 use std::collections::BTreeMap;
 
@@ -80,11 +81,11 @@ impl Histogram {
         self.bins.iter().map(|(bin, count)| (*bin, *count))
     }
 
-    /// [`QUANTILES`] to half of `width`, which is that of the values taken.
-    pub fn quantiles(&self, width: f64) -> Quantiles {
-        let count = self.bins.values().fold(0u64, |sum, count| sum.saturating_add(*count));
+    /// [`QUANTILES`] to half of `width`, which is that of the values taken, among so many of which those that
+    /// were not taken lie beyond all others.
+    pub fn quantiles(&self, width: f64, among: u64) -> Quantiles {
         QUANTILES.map(|quantile| {
-            let mut left = quantile.rank(count);
+            let mut left = quantile.rank(among);
             let (bin, _) = self.bins().find(|(_, count)| {
                 let found = left <= *count;
                 left = left.saturating_sub(*count);
@@ -196,11 +197,13 @@ mod tests {
     #[test]
     fn what_lies_beyond_the_bins_has_no_quantile() {
         let mut histogram = Histogram::default();
-        assert_eq!(histogram.quantiles(1.0), [None, None]);
+        assert_eq!([0, 7].map(|among| histogram.quantiles(1.0, among)), [[None, None]; 2]);
         for x in [0.26, 0.31, 1e300, f64::INFINITY, f64::NAN] {
             histogram.push(x, 0.1);
         }
-        assert_eq!(histogram.quantiles(0.1), [Some(0.1 * 3.0), None]);
+        assert_eq!(histogram.quantiles(0.1, 4), [Some(0.1 * 3.0), None]);
+        // Of five with one that was not taken the third is beyond the bins.
+        assert_eq!(histogram.quantiles(0.1, 5), [None, None]);
         assert_eq!(histogram.bins().collect::<Vec<_>>(), [(3, 2), (BINS_MOST, 2)]);
         histogram.append(&Histogram::of([(i32::MIN, 1), (3, 4)]));
         assert_eq!(histogram.bins().collect::<Vec<_>>(), [(-BINS_MOST, 1), (3, 6), (BINS_MOST, 2)]);
@@ -234,7 +237,7 @@ mod tests {
             one.append(&other);
             let mut ascending = near.clone();
             ascending.sort_by(f64::total_cmp);
-            for (found, quantile) in one.quantiles(width).iter().zip(QUANTILES) {
+            for (found, quantile) in one.quantiles(width, near.len() as u64).iter().zip(QUANTILES) {
                 let exact = quantile.of_ascending(&ascending).unwrap();
                 prop_assert!((found.unwrap() - exact).abs() <= 0.5 * width + 1e-12);
             }

@@ -18,8 +18,7 @@ use crate::cli::results::OutputFolder;
 #[cfg(feature = "shards")]
 use samara::assess::BlockError;
 use samara::assess::{
-    BlockSummary, RandomRelease, ReleaseDistribution, SafetyStudy, Selection, StudyEntry, Summary, Tally,
-    TrialOutcome,
+    RandomRelease, ReleaseDistribution, SafetyStudy, Selection, StudyEntry, Summary, Tally, TrialOutcome,
 };
 use samara::config::Mission;
 use samara::report::campaign::exact::{MeasurePasses, MeasureValues};
@@ -159,7 +158,7 @@ impl Campaign {
         let exact = if runner.sorts() {
             values.quantiles()
         } else if runner.keep == Keep::All {
-            let mut passes = MeasurePasses::new(summary.measures.each_ref().map(BlockSummary::count));
+            let mut passes = MeasurePasses::new(summary.flown());
             for _ in 0..Selection::PASSES {
                 let mut lines = self.lines(runner)?;
                 for trial in 0..summary.end() {

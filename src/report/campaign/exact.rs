@@ -4,7 +4,7 @@
 use super::{MEASURES, TrialRecord};
 use crate::assess::{QUANTILES, Quantiles, Selection};
 
-/// The values of [`MEASURES`], in their order.
+/// The values of [`MEASURES`], in their order; what has none lies beyond all others.
 #[derive(Clone, Debug, Default)]
 pub struct MeasureValues([Vec<f64>; MEASURES.len()]);
 
@@ -12,15 +12,15 @@ impl MeasureValues {
     /// Takes a trial.
     pub fn push(&mut self, trial: &TrialRecord) {
         for (measure, values) in MEASURES.iter().zip(&mut self.0) {
-            values.extend((measure.of)(trial));
+            values.push((measure.of)(trial).unwrap_or(f64::INFINITY));
         }
     }
 
-    /// The quantiles of each measure.
+    /// The quantiles of each measure among all trials; `None` where that trial has no value.
     pub fn quantiles(self) -> [Quantiles; MEASURES.len()] {
         self.0.map(|mut values| {
             values.sort_unstable_by(f64::total_cmp);
-            QUANTILES.map(|quantile| quantile.of_ascending(&values))
+            known(QUANTILES.map(|quantile| quantile.of_ascending(&values)))
         })
     }
 }
@@ -30,15 +30,15 @@ impl MeasureValues {
 pub struct MeasurePasses([Selection; MEASURES.len()]);
 
 impl MeasurePasses {
-    /// The search, with the number of trials that have a value of each of [`MEASURES`].
-    pub fn new(counts: [u64; MEASURES.len()]) -> Self {
-        Self(counts.map(Selection::new))
+    /// The search among so many trials.
+    pub fn new(trials: u64) -> Self {
+        Self(std::array::from_fn(|_| Selection::new(trials)))
     }
 
     /// Takes the next trial of a pass.
     pub fn push(&mut self, trial: &TrialRecord) {
         for (measure, selection) in MEASURES.iter().zip(&mut self.0) {
-            (measure.of)(trial).into_iter().for_each(|x| selection.push(x));
+            selection.push((measure.of)(trial).unwrap_or(f64::INFINITY));
         }
     }
 
@@ -47,8 +47,13 @@ impl MeasurePasses {
         self.0.iter_mut().for_each(Selection::end_pass);
     }
 
-    /// The quantiles of each measure, after all passes.
+    /// The quantiles of each measure among all trials, after all passes; `None` where that trial has no
+    /// value.
     pub fn quantiles(&self) -> [Quantiles; MEASURES.len()] {
-        self.0.each_ref().map(Selection::quantiles)
+        self.0.each_ref().map(|selection| known(selection.quantiles()))
     }
+}
+
+fn known(quantiles: Quantiles) -> Quantiles {
+    quantiles.map(|x| x.filter(|x| x.is_finite()))
 }

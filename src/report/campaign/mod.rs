@@ -134,7 +134,9 @@ pub struct Measure {
     pub name: &'static str,
     /// Unit for people; empty where there is none.
     pub unit: &'static str,
-    /// Value of a trial; `None` where it has none.
+    /// What stands in the place of a number of trials that have none.
+    pub without: &'static str,
+    /// Value of a trial; `None` where it has none: it lies beyond all others.
     pub of: fn(&TrialRecord) -> Option<f64>,
     /// Width of a bin of its histogram, in the measure's unit.
     pub bin_width: f64,
@@ -148,6 +150,7 @@ pub const MEASURES: [Measure; 5] = [
         key: "j_tpf",
         name: "J_TPF",
         unit: "",
+        without: "lost",
         of: |t| Some(t.j_tpf).filter(|x| x.is_finite()),
         bin_width: 1e-5,
         limit: |judge, _| Some(judge.bound),
@@ -156,6 +159,7 @@ pub const MEASURES: [Measure; 5] = [
         key: "steady_after_s",
         name: "steady after",
         unit: "s",
+        without: "never",
         of: |t| t.steady_after_s,
         bin_width: 1e-3,
         limit: |judge, _| judge.limits.steady_after_s,
@@ -164,6 +168,7 @@ pub const MEASURES: [Measure; 5] = [
         key: "altitude_lost_m",
         name: "altitude lost",
         unit: "m",
+        without: "lost",
         of: |t| Some(t.way_ned_m.z).filter(|x| x.is_finite()),
         bin_width: 1e-3,
         limit: |judge, _| judge.limits.altitude_lost_m,
@@ -172,6 +177,7 @@ pub const MEASURES: [Measure; 5] = [
         key: "peak_tilt_deg",
         name: "peak tilt",
         unit: "deg",
+        without: "lost",
         of: |t| Some(t.peak_tilt_rad * DEG_PER_RAD).filter(|x| x.is_finite()),
         bin_width: 1e-3,
         limit: |judge, _| judge.limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
@@ -180,6 +186,7 @@ pub const MEASURES: [Measure; 5] = [
         key: "peak_speed_m_s",
         name: "peak speed",
         unit: "m/s",
+        without: "lost",
         of: |t| Some(t.peak_speed_m_s).filter(|x| x.is_finite()),
         bin_width: 1e-4,
         limit: |_, mission| Some(mission.limits.safety.speed_m_s),
@@ -289,12 +296,20 @@ impl CampaignSummary {
         self.measures[0].end()
     }
 
-    /// Quantiles of the measure at a place of [`MEASURES`].
+    /// Quantiles of the measure at a place of [`MEASURES`] among all trials; `None` where that trial has no
+    /// value.
     pub fn quantiles(&self, place: usize) -> Quantiles {
         match &self.exact {
             Some(exact) => exact[place],
-            None => self.histograms[place].quantiles(MEASURES[place].bin_width),
+            None => self.histograms[place].quantiles(MEASURES[place].bin_width, self.flown()),
         }
+    }
+
+    /// The greatest value of the measure at a place of [`MEASURES`]; `None` where a trial has none, and
+    /// without trials.
+    pub fn greatest(&self, place: usize) -> Option<f64> {
+        let sums = self.measures[place].summary();
+        Some(sums.max()).filter(|max| max.is_finite() && sums.count() == self.flown())
     }
 
     /// Trials.
@@ -453,6 +468,47 @@ mod tests {
         assert!(near(summary.quantiles(0)), "{:?}", summary.quantiles(0));
         summary.exact = Some(values.quantiles());
         assert_eq!(summary.quantiles(0), [Some(0.4 + 3e-6), Some(0.9 + 3e-6)]);
+    }
+
+    /// By hand: of 200 trials three have no time to steady flight and one of those no J_TPF. 99 % of all is
+    /// the 198th, one of those without a time; of the 197 that have one it would be 2.98 s. Exact, in passes
+    /// and by histogram alike.
+    #[test]
+    fn closed_form_trials_without_a_value_lie_beyond_all_others() {
+        let mut summary = CampaignSummary::default();
+        let mut values = exact::MeasureValues::default();
+        let trials: Vec<TrialRecord> = (0..200)
+            .map(|k| {
+                let lost = k == 7;
+                let j_tpf = if lost { f64::INFINITY } else { 0.5 + 1e-3 * k as f64 };
+                let steady_after_s = (k % 70 != 7).then_some(1.0 + 0.01 * k as f64);
+                TrialRecord { steady_after_s, ..record(k, j_tpf, lost.then_some("lost")) }
+            })
+            .collect();
+        let mut passes = exact::MeasurePasses::new(200);
+        for _ in 0..crate::assess::Selection::PASSES {
+            trials.iter().for_each(|trial| passes.push(trial));
+            passes.end_pass();
+        }
+        for trial in &trials {
+            summary.push(trial);
+            values.push(trial);
+        }
+        let exact = values.quantiles();
+        assert_eq!(passes.quantiles(), exact);
+        assert_eq!(exact[1], [Some(1.0 + 0.01 * 101.0), None]);
+        // The second greatest of the 199 that have a J_TPF: the lost one is beyond.
+        assert_eq!(exact[0][1], Some(0.5 + 1e-3 * 198.0));
+        for (place, exact) in exact.iter().enumerate() {
+            for (binned, exact) in summary.quantiles(place).iter().zip(exact) {
+                assert_eq!(binned.is_some(), exact.is_some(), "{place}");
+                assert!(
+                    binned.zip(*exact).is_none_or(|(a, b)| (a - b).abs() <= 0.51 * MEASURES[place].bin_width)
+                );
+            }
+        }
+        assert_eq!([0, 1, 2].map(|place| summary.greatest(place)), [None, None, Some(3.0)]);
+        assert_eq!(CampaignSummary::default().greatest(0), None);
     }
 
     /// Each limit alone, at it and a hair beyond; what is never steady fails only where that is judged.

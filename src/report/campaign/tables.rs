@@ -1,6 +1,6 @@
 //! A campaign's tables, the verdict in a sentence, and the whole text for the terminal.
 
-use super::{CampaignReport, MEASURES, NamedCampaign, TrialRecord};
+use super::{CampaignReport, CampaignSummary, MEASURES, NamedCampaign, TrialRecord};
 use crate::assess::QUANTILES;
 use crate::report::study::grid::Grid;
 use crate::report::study::tables::{INTERVALS, probability_digits, probability_interval, tracking_note};
@@ -14,17 +14,32 @@ fn optional(x: Option<f64>, decimals: usize) -> String {
     x.map_or_else(|| "-".to_owned(), |x| number(x, decimals))
 }
 
+/// The number of the trial of a rank, from 1; or what stands in its place where that trial has none.
+fn ranked(summary: &CampaignSummary, place: usize, (rank, x): (u64, Option<f64>), decimals: usize) -> String {
+    let beyond = rank > summary.measures[place].count();
+    x.map_or_else(|| if beyond { MEASURES[place].without } else { "-" }.to_owned(), |x| number(x, decimals))
+}
+
+/// The greatest number of a measure, or what stands in its place where a trial has none.
+fn greatest(summary: &CampaignSummary, place: usize, decimals: usize) -> String {
+    ranked(summary, place, (summary.flown(), summary.greatest(place)), decimals)
+}
+
 /// The answer in a sentence: whether any trial failed, and how close the worst came.
 pub fn verdict(report: &CampaignReport<'_>) -> String {
     let Some(campaign) = report.judged() else { return "no campaign".to_owned() };
     let (label, s) = (&campaign.label, &campaign.summary);
     let (flown, failed) = (s.flown(), s.failed());
-    let worst = |place: usize, decimals: usize| number(s.measures[place].max(), decimals);
+    let worst = |place: usize, decimals: usize| greatest(s, place, decimals);
     if failed == 0 {
+        // Where steady flight is not judged a trial may be safe without.
+        let steady = match s.greatest(1) {
+            Some(latest) => format!("steady after {} s at the latest", number(latest, 2)),
+            None => "not steady in all of them".to_owned(),
+        };
         format!(
-            "{label}: safe in all {flown} trials: J_TPF {} at most, steady after {} s at the latest, {} m of altitude lost at most",
+            "{label}: safe in all {flown} trials: J_TPF {} at most, {steady}, {} m of altitude lost at most",
             worst(0, 3),
-            worst(1, 2),
             worst(2, 1)
         )
     } else {
@@ -41,16 +56,19 @@ pub fn measures(report: &CampaignReport<'_>, campaign: &NamedCampaign) -> Grid {
     let head = ["", "mean", "std", "min", median, most, "max", "limit", "trials"];
     let mut grid = Grid::new(&campaign.label, head);
     for place in report.telling() {
-        let (measure, s) = (&MEASURES[place], campaign.summary.measures[place].summary());
-        let [median, most] = campaign.summary.quantiles(place).map(|x| x.unwrap_or(f64::NAN));
+        let (measure, all) = (&MEASURES[place], &campaign.summary);
+        let s = all.measures[place].summary();
+        let quantiles = QUANTILES.iter().zip(all.quantiles(place));
         let unit = if measure.unit.is_empty() { String::new() } else { format!(" [{}]", measure.unit) };
         let decimals = if measure.unit.is_empty() { 4 } else { 3 };
         let limit = (measure.limit)(&report.judge, report.mission);
         grid.row(
             &format!("{}{unit}", measure.name),
-            [s.mean(), s.std(), s.min(), median, most, s.max()]
+            [s.mean(), s.std(), s.min()]
                 .map(|x| number(x, decimals))
                 .into_iter()
+                .chain(quantiles.map(|(of, x)| ranked(all, place, (of.rank(all.flown()), x), decimals)))
+                .chain(std::iter::once(greatest(all, place, decimals)))
                 .chain([
                     limit.map_or_else(|| "none".to_owned(), |limit| number(limit, 2)),
                     s.count().to_string(),
@@ -73,7 +91,7 @@ pub fn campaigns(report: &CampaignReport<'_>) -> Grid {
                 s.failed().to_string(),
                 number(s.passed.probability(), digits),
                 probability_interval(s.passed.interval(), digits),
-                number(s.measures[0].max(), 4),
+                greatest(s, 0, 4),
             ],
         );
     }
@@ -134,4 +152,63 @@ pub fn text(report: &CampaignReport<'_>) -> String {
         text += &format!("{} --only {}     # the worst trial alone\n", report.alone, t.trial);
     }
     text + &format!("{INTERVALS}\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::load_mission;
+    use crate::report::campaign::TrialJudge;
+    use nalgebra::Vector3;
+
+    /// By hand, of 100 trials: one lost is the worst J_TPF and altitude, two without a time to steady flight
+    /// are its greatest and, as the 99th and 100th, its 99 %; no table and no key has the greatest of the
+    /// others in their place.
+    #[test]
+    fn closed_form_what_has_no_number_is_the_worst() {
+        let mission = load_mission(std::path::Path::new("mission/x500_drop.json")).unwrap();
+        let mut summary = CampaignSummary::default();
+        for trial in 0..100 {
+            let lost = trial == 4;
+            summary.push(&TrialRecord {
+                trial,
+                j_tpf: if lost { f64::INFINITY } else { 0.5 },
+                peak_speed_m_s: 9.0,
+                peak_tilt_rad: 0.1,
+                steady_after_s: (!(3..=4).contains(&trial)).then_some(2.0),
+                way_ned_m: Vector3::new(0.0, 0.0, if lost { f64::NAN } else { 14.0 }),
+                failure: lost.then(|| "lost".to_owned()),
+            });
+        }
+        let campaign = NamedCampaign { name: "optimal".into(), label: "own".into(), summary, file: None };
+        let report = CampaignReport {
+            mission: &mission,
+            flown_by: String::new(),
+            command: String::new(),
+            alone: String::new(),
+            judge: TrialJudge::of(&mission, 1.0),
+            plan_j_tpf: 0.5,
+            campaigns: vec![campaign],
+            cases: Vec::new(),
+            tracking_period_s: 0.01,
+        };
+        let text = measures(&report, &report.campaigns[0]).text();
+        let cells = |name: &str| -> Vec<String> {
+            let line = text.lines().find(|line| line.trim_start().starts_with(name)).unwrap();
+            line[line.find(name).unwrap() + name.len()..].split_whitespace().map(str::to_owned).collect()
+        };
+        // Mean, deviation, least; median, 99 %, greatest; limit and trials.
+        assert_eq!(cells("steady after [s]")[3..6], ["2.000", "never", "never"], "{text}");
+        assert_eq!(cells("J_TPF")[3..6], ["0.5000", "0.5000", "lost"], "{text}");
+        assert_eq!(cells("altitude lost [m]")[5..], ["lost", "none", "99"], "{text}");
+        assert_eq!(cells("peak speed [m/s]")[5], "9.000", "{text}");
+        let whole = campaigns(&report).text();
+        assert!(whole.lines().any(|line| line.contains("own") && line.ends_with("lost")), "{whole}");
+        let json: serde_json::Value =
+            serde_json::from_str(&crate::report::campaign::json::json(&report, None)).unwrap();
+        let of = &json["campaigns"][0];
+        assert!(of["max"].is_null() && of["measures"][1]["p99"].is_null(), "{of}");
+        assert_eq!((&of["measures"][1]["count"], &of["measures"][1]["p50"]), (&98.into(), &2.0.into()));
+        assert_eq!(of["measures"][4]["max"], 9.0);
+    }
 }
