@@ -143,12 +143,13 @@ fn regress_a_lost_trial_flies_again_in_the_air_of_the_plane() {
 }
 
 /// Normal coordinates give J_TPF the distribution that plain trials have: Kolmogorov and Smirnov's distance
-/// of two samples stays below that of a millionth.
+/// of two samples stays below that of a millionth, 0.0595. A shift by a fifth of a standard deviation is
+/// seen: it is 0.08 of the distribution of a normal variable.
 #[test]
 fn reference_j_tpf_of_normal_coordinates_is_distributed_as_in_plain_trials() {
     let (mission, study, entry) = planned("x500_real_air");
     let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases(), None);
-    let n = 256;
+    let n = 4096;
     let releases: Vec<RandomRelease> = (0..n).map(|k| mission.releases().draw(5, k)).collect();
     let point = |k| pairs(77, k, space.dimensions()).into_iter().map(|pair| pair[0]).collect::<Vec<f64>>();
     let sorted = |outcomes: Vec<samara::assess::TrialOutcome>| {
@@ -157,7 +158,9 @@ fn reference_j_tpf_of_normal_coordinates_is_distributed_as_in_plain_trials() {
         j_tpf
     };
     let plain = sorted(study.fly_releases(&entry, &releases));
-    let mapped = sorted(space.fly(&(0..n).map(point).collect::<Vec<_>>()));
+    // Each point has some thousand coordinates.
+    let some = |from: u64| space.fly(&(from..from + 64).map(point).collect::<Vec<_>>());
+    let mapped = sorted((0..n).step_by(64).flat_map(some).collect());
     let share = |sorted: &[f64], x: f64| sorted.partition_point(|y| *y <= x) as f64 / n as f64;
     let apart = |x: &f64| (share(&plain, *x) - share(&mapped, *x)).abs();
     let distance = plain.iter().chain(&mapped).map(apart).fold(0.0, f64::max);
