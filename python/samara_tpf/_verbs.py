@@ -195,8 +195,8 @@ def sobol(
     """What decides a drop, of all that is uncertain: Sobol's indices, as ``samara assess --sobol``.
 
     Of J_TPF, the time to steady flight and the altitude lost, over swing, air and what the controller does not know,
-    from ``points`` trials and as many more for each quantity; ``seed``: of the trials; ``threads``: one for each core
-    unless given, the results do not depend on it.
+    from two samples of ``points`` trials and as many more for each quantity; ``seed``: of the trials; ``threads``: one
+    for each core unless given, the results do not depend on it.
 
     ``MissionError`` and ``PlanError`` as for ``drop``.
     """

@@ -10,7 +10,7 @@ use samara::config::Mission;
 use samara::report::campaign::own::trial_space;
 use samara::report::figure::{rare_figure, sobol_figure};
 use samara::report::rare::RareReport;
-use samara::report::sobol::{SobolReport, outputs_of};
+use samara::report::sobol::{Replaced, SobolReport, outputs_of};
 use samara::sim::planar::LANES;
 
 use super::plan::converged;
@@ -100,11 +100,13 @@ pub fn assess_sobol(
         let (groups, end_s, pool) = (space.groups(), space.duration_s(), pool(threads)?);
         let study = SobolStudy { points, seed: mission.seed };
         let ranges: Vec<_> = groups.iter().map(|group| group.ranges.clone()).collect();
+        let mut replaced = Replaced::default();
         let found = study.run(space.dimensions(), &ranges, |points| {
             let flown = fly(&space, points, &pool, stop)?;
+            flown.iter().for_each(|outcome| replaced.push(outcome));
             Ok::<_, Fault>(flown.iter().map(|outcome| outputs_of(outcome, end_s)).collect())
         })?;
-        let report = SobolReport { mission: &mission, study, groups, found };
+        let report = SobolReport { mission: &mission, study, groups, found, replaced, end_s };
         let svg = sobol_figure(&report).or_given()?;
         Ok(SobolEstimated { json: report.json(), text: report.text(), csv: report.csv(), svg })
     })
