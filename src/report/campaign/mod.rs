@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 use super::drops::{DropNumbers, DropTrial};
 use crate::assess::{BlockError, BlockSummary, FlightLimits, Histogram, Quantiles, Share, TrialOutcome};
 use crate::config::Mission;
-use crate::report::columns::short;
+use crate::report::columns::{fixed, short};
 use crate::units::DEG_PER_RAD;
 
 /// Trials that a campaign keeps for its figures: the first ones.
@@ -87,7 +87,10 @@ impl TrialJudge {
                 _ => (o.steady_after_s.unwrap_or(f64::NAN), self.limits.steady_after_s, "s"),
             };
             let limit = limit.unwrap_or(f64::NAN);
-            return Some(format!("{} {value:.2} {unit}, limit {limit:.2}", name.replace('_', " ")));
+            // Two decimals, or as many as were given.
+            let limit = [fixed(limit, 2), short(limit, 6)].into_iter().max_by_key(String::len);
+            let limit = limit.unwrap_or_default();
+            return Some(format!("{} {value:.2} {unit}, limit {limit}", name.replace('_', " ")));
         }
         let tolerance = self.steady_within_m_s.filter(|_| o.steady_after_s.is_none())?;
         Some(format!("never steady within {} m/s of the target", short(tolerance, 4)))
@@ -535,6 +538,8 @@ mod tests {
             (given(19.99, 30.0, 4.0), "altitude lost 20.00 m, limit 19.99"),
             (given(20.0, 29.99, 4.0), "tilt 30.00 deg, limit 29.99"),
             (given(20.0, 30.0, 3.99), "steady after 4.00 s, limit 3.99"),
+            (given(20.0, 30.0, 3.995), "steady after 4.00 s, limit 3.995"),
+            (given(19.5, 30.0, 4.0), "altitude lost 20.00 m, limit 19.50"),
             (TrialJudge { bound: 0.5, ..given(20.0, 30.0, 4.0) }, "J_TPF 0.500, not below 0.5"),
         ] {
             assert_eq!(judge.failure(&o).as_deref(), Some(expected));
