@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::columns::short;
 use super::json::{head, object, text};
 use super::study::grid::Grid;
+use crate::assess::envelope::search::{CONFIDENCE, PROBABILITY};
 use crate::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Fan, Ray};
 use crate::config::{ENVELOPE_LIMITS, Mission};
 
@@ -72,6 +73,19 @@ impl EnvelopeReach {
             (None, None) => "none".to_owned(),
         }
     }
+}
+
+/// What the edges of an envelope were confirmed by, where `any` were, on so many fresh flights, for this
+/// share of flights with this confidence: a sentence without a full stop.
+pub(super) fn confirmed_words(any: bool, fresh_flights: u64, share: f64, confidence: f64) -> String {
+    if !any {
+        return format!("Nothing is confirmed: no edge held on {fresh_flights} fresh flights");
+    }
+    let [share, confidence] = [share, confidence].map(|x| short(100.0 * x, 2));
+    format!(
+        "At each confirmed edge all of {fresh_flights} fresh flights stayed below that limit of J_state, so that {share} % do, with \
+         {confidence} % confidence for each edge; whether they become steady is not judged. + the end of what is looked at, - nothing confirmed"
+    )
 }
 
 /// A fan with the edges along its rays.
@@ -171,13 +185,15 @@ impl EnvelopeReport<'_> {
                 "\nJ_state < {limit}: not for 99 % of the flights even from the nominal release, so there is no edge."
             );
         }
-        let fresh = self.search.fresh_flights();
-        let _ = writeln!(
-            out,
-            "\nConfirmed on {fresh} fresh flights, all of them safe: 99 % are, with 95 % confidence for each edge; + the end of what \
-             is looked at; - nothing confirmed."
-        );
+        let _ = writeln!(out, "\n{}.", self.confirmed_words());
         out
+    }
+
+    /// What the confirmed edges were found by, a sentence without a full stop.
+    fn confirmed_words(&self) -> String {
+        let mut edges = self.fans.iter().flat_map(|fan| fan.edges.iter().flatten());
+        let any = edges.any(|edge| edge.confirmed().is_some());
+        confirmed_words(any, self.search.fresh_flights() as u64, PROBABILITY, CONFIDENCE)
     }
 
     fn safe_by(&self, limit: usize) -> bool {
@@ -281,8 +297,8 @@ impl EnvelopeReport<'_> {
             #[serde(flatten)] head: head(self.mission),
             gains: &self.mission.control.gains_name,
             plan_j_tpf: self.plan_j_tpf,
-            probability: crate::assess::envelope::search::PROBABILITY,
-            confidence: crate::assess::envelope::search::CONFIDENCE,
+            probability: PROBABILITY,
+            confidence: CONFIDENCE,
             flights: self.search.flights,
             fresh_flights: self.search.fresh_flights(),
             axes: ranges.collect::<Vec<_>>(),
@@ -357,6 +373,15 @@ mod tests {
         );
         let text = report.text();
         assert!(text.contains("J_state < 0.7: not for 99 %") && text.contains("- .. -"), "{text}");
+        // Nothing held, so nothing says that flights were safe anywhere.
+        assert!(text.contains("Nothing is confirmed") && !text.contains("all of"), "{text}");
+        let (held, ranges) = self::fan(true);
+        let report = EnvelopeReport { ranges, fans: vec![held], ..report };
+        let text = report.text();
+        assert!(
+            text.contains("At each confirmed edge all of 459 fresh flights stayed below that limit"),
+            "{text}"
+        );
         assert!(report.nominal_is_safe());
     }
 }
