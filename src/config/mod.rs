@@ -71,7 +71,7 @@ pub use plan_grid::{
     write_plan_grid_csv,
 };
 pub use rare_failure::{RareFailureFile, load_rare_failure};
-pub use source::input_text;
+pub use source::{NamedFile, input_text};
 pub use trajectory_csv::{
     Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,
 };

@@ -172,26 +172,56 @@ fn hint_at(message: &str, rest: &str) -> Option<&'static str> {
     }
 }
 
-/// Hash of the inputs, in the order in which they are absorbed.
+/// A file that a mission or its vehicle names, beside those of vehicle and gains.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct NamedFile {
+    /// "rotor table", "rotor coefficients", "turbulence noise" or "gains of renewed plans".
+    pub role: &'static str,
+    /// Path of the file; of what is inside the program it begins with `built-in:`.
+    pub file: PathBuf,
+    /// SHA-256, hexadecimal.
+    pub sha256: String,
+}
+
+/// Hash of the inputs, in the order in which they are absorbed, and what is named by them.
 #[derive(Clone, Debug, Default)]
-pub(super) struct InputHash(Sha256);
+pub(super) struct InputHash {
+    hash: Sha256,
+    named: Vec<NamedFile>,
+}
 
 impl InputHash {
     /// Takes the text of a file or of a choice in: its role, its length, its bytes - so that no two sets of
     /// inputs look alike.
     pub(super) fn absorb(&mut self, role: &str, text: &str) {
-        self.0.update(format!("{role} {}\n", text.len()));
-        self.0.update(text);
+        self.hash.update(format!("{role} {}\n", text.len()));
+        self.hash.update(text);
+    }
+
+    /// Takes the text of a file in that mission or vehicle name, and notes the file.
+    pub(super) fn absorb_named(&mut self, role: &'static str, source: &Source) {
+        self.absorb(role, &source.text);
+        self.note(role, source);
+    }
+
+    /// Notes a file that mission or vehicle name, whose text was taken in.
+    pub(super) fn note(&mut self, role: &'static str, source: &Source) {
+        self.named.push(NamedFile { role, file: source.file.clone(), sha256: sha256(&source.text) });
+    }
+
+    /// The files that mission and vehicle name beside those of vehicle and gains, as they were noted.
+    pub(super) fn named(&self) -> &[NamedFile] {
+        &self.named
     }
 
     /// Takes another hash in.
     pub(super) fn follow(&mut self, hex: &str) {
-        self.0.update(hex);
+        self.hash.update(hex);
     }
 
     /// SHA-256 in hexadecimal.
     pub(super) fn hex(&self) -> String {
-        self.0.clone().finalize().iter().map(|b| format!("{b:02x}")).collect()
+        self.hash.clone().finalize().iter().map(|b| format!("{b:02x}")).collect()
     }
 }
 

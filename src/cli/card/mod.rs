@@ -50,7 +50,8 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
     Ok(Answer::from(card.reasons().is_empty()))
 }
 
-/// Files that the mission is read from, and the chosen parameters.
+/// Files that the mission is read from: its own, those that it and its vehicle name, and the chosen
+/// parameters.
 fn input_files(args: &CardArgs, mission: &Mission) -> Result<Vec<InputFile>, Failure> {
     let of_px4 = px4_parameters(mission, args.chosen());
     let files = [
@@ -63,7 +64,11 @@ fn input_files(args: &CardArgs, mission: &Mission) -> Result<Vec<InputFile>, Fai
         let text = input_text(path, called).bad_input()?;
         Ok(InputFile { role, file: path.display().to_string(), sha256: sha256_of(&text) })
     };
-    files.into_iter().chain(parameters).map(input).collect()
+    let named = mission.inputs.named().iter().map(|named| {
+        let file = named.file.display().to_string();
+        Ok(InputFile { role: named.role, file, sha256: named.sha256.clone() })
+    });
+    files.into_iter().map(input).chain(named).chain(parameters.map(input)).collect()
 }
 
 /// The card for the terminal.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::config::error::ConfigError;
 use crate::config::gains_file::{GainsFile, gains_of, load_gains};
 use crate::config::names::{gains_path, names_of};
-use crate::config::source::{InputHash, Source};
+use crate::config::source::{InputHash, NamedFile, Source};
 
 /// Everything that the results of a mission depend on.
 #[derive(Clone, Debug)]
@@ -66,6 +66,12 @@ impl Inputs {
     /// Names of the gains beside the mission's own, in order.
     pub(super) fn gains_beside(&self) -> Vec<String> {
         names_of(&self.gains_directory)
+    }
+
+    /// The files that mission and vehicle name beside those of vehicle and gains: tables, and gains of
+    /// renewed plans.
+    pub fn named(&self) -> &[NamedFile] {
+        self.hash_without_gains.named()
     }
 
     /// Hash of mission, vehicle and tables alone, hexadecimal.

@@ -95,7 +95,9 @@ impl Replan {
         let usual = ReplanSettings::default();
         let gains = json.gains.as_ref().map(|gains| {
             let path = source.resolve(gains);
-            gains_of(&Source::read(&path, "gains file of replan", Some(&source.file))?, hash)
+            let file = Source::read(&path, "gains file of replan", Some(&source.file))?;
+            hash.note("gains of renewed plans", &file);
+            gains_of(&file, hash)
         });
         Ok(Self {
             settings: ReplanSettings {

@@ -210,7 +210,7 @@ fn of_turbulence(
     };
     let noise = json.noise.as_ref().map(|file| {
         let file = Source::read(&source.resolve(file), "table of random numbers", Some(&source.file))?;
-        hash.absorb("turbulence noise", &file.text);
+        hash.absorb_named("turbulence noise", &file);
         noise(&file)
     });
     Ok(Turbulence {

@@ -161,7 +161,7 @@ pub(super) fn build_coefficients(
     let file = Source::read(&source.resolve(&json.file), "table of rotor coefficients", Some(&source.file))?;
     let vehicle = source.file.display().to_string();
     let table = coefficient_csv::parse(&file, json.radius_m(), &json.sha256(), &vehicle)?;
-    hash.absorb("rotor coefficients", &file.text);
+    hash.absorb_named("rotor coefficients", &file);
     Ok(table)
 }
 

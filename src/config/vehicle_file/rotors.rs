@@ -164,7 +164,7 @@ pub(super) fn build_rotor(
         RotorModelJson::Table(t) => {
             let file = Source::read(&source.resolve(&t.file), "rotor table", Some(&source.file))?;
             let table = rotor_table::parse(&file, t.density_kg_m3.get())?;
-            hash.absorb("rotor table", &file.text);
+            hash.absorb_named("rotor table", &file);
             Ok(Rotor::Table(table))
         }
         RotorModelJson::Quadratic(q) => Ok(Rotor::Quadratic {
