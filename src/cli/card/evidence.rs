@@ -4,7 +4,7 @@
 
 use std::collections::BTreeSet;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::Context as _;
 
@@ -13,11 +13,13 @@ use super::inputs::Present;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::new::relative;
 use crate::cli::results::{OutputFolder, sha256_of};
+use crate::cli::terminal::print_err;
 use samara::report::card::Evidence;
 use samara::report::card::command::command;
 use samara::report::card::finding::Finding;
-use samara::report::card::manifest::{Kind, RunManifest};
+use samara::report::card::manifest::{Kind, MANIFEST, RunManifest};
 use samara::report::json::VERSION;
+use samara::report::shell::command_line;
 
 /// Largest file that is read [bytes]; an envelope of all pairs and 64 rays has less than a tenth of it.
 const LARGEST: u64 = 64 << 20;
@@ -69,32 +71,48 @@ impl Place<'_> {
         let names: Vec<String> = entries.into_iter().filter_map(|name| name.into_string().ok()).collect();
         let (mut found, mut listed) = (Vec::new(), BTreeSet::new());
         for (name, verb) in names.iter().filter_map(|name| Some((name, name.strip_suffix(MANIFEST)?))) {
-            let Some(kind) = Kind::of_verb(verb) else { continue };
-            let run = read(&folder.join(name)).and_then(|text| {
-                serde_json::from_str::<RunManifest>(&text)
+            let file = read(&folder.join(name));
+            let run = file.as_ref().map_err(Clone::clone).and_then(|file| {
+                serde_json::from_str::<RunManifest>(&file.text)
                     .map_err(|error| format!("it is no manifest as a verb writes it: {error}"))
             });
-            match run {
-                Ok(run) => {
-                    listed.extend(run.files.keys().cloned());
-                    found.push(self.of_run(kind, run));
-                }
-                Err(why) => found.push(self.piece(kind, name, None, Err(why))),
-            }
-        }
-        // Results of a run that a card does not read have manifests, too.
-        let others = names.iter().filter(|name| name.ends_with(MANIFEST));
-        for text in others.filter_map(|name| read(&folder.join(name)).ok()) {
-            let run = serde_json::from_str::<RunManifest>(&text);
-            listed.extend(run.into_iter().flat_map(|run| run.files.into_keys()));
+            // Results of a run that a card does not read have manifests, too.
+            listed.extend(run.iter().flat_map(|run| run.files.keys().cloned()));
+            let Some(kind) = Kind::of_verb(verb) else { continue };
+            found.push(match run {
+                Ok(run) => self.of_run(kind, run),
+                Err(why) => self.piece(kind, name, &file, None, Err(why)),
+            });
         }
         for name in names.iter().filter(|name| !listed.contains(*name)) {
             if let Some(kind) = Kind::of_file(name) {
                 let why = "no manifest in the folder lists it, so nothing says what it is of";
-                found.push(self.piece(kind, name, None, Err(why.to_owned())));
+                found.push(self.piece(kind, name, &read(&folder.join(name)), None, Err(why.to_owned())));
             }
         }
+        if found.is_empty() {
+            self.say_where_it_is(&names);
+        }
         Ok(found)
+    }
+
+    /// Says which folders within have results of runs, where this one has none.
+    fn say_where_it_is(&self, names: &[String]) {
+        let has_evidence = |folder: &Path| {
+            let entries = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
+            let kind = |name: &str| Kind::of_verb(name.strip_suffix(MANIFEST)?);
+            entries.map(|entry| entry.file_name()).any(|name| kind(&name.to_string_lossy()).is_some())
+        };
+        let within = names.iter().map(|name| self.folder.join(name)).filter(|path| has_evidence(path));
+        let options = within.flat_map(|path| ["--evidence".to_owned(), path.display().to_string()]);
+        let options: Vec<String> = options.collect();
+        if !options.is_empty() {
+            print_err(&format!(
+                "samara: {}: no result is in it, and folders within are not looked at unless they are named: {}\n",
+                self.folder.display(),
+                command_line(options)
+            ));
+        }
     }
 
     /// The evidence of a run.
@@ -103,12 +121,19 @@ impl Place<'_> {
         let unplanned = kind == Kind::Drop && !run.files.contains_key(&kind.file(&run.verb));
         let kind = if unplanned { Kind::Plan } else { kind };
         let name = kind.file(&run.verb);
-        let found = self.found(kind, &run, &name);
-        self.piece(kind, &name, Some(run), found)
+        let file = read(&self.folder.join(&name));
+        let found = self.found(kind, &run, &name, &file);
+        self.piece(kind, &name, &file, Some(run), found)
     }
 
     /// What a run's file says, or why it is refused.
-    fn found(&self, kind: Kind, run: &RunManifest, name: &str) -> Result<Finding, String> {
+    fn found(
+        &self,
+        kind: Kind,
+        run: &RunManifest,
+        name: &str,
+        file: &Result<ResultFile, String>,
+    ) -> Result<Finding, String> {
         let mission = self.present.mission();
         if run.version != VERSION {
             return Err(format!("it is by version {} of samara, this is {VERSION}", run.version));
@@ -119,23 +144,23 @@ impl Place<'_> {
         if kind != Kind::Design && run.mission != mission.name {
             return Err(format!("it is of the mission {}, not of {}", run.mission, mission.name));
         }
-        let text = read(&self.folder.join(name))?;
-        if sha256_of(&text) != *listed {
+        let file = file.as_ref().map_err(Clone::clone)?;
+        if file.sha256 != *listed {
             return Err("it is not as its run wrote it: the SHA-256 in the manifest is another".to_owned());
         }
-        let found = Finding::parse(kind, run, &text)?;
-        self.check_inputs(run, &found)?;
+        let found = Finding::parse(kind, run, &file.text)?;
+        self.check_inputs(run, &found, &file.text)?;
         Ok(found)
     }
 
     /// Refuses what is not of the mission's present inputs.
-    fn check_inputs(&self, run: &RunManifest, found: &Finding) -> Result<(), String> {
+    fn check_inputs(&self, run: &RunManifest, found: &Finding, text: &str) -> Result<(), String> {
         let mission = self.present.mission();
         match found {
             Finding::Tune(_) => {
                 let mut tuned = mission.clone();
                 let file = self.folder.join(Kind::Tune.file(&run.verb));
-                tuned.use_gains(&file.to_string_lossy()).map_err(|error| error.to_string())?;
+                tuned.use_gains_text(text, &file).map_err(|error| error.to_string())?;
                 if tuned.control.gains != mission.control.gains || run.vehicle != mission.vehicle_name {
                     return Err(format!(
                         "it found other gains than {}, which the card is of: --gains {} makes a card of them",
@@ -182,18 +207,20 @@ impl Place<'_> {
         &self,
         kind: Kind,
         name: &str,
+        file: &Result<ResultFile, String>,
         run: Option<RunManifest>,
         found: Result<Finding, String>,
     ) -> Evidence {
         let path = self.folder.join(name);
         let mission = self.args.mission_word(self.present.mission());
-        let again =
-            |run: &RunManifest| command(kind, run, found.as_ref().ok(), &mission, &self.args.gains_options());
+        let again = |run: &RunManifest| {
+            command(kind, run, found.as_ref().ok(), self.folder, (&mission, &self.args.gains_options()))
+        };
         Evidence {
             kind,
             file: path.display().to_string(),
             link: relative(self.card, &path),
-            sha256: read(&path).ok().map(|text| sha256_of(&text)),
+            sha256: file.as_ref().ok().map(|file| file.sha256.clone()),
             command: run.as_ref().and_then(again),
             run,
             found,
@@ -201,11 +228,15 @@ impl Place<'_> {
     }
 }
 
-/// How the names of manifests end.
-const MANIFEST: &str = "_manifest.json";
+/// A file of results, read once: what is judged is what its hash is of.
+struct ResultFile {
+    text: String,
+    /// SHA-256, hexadecimal.
+    sha256: String,
+}
 
-/// The text of a file of results, or why it cannot be read.
-fn read(path: &PathBuf) -> Result<String, String> {
+/// A file of results, or why it cannot be read.
+fn read(path: &Path) -> Result<ResultFile, String> {
     let cannot = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => "it is gone".to_owned(),
         _ => format!("it cannot be read: {error}"),
@@ -215,5 +246,6 @@ fn read(path: &PathBuf) -> Result<String, String> {
         return Err("it is no file of results".to_owned());
     }
     #[expect(clippy::disallowed_methods, reason = "a result of an earlier run")]
-    fs::read_to_string(path).map_err(cannot)
+    let text = fs::read_to_string(path).map_err(cannot)?;
+    Ok(ResultFile { sha256: sha256_of(&text), text })
 }

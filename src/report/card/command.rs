@@ -1,5 +1,7 @@
 //! The commands that make evidence again, from what its run says of itself.
 
+use std::path::Path;
+
 use super::finding::Finding;
 use super::manifest::{Kind, RunManifest};
 use crate::report::shell::command_line;
@@ -23,13 +25,14 @@ pub const CHOICES: [(&str, &str); 13] = [
 ];
 
 /// The command that makes a run again, quoted for a shell: `mission` and `options` are how mission and gains
-/// were named. `None` for searches, whose options are the circumstances of their manifest.
+/// were named, `folder` is where its files are. `None` for searches, whose options are the circumstances of
+/// their manifest.
 pub fn command(
     kind: Kind,
     run: &RunManifest,
     found: Option<&Finding>,
-    mission: &str,
-    options: &[String],
+    folder: &Path,
+    (mission, options): (&str, &[String]),
 ) -> Option<String> {
     let verb = match kind {
         Kind::Plan => "plan",
@@ -52,8 +55,10 @@ pub fn command(
         words.extend(match choice {
             "feed forward" => vec![option.to_owned()],
             "replan" => vec![format!("{option}={value}")],
-            // Whose hash it is.
-            "trajectory sha256" => vec![option.to_owned(), "trajectory.csv".to_owned()],
+            // A run keeps a copy of what it was given.
+            "trajectory sha256" => {
+                vec![option.to_owned(), folder.join("trajectory.csv").display().to_string()]
+            }
             // Where its build folder is does not decide the flight.
             "autopilot" if value == "px4" => vec![option.to_owned(), "px4=DIR".to_owned()],
             _ => vec![option.to_owned(), value.clone()],
