@@ -26,7 +26,7 @@ pub struct CardArgs {
     /// PX4 parameter file that the evidence must have been flown with.
     #[arg(long, value_name = "FILE", conflicts_with = "gains", help_heading = CHOICES)]
     pub params: Option<PathBuf>,
-    /// Probability of failure that is accepted.
+    /// Probability of failure that is accepted, at least 3e-9.
     ///
     /// Campaigns must show that no more is possible, at 95 % confidence, and may have failures then. Without
     /// it not one trial may have failed, and 0.01 is asked for, which takes 299.
@@ -34,8 +34,14 @@ pub struct CardArgs {
     pub p_failure: Option<f64>,
 }
 
+/// Least probability of failure that a campaign can show: the most trials that one has show no less.
+const LEAST: f64 = 3e-9;
+
 fn accepted_probability(text: &str) -> Result<f64, String> {
-    number(text, |p| p > 0.0 && p < 1.0, "a probability between 0 and 1 is expected")
+    let expected = format!(
+        "a probability from {LEAST:e} to 1 is expected: no campaign shows less, and `samara assess --rare` searches for what is rarer"
+    );
+    number(text, |p| (LEAST..1.0).contains(&p), &expected)
 }
 
 impl CardArgs {
