@@ -50,7 +50,8 @@ def evidence(tmp_path_factory):
     out = tmp_path_factory.mktemp("evidence")
     run("drop", MISSION, "--no-html", "--out", out)
     run("assess", MISSION, "--trials", "1000", "--out", out)
-    run("assess", MISSION, "--envelope", "--rays", "4", "--out", out)
+    run("assess", MISSION, "--autopilot", "reference", "--trials", "299", "--out", out)
+    run("assess", MISSION, "--envelope", "--rays", "8", "--out", out)
     return out
 
 

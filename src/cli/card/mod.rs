@@ -36,6 +36,7 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let card = Card {
         mission,
+        mission_word: args.mission_word(mission),
         inputs: input_files(args, mission)?,
         evidence: evidence::of_folders(args, &present, &folder)?,
         accepted: args.p_failure,

@@ -1,16 +1,16 @@
-//! What a card's evidence assumes, and what was never modelled: sentences that follow from the mission, from
-//! its effects and from what flew.
+//! What a card's evidence assumes, and what was never modelled or looked at: sentences that follow from the
+//! mission, from its effects and from what flew.
 
-use super::Card;
 use super::finding::Finding;
 use super::manifest::Kind;
+use super::{Card, first};
 use crate::config::{Effect, Mission};
 use crate::model::Interference;
 use crate::report::columns::short;
 use crate::units::DEG_PER_RAD;
 
-/// What is assumed, a sentence each.
-pub fn assumed(card: &Card<'_>) -> Vec<String> {
+/// What is assumed, a sentence each, which names at most so many pieces of evidence.
+pub fn assumed(card: &Card<'_>, most: usize) -> Vec<String> {
     let mission = card.mission;
     let mut sentences = vec![limits(mission), releases(mission)];
     let fixed =
@@ -19,7 +19,7 @@ pub fn assumed(card: &Card<'_>) -> Vec<String> {
     let varied: Vec<String> = varied.map(|(id, ..)| id).collect();
     sentences.push(match varied.as_slice() {
         [] => format!("{fixed}."),
-        ids => format!("{fixed}; {} draws them, motors excepted.", ids.join(", ")),
+        ids => format!("{fixed}; {} draws them, motors excepted.", first(ids, most)),
     });
     let on_the_truth: Vec<String> = card
         .standing()
@@ -36,7 +36,8 @@ pub fn assumed(card: &Card<'_>) -> Vec<String> {
         .map(|(id, ..)| id)
         .collect();
     if !on_the_truth.is_empty() {
-        sentences.push(format!("In {} the controller knows the true state.", on_the_truth.join(", ")));
+        let ids = first(&on_the_truth, most);
+        sentences.push(format!("In {ids} the controller knows the true state."));
     }
     let odd = crate::config::derived(mission).odd;
     if !odd.is_empty() {
@@ -67,7 +68,7 @@ fn limits(mission: &Mission) -> String {
         (limits.flight.steady_after_s, "steady after", "s"),
     ];
     for (limit, what, unit) in more.into_iter().filter_map(|(limit, what, unit)| Some((limit?, what, unit))) {
-        text += &format!(", {what} at most {} {unit}", short(limit, 2));
+        text += &format!(", {what} at most {} {unit}", short(limit, 6));
     }
     text + "."
 }
@@ -92,8 +93,39 @@ fn releases(mission: &Mission) -> String {
     text + "."
 }
 
-/// What was never modelled, a sentence each.
-pub fn not_modelled(card: &Card<'_>) -> Vec<String> {
+/// What no evidence has looked at although the mission has it, a sentence each.
+fn not_looked_at(card: &Card<'_>, most: usize) -> Vec<String> {
+    let ids = |kinds: &[Kind]| -> Vec<String> {
+        let of_kinds = card.standing().filter(|(_, evidence, ..)| kinds.contains(&evidence.kind));
+        of_kinds.map(|(id, ..)| id).collect()
+    };
+    let mut sentences = Vec::new();
+    let left_out: Vec<&str> = card.left_out_from_t0().into_iter().map(Effect::name).collect();
+    if !left_out.is_empty() {
+        let (what, from_t0) = (left_out.join(", "), ids(&[Kind::Campaign, Kind::Rare, Kind::Envelope]));
+        if !from_t0.is_empty() {
+            let from_t0 = first(&from_t0, most);
+            sentences
+                .push(format!("Flights from t = 0 ({from_t0}) leave out what the mission names: {what}."));
+        }
+        if ids(&[Kind::DropCampaign]).is_empty() {
+            sentences.push(format!("No random drop here has what the mission names: {what}."));
+        }
+    }
+    for (id, envelope) in card.envelopes() {
+        let what = envelope.not_looked_at();
+        sentences.extend(what.map(|what| format!("The envelope {id} has not looked at: {what}.")));
+    }
+    let by_j = ids(&[Kind::Rare, Kind::Envelope]);
+    if !by_j.is_empty() {
+        let by_j = first(&by_j, most);
+        sentences.push(format!("{by_j} judge J_state and J_TPF alone, not whether a flight becomes steady."));
+    }
+    sentences
+}
+
+/// What was never modelled or looked at, a sentence each, which names at most so many pieces of evidence.
+pub fn not_modelled(card: &Card<'_>, most: usize) -> Vec<String> {
     let mission = card.mission;
     let named = mission.effects();
     let absent = Effect::ALL
@@ -104,23 +136,9 @@ pub fn not_modelled(card: &Card<'_>) -> Vec<String> {
             instead => format!("{} ({instead} instead)", effect.name()),
         });
     let absent: Vec<String> = absent.collect();
-    let mut sentences = Vec::new();
+    let mut sentences = not_looked_at(card, most);
     if !absent.is_empty() {
         sentences.push(format!("What the mission does not name: {}.", absent.join(", ")));
-    }
-    let from_t0: Vec<String> = card
-        .standing()
-        .filter(|(_, evidence, ..)| matches!(evidence.kind, Kind::Campaign | Kind::Rare | Kind::Envelope))
-        .map(|(id, ..)| id)
-        .collect();
-    let left_out: Vec<&str> = [Effect::Canopy, Effect::RotorStart, Effect::Battery]
-        .into_iter()
-        .filter(|effect| named.contains(effect))
-        .map(Effect::name)
-        .collect();
-    if !from_t0.is_empty() && !left_out.is_empty() {
-        let (ids, what) = (from_t0.join(", "), left_out.join(", "));
-        sentences.push(format!("Flights from t = 0 ({ids}) leave out what the mission names: {what}."));
     }
     sentences.push(match mission.site.ground {
         None => "There is no ground.".to_owned(),

@@ -13,8 +13,9 @@ fn reason(reason: &Reason) -> impl Serialize {
     object! { kind: kind, text: reason.text.clone(), from: reason.from.clone() }
 }
 
-fn evidence((place, evidence): (usize, &Evidence)) -> impl Serialize {
+fn evidence(card: &Card<'_>, (place, evidence): (usize, &Evidence)) -> impl Serialize + use<> {
     let run = evidence.run.as_ref();
+    let short = card.shortfall(evidence).filter(|_| evidence.found.is_ok());
     object! {
         id: Card::id(place),
         kind: evidence.kind.words(),
@@ -22,6 +23,7 @@ fn evidence((place, evidence): (usize, &Evidence)) -> impl Serialize {
         sha256: evidence.sha256.clone(),
         accepted: evidence.found.is_ok(),
         refused: evidence.found.as_ref().err().cloned(),
+        not_enough: short.map(|short| short.why),
         verb: run.map(|run| run.verb.clone()),
         version: run.map(|run| run.version.clone()),
         gains: run.map(|run| run.gains.clone()),
@@ -54,10 +56,10 @@ pub fn json(card: &Card<'_>) -> String {
         probability: probabilities(card),
         worst: worst(card),
         autopilot: autopilot(card),
-        assumed: assumed(card),
-        not_modelled: not_modelled(card),
+        assumed: assumed(card, usize::MAX),
+        not_modelled: not_modelled(card, usize::MAX),
         inputs: inputs.collect::<Vec<_>>(),
-        evidence: card.evidence.iter().enumerate().map(evidence).collect::<Vec<_>>(),
+        evidence: card.evidence.iter().enumerate().map(|piece| evidence(card, piece)).collect::<Vec<_>>(),
         command: &card.command,
     })
 }

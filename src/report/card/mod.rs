@@ -19,17 +19,24 @@ pub mod json;
 pub mod manifest;
 pub mod page;
 pub mod sections;
+#[cfg(test)]
+mod tests;
 
+use crate::assess::CONFIDENCE;
 use crate::assess::envelope::search::PROBABILITY;
-use crate::config::Mission;
+use crate::config::{Effect, Mission};
+use crate::report::columns::short;
 use crate::report::shell::command_line;
-use finding::{CampaignFound, DropFound, EnvelopeFound, Finding, RareFound, fewest_trials};
+use finding::{
+    CampaignFound, DesignFound, DropFound, EnvelopeFound, Finding, RareFound, Shortfall, Trials,
+    fewest_trials, probability,
+};
 use manifest::{Kind, RunManifest};
 
 /// A file that the mission is read from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputFile {
-    /// "mission", "vehicle" or "gains".
+    /// "mission", "vehicle", "gains", "parameters", or what the mission calls it: "rotor table".
     pub role: &'static str,
     /// Path, as it was found; of what is inside the program it begins with `built-in:`.
     pub file: String,
@@ -61,6 +68,8 @@ pub struct Evidence {
 pub struct Card<'a> {
     /// The mission, with the chosen gains.
     pub mission: &'a Mission,
+    /// The mission as a command names it.
+    pub mission_word: String,
     /// The files that it is read from.
     pub inputs: Vec<InputFile>,
     /// All evidence that was found, in the order of its numbers: E1 is the first.
@@ -84,13 +93,14 @@ pub struct Reason {
     pub from: Vec<String>,
 }
 
-/// What a card must rest on: the kinds of which one is enough, a name, and the command that makes it, after
-/// `samara VERB MISSION`.
-const NEEDED: [(&[Kind], &str, &str, &[&str]); 3] = [
-    (&[Kind::Drop], "drop from the nominal release", "drop", &[]),
-    (&[Kind::Campaign, Kind::DropCampaign], "campaign", "assess", &[]),
-    (&[Kind::Envelope], "safe-release envelope", "assess", &["--envelope"]),
-];
+/// What a card must rest on: a name, the kinds of which one is enough, and verb and options of the command
+/// that makes it.
+struct Need {
+    name: &'static str,
+    kinds: &'static [Kind],
+    verb: &'static str,
+    options: &'static [&'static str],
+}
 
 impl Evidence {
     /// The run, where the evidence is of one that is accepted.
@@ -98,12 +108,20 @@ impl Evidence {
         Some((self.run.as_ref()?, self.found.as_ref().ok()?))
     }
 
-    /// The release that a drop came from, where it is not the nominal one, in words.
-    fn release_words(&self) -> Option<String> {
-        let run = self.run.as_ref()?;
-        let case =
-            run.choices.get("release case").map(|case| format!("release case {}", case.replace('_', "-")));
-        case.or_else(|| run.circumstances.get("trial").map(|trial| format!("trial {trial} of a campaign")))
+    /// The release or the plan that was flown, where it is not the mission's own, in words.
+    fn elsewhere(&self) -> Option<String> {
+        self.run.as_ref()?.elsewhere()
+    }
+
+    /// Kind of evidence in words, with the release or the plan that is not the mission's.
+    fn words(&self) -> String {
+        let elsewhere = self.elsewhere().map_or_else(String::new, |elsewhere| format!(" ({elsewhere})"));
+        self.kind.words().to_owned() + &elsewhere
+    }
+
+    /// What makes it not what the mission says, beside release and plan, in words; empty where nothing does.
+    fn otherwise(&self) -> String {
+        self.run.as_ref().map_or_else(String::new, |run| run.otherwise().join(", "))
     }
 }
 
@@ -157,83 +175,133 @@ impl Card<'_> {
         })
     }
 
-    fn envelopes(&self) -> impl Iterator<Item = (String, &EnvelopeFound)> {
+    fn designs(&self) -> impl Iterator<Item = (String, &DesignFound)> {
         self.standing().filter_map(|(id, _, _, found)| match found {
-            Finding::Envelope(envelope) => Some((id, envelope)),
+            Finding::Design(design) => Some((id, design)),
             _ => None,
         })
+    }
+
+    /// Envelopes of the mission's own release.
+    fn envelopes(&self) -> impl Iterator<Item = (String, &EnvelopeFound)> {
+        self.standing().filter_map(|(id, evidence, _, found)| match found {
+            Finding::Envelope(envelope) if evidence.elsewhere().is_none() => Some((id, envelope)),
+            _ => None,
+        })
+    }
+
+    /// Effects that the mission names and that flights from t = 0 leave out: they act, or are drawn, in whole
+    /// drops only.
+    fn left_out_from_t0(&self) -> Vec<Effect> {
+        let named = self.mission.effects();
+        let mut left_out = vec![Effect::RandomWind, Effect::Canopy, Effect::RotorStart, Effect::Battery];
+        left_out.retain(|effect| named.contains(effect));
+        left_out
+    }
+
+    /// What the card must rest on: flights from t = 0 are a campaign of the mission where they have all that
+    /// it names.
+    fn needs(&self) -> [Need; 3] {
+        let whole_drops = !self.left_out_from_t0().is_empty();
+        let (verb, kinds) = ("assess", &[Kind::Campaign, Kind::DropCampaign]);
+        [
+            Need { name: "drop from the nominal release", kinds: &[Kind::Drop], verb: "drop", options: &[] },
+            match whole_drops {
+                true => Need {
+                    name: "campaign of whole drops",
+                    kinds,
+                    verb,
+                    options: &["--autopilot", "reference"],
+                },
+                false => Need { name: "campaign", kinds, verb, options: &[] },
+            },
+            Need { name: "safe-release envelope", kinds: &[Kind::Envelope], verb, options: &["--envelope"] },
+        ]
     }
 
     /// Why not to go: what evidence says no to, then what is missing or refused. None: go, within the
     /// envelope.
     pub fn reasons(&self) -> Vec<Reason> {
         let failed = self.standing().filter_map(|(id, evidence, _, found)| {
-            let text = format!("{}: {}", evidence.kind.words(), self.fault(evidence, found)?);
+            let text = format!("{}: {}", evidence.words(), self.fault(found)?);
             Some(Reason { failed: true, text, from: vec![id] })
         });
-        let missing = NEEDED.iter().filter_map(|(kinds, name, verb, options)| {
-            let of_kind =
-                || self.evidence.iter().enumerate().filter(|(_, evidence)| kinds.contains(&evidence.kind));
-            let short: Vec<(String, Option<String>)> =
-                of_kind().map(|(place, evidence)| (Self::id(place), self.shortfall(evidence))).collect();
-            // What says no is a reason already.
-            let says_no = |evidence: &Evidence| {
-                evidence.accepted().is_some_and(|(_, found)| self.fault(evidence, found).is_some())
-            };
-            let enough = short.iter().any(|(_, shortfall)| shortfall.is_none());
-            if enough || of_kind().any(|(_, evidence)| says_no(evidence)) {
-                return None;
+        failed.chain(self.needs().iter().filter_map(|need| self.missing(need))).collect()
+    }
+
+    /// Why there is nothing that is enough for a need, if there is nothing.
+    fn missing(&self, need: &Need) -> Option<Reason> {
+        let of_kind: Vec<(usize, &Evidence)> = self
+            .evidence
+            .iter()
+            .enumerate()
+            .filter(|(_, evidence)| need.kinds.contains(&evidence.kind))
+            .collect();
+        // What says no is a reason already.
+        let says_no =
+            |evidence: &Evidence| evidence.accepted().is_some_and(|(_, found)| self.fault(found).is_some());
+        if of_kind.iter().any(|(_, evidence)| self.shortfall(evidence).is_none() || says_no(evidence)) {
+            return None;
+        }
+        let mut words = vec!["samara".to_owned(), need.verb.to_owned(), self.mission_word.clone()];
+        words.extend(self.chosen.iter().cloned());
+        words.extend(need.options.iter().map(|option| (*option).to_owned()));
+        let (trials, usual) = (fewest_trials(self.demanded()), self.mission.study.monte_carlo.trials as u64);
+        if need.kinds.contains(&Kind::Campaign) && usual < trials {
+            words.extend(["--trials".to_owned(), trials.to_string()]);
+        }
+        let (name, command) = (need.name, command_line(words));
+        let short = of_kind.iter().filter_map(|(place, evidence)| Some((*place, self.shortfall(evidence)?)));
+        let nearest = short.min_by(|(_, a), (_, b)| a.distance.total_cmp(&b.distance));
+        let text = match nearest {
+            None => format!("a {name} is missing: {command}"),
+            Some((place, Shortfall { why, .. })) => {
+                format!("no {name} is enough ({}: {why}): {command}", Self::id(place))
             }
-            let file = self.mission.file.display().to_string();
-            let mission =
-                file.strip_prefix("built-in:").map_or(file.as_str(), |_| self.mission.name.as_str());
-            let chosen = self.chosen.iter().map(String::as_str);
-            let words = ["samara", *verb, mission].into_iter().chain(chosen).chain(options.iter().copied());
-            let mut words: Vec<String> = words.map(str::to_owned).collect();
-            let (trials, usual) =
-                (fewest_trials(self.demanded()), self.mission.study.monte_carlo.trials as u64);
-            if kinds.contains(&Kind::Campaign) && usual < trials {
-                words.extend(["--trials".to_owned(), trials.to_string()]);
-            }
-            let command = command_line(words);
-            let first = short.first().and_then(|(id, shortfall)| Some((id, shortfall.as_ref()?)));
-            let text = match first {
-                None => format!("a {name} is missing: {command}"),
-                Some((id, why)) => format!("no {name} is enough ({id}: {why}): {command}"),
-            };
-            Some(Reason { failed: false, text, from: short.into_iter().map(|(id, _)| id).collect() })
-        });
-        failed.chain(missing).collect()
+        };
+        let from = of_kind.iter().map(|(place, _)| Self::id(*place)).collect();
+        Some(Reason { failed: false, text, from })
     }
 
     /// Why a piece of evidence is not enough of its kind, if it is not.
-    fn shortfall(&self, evidence: &Evidence) -> Option<String> {
-        match (&evidence.found, &evidence.run) {
-            (Err(why), _) => Some(format!("refused, {why}")),
-            (Ok(Finding::Campaign(campaign)), Some(run)) => {
+    fn shortfall(&self, evidence: &Evidence) -> Option<Shortfall> {
+        let (run, found) = match (&evidence.found, &evidence.run) {
+            (Err(why), _) => return Some(Shortfall::refused(why)),
+            (Ok(found), Some(run)) => (run, found),
+            (Ok(_), None) => return None,
+        };
+        if let Some(elsewhere) = run.elsewhere() {
+            return Some(Shortfall::of_kind(format!("it is of {elsewhere}")));
+        }
+        match found {
+            Finding::Campaign(campaign) => {
+                let left_out = self.left_out_from_t0();
+                if evidence.kind == Kind::Campaign && !left_out.is_empty() {
+                    let left_out: Vec<&str> = left_out.into_iter().map(Effect::name).collect();
+                    let why = format!("from t = 0, without what the mission names: {}", left_out.join(", "));
+                    return Some(Shortfall::of_kind(why));
+                }
                 let asked = run.circumstances.get("trials").and_then(|trials| trials.parse().ok());
                 campaign.shortfall(asked, self.demanded())
             }
-            (Ok(Finding::Drop(_)), _) => {
-                evidence.release_words().map(|release| format!("it is of the {release}"))
+            Finding::Envelope(envelope) => {
+                let why = format!("it has not looked at {}", envelope.not_looked_at()?);
+                Some(Shortfall { distance: envelope.missing_share(), why })
             }
             _ => None,
         }
     }
 
-    /// Why a piece of evidence says no, if it does.
-    fn fault(&self, evidence: &Evidence, found: &Finding) -> Option<String> {
+    /// Why evidence says no, if it does.
+    fn fault(&self, found: &Finding) -> Option<String> {
         match found {
             Finding::Plan(plan) if !plan.converged() => {
                 let why = plan.diagnosis.as_deref().map_or_else(String::new, |why| format!(", {why}"));
                 Some(format!("no plan was found: {}{why}", plan.status.replace('_', " ")))
             }
             Finding::Plan(_) | Finding::Tune(_) => None,
-            Finding::Design(design) => design.fault(),
-            Finding::Drop(drop) => drop.fault().map(|fault| match evidence.release_words() {
-                Some(release) => format!("not safe ({release}): {fault}"),
-                None => format!("not safe: {fault}"),
-            }),
+            Finding::Design(design) => design.fault(self.accepted),
+            Finding::Drop(drop) => drop.fault().map(|fault| format!("not safe: {fault}")),
             Finding::Cases(cases) => {
                 let failed: Vec<String> = cases
                     .iter()
@@ -251,17 +319,87 @@ impl Card<'_> {
         }
     }
 
-    /// The conclusion in a sentence.
+    /// Failures that accepted evidence has, though it does not say no, in words.
+    fn failures(&self) -> Vec<String> {
+        let trials = self.campaigns().filter_map(|(id, _, campaign)| {
+            let Trials { trials, unsafe_trials, .. } = campaign.judged()?;
+            (*unsafe_trials > 0).then(|| format!("{unsafe_trials} of {trials} trials failed ({id})"))
+        });
+        let fresh = self.designs().filter_map(|(id, design)| {
+            let fresh = design.hardest_air().filter(|fresh| fresh.results.any_failed())?;
+            Some(format!("{} ({id})", fresh.results.words()))
+        });
+        let searched = self.rare().filter(|(_, _, rare)| rare.is_of_failures() && rare.probability > 0.0);
+        let searched = searched.map(|(id, _, rare)| {
+            format!(
+                "{} has a probability of {} ({id})",
+                rare.event(),
+                probability(rare.probability, f64::round)
+            )
+        });
+        trials.chain(fresh).chain(searched).collect()
+    }
+
+    /// The conclusion in sentences: whether to go, what failed, and the probability of failure that was asked
+    /// for.
     pub fn conclusion(&self) -> String {
         let reasons = self.reasons();
         let failed = reasons.iter().filter(|reason| reason.failed).count();
-        match (reasons.len(), failed) {
-            (0, _) => "Go, within the envelope below: every piece of evidence that is asked for is there, belongs to \
-                       these inputs, and is safe."
+        let verdict = match (reasons.len(), failed) {
+            (0, _) => "Go, within the envelope below: every piece of evidence that is asked for is there and belongs to \
+                       these inputs"
                 .to_owned(),
-            (_, 0) => "No go: evidence that is asked for is missing.".to_owned(),
-            (all, failed) if all == failed => "No go: the evidence speaks against it.".to_owned(),
-            _ => "No go: the evidence speaks against it, and some that is asked for is missing.".to_owned(),
+            (_, 0) => "No go: evidence that is asked for is missing".to_owned(),
+            (all, failed) if all == failed => "No go: the evidence speaks against it".to_owned(),
+            _ => "No go: the evidence speaks against it, and some that is asked for is missing".to_owned(),
+        };
+        let p = short(self.demanded(), 12);
+        if !reasons.is_empty() {
+            let asked = match self.accepted {
+                Some(_) => format!("A probability of failure of up to {p} is accepted"),
+                None => format!(
+                    "No failure is accepted, and a probability of failure of at most {p} is asked for"
+                ),
+            };
+            return format!("{verdict}. {asked}.");
         }
+        let failures = match self.failures() {
+            none if none.is_empty() => "no trial failed".to_owned(),
+            some => first(&some, NAMED),
+        };
+        let asked = match self.accepted {
+            Some(_) => format!("A probability of failure of up to {p} is accepted"),
+            None => format!("A probability of failure of at most {p} is asked for"),
+        };
+        let by = self.evidence.iter().enumerate().filter(|(_, evidence)| {
+            matches!(evidence.found, Ok(Finding::Campaign(_))) && self.shortfall(evidence).is_none()
+        });
+        let by: Vec<String> = by.map(|(place, _)| Self::id(place)).collect();
+        let percent = short(100.0 * CONFIDENCE, 1);
+        let by = first(&by, NAMED);
+        let mut text = format!(
+            "{verdict}; {failures}. {asked}; {by} leaves no more possible, at {percent} % confidence."
+        );
+        let otherwise: Vec<String> = self
+            .standing()
+            .filter(|(_, evidence, ..)| !evidence.otherwise().is_empty())
+            .map(|(id, evidence, ..)| format!("{id} ({})", evidence.otherwise()))
+            .collect();
+        if !otherwise.is_empty() {
+            text += &format!(" Not as the mission says: {}.", first(&otherwise, NAMED));
+        }
+        text
+    }
+}
+
+/// Most failures and most pieces of evidence that the conclusion names.
+const NAMED: usize = 3;
+
+/// The first so many words with commas between, and how many more there are.
+fn first(words: &[String], most: usize) -> String {
+    let shown = words.iter().take(most).cloned().collect::<Vec<_>>().join(", ");
+    match words.len().saturating_sub(most) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
     }
 }

@@ -1,12 +1,13 @@
 //! `card.html`: the card on one sheet of A4. The page is self-contained: no script, no font, no image from
 //! elsewhere; black on white.
 
-use super::Card;
 use super::assumptions::{assumed, not_modelled};
 use super::sections::{
     Line, air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst,
 };
+use super::{Card, Evidence};
 use crate::report::columns::short;
+use crate::report::envelope::confirmed_words;
 use crate::report::figure::{FigureError, STRIP_PANELS, envelope_strip};
 use crate::report::json::VERSION;
 use crate::report::study::grid::{escape, rich};
@@ -22,11 +23,17 @@ const CAMPAIGNS: usize = 3;
 const WORST: usize = 3;
 const SENTENCES: usize = 7;
 const EVIDENCE: usize = 6;
+/// Rows of the table of evidence.
+const TABLE: usize = 8;
+/// Most pieces of evidence that a line or a sentence names.
+const NAMED: usize = 3;
 /// Sizes of type, and how many rows of tables and lists a sheet has room for in each: what has more is set in
 /// the next. A browser's test holds it.
 const SIZES: [(&str, usize); 3] = [("airy", 16), ("plain", 22), ("dense", usize::MAX)];
-/// Longest path and longest command on the sheet [characters]; the whole stands in `card.json`.
+/// Longest paths, in the table and behind it, and longest command on the sheet [characters]; the whole stands
+/// in `card.json`.
 const PATH: usize = 52;
+const PATH_BEHIND: usize = 34;
 const COMMAND: usize = 260;
 /// Digits of a hash on the sheet.
 const HASH_DIGITS: usize = 16;
@@ -36,55 +43,64 @@ const HASH_DIGITS: usize = 16;
 /// # Errors
 /// [`FigureError`] when the figure of the envelope cannot be drawn.
 pub fn page(card: &Card<'_>) -> Result<String, FigureError> {
-    let m = card.mission;
     let reasons = card.reasons();
-    let (class, verdict) = if reasons.is_empty() { ("go", "GO") } else { ("no", "NO GO") };
-    let rows = rows(card, reasons.len());
+    let mut body = format!("<p class=\"conclusion\">{}</p>\n", rich(&card.conclusion()));
+    if !reasons.is_empty() {
+        let texts =
+            reasons.iter().map(|reason| format!("{}{}", rich(&reason.text), links(card, &reason.from)));
+        body += &list(texts.collect(), REASONS);
+    }
+    body += "<div class=\"two\">\n";
+    body += &section("Vehicle and design", &lines(card, &vehicle_and_design(card), LINES));
+    body += &section("Air and release", &lines(card, &air_and_release(card), LINES));
+    body += "</div>\n";
+    let flown = lines(card, &drops(card), DROPS) + &lines(card, &autopilot(card), PX4S);
+    body += &section("Drops and autopilot", &flown);
+    body += &section("Go/no-go envelope of the release", &envelope(card)?);
+    body += &section("Probability of failure", &probability_table(card));
+    body += &section("Worst ways to fail", &worst_table(card, WORST));
+    body += "<div class=\"two long\">\n";
+    let sentences =
+        |sentences: Vec<String>| list(sentences.iter().map(|text| rich(text)).collect(), SENTENCES);
+    body += &section("What is assumed", &sentences(assumed(card, NAMED)));
+    body += &section("What was not looked at or modelled", &sentences(not_modelled(card, NAMED)));
+    body += "</div>\n";
+    let shown = shown_evidence(card, &body);
+    body += &section("Evidence", &evidence_table(card, &shown));
+    let rows = rows(card, reasons.len()) + shown.len();
     let type_size = SIZES.iter().find(|(_, most)| rows <= *most).map_or("dense", |(size, _)| size);
+    Ok(head(card, type_size, reasons.is_empty()) + &body + &signatures(card))
+}
+
+/// The page to the verdict.
+fn head(card: &Card<'_>, type_size: &str, go: bool) -> String {
+    let m = card.mission;
+    let (class, verdict) = if go { ("go", "GO") } else { ("no", "NO GO") };
     let name = escape(&m.name);
-    let mut html = format!(
+    format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
          <title>Release card: {name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body class=\"{type_size}\">\n\
          <header><div><p class=\"over\">Release card</p>\n<h1>{name}</h1>\n\
          <p>Vehicle {}, gains {}. samara {VERSION}; inputs {}</p></div>\n\
-         <p class=\"verdict {class}\">{verdict}</p></header>\n<p class=\"conclusion\">{}</p>\n",
+         <p class=\"verdict {class}\">{verdict}</p></header>\n",
         escape(&m.vehicle_name),
         escape(&m.control.gains_name),
-        hash(&m.inputs.hash),
-        escape(&card.conclusion())
-    );
-    if !reasons.is_empty() {
-        let texts =
-            reasons.iter().map(|reason| format!("{}{}", rich(&reason.text), links(card, &reason.from)));
-        html += &list(texts.collect(), REASONS);
-    }
-    html += "<div class=\"two\">\n";
-    html += &section("Vehicle and design", &lines(card, &vehicle_and_design(card), LINES));
-    html += &section("Air and release", &lines(card, &air_and_release(card), LINES));
-    html += "</div>\n";
-    let flown = lines(card, &drops(card), DROPS) + &lines(card, &autopilot(card), PX4S);
-    html += &section("Drops and autopilot", &flown);
-    html += &section("Go/no-go envelope of the release", &envelope(card)?);
-    html += &section("Probability of failure", &probability_table(card));
-    html += &section("Worst ways to fail", &worst_table(card, WORST));
-    html += "<div class=\"two\">\n";
-    let sentences =
-        |sentences: Vec<String>| list(sentences.iter().map(|text| rich(text)).collect(), SENTENCES);
-    html += &section("What is assumed", &sentences(assumed(card)));
-    html += &section("What was never modelled", &sentences(not_modelled(card)));
-    html += "</div>\n";
-    html += &section("Evidence", &evidence_table(card, EVIDENCE));
-    html += &format!(
-        "<section class=\"sign\"><table><tr><td>Name</td><td>Role</td><td>Date</td><td>Signature</td></tr>{}</table>\n\
-         <p>Made again by <code>{}</code>. Hashes find what has changed; they are no signatures.</p></section>\n",
-        "<tr><td></td><td></td><td></td><td></td></tr>".repeat(2),
-        escape(&shortened(&card.command, COMMAND))
-    );
-    Ok(html + "</body>\n</html>\n")
+        hash(&m.inputs.hash)
+    )
 }
 
-/// Rows of the sheet that differ from card to card.
+/// Where the card is signed, and the page's end.
+fn signatures(card: &Card<'_>) -> String {
+    format!(
+        "<section class=\"sign\"><table><tr><td>Name</td><td>Role</td><td>Date</td><td>Signature</td></tr>{}</table>\n\
+         <p>Made again by <code>{}</code>. Hashes find what has changed; they are no signatures.</p></section>\n</body>\n</html>\n",
+        "<tr><td></td><td></td><td></td><td></td></tr>".repeat(2),
+        escape(&shortened(&card.command, COMMAND))
+    )
+}
+
+/// Rows of the sheet that differ from card to card, but for the evidence.
 fn rows(card: &Card<'_>, reasons: usize) -> usize {
     let parts = [
         (reasons, REASONS),
@@ -93,7 +109,6 @@ fn rows(card: &Card<'_>, reasons: usize) -> usize {
         (autopilot(card).len(), PX4S),
         (probabilities(card).len(), CAMPAIGNS),
         (worst(card).len(), WORST),
-        (card.evidence.len(), EVIDENCE),
     ];
     parts.into_iter().map(|(count, most)| count.min(most)).sum::<usize>() + reaches(card).len()
 }
@@ -108,7 +123,8 @@ fn hash(sha256: &str) -> String {
     format!("<code title=\"SHA-256 {}\">{}</code>", escape(sha256), escape(&short))
 }
 
-/// Links to the evidence that something rests on: each leads to its file, an input to its place below.
+/// Links to what something rests on, as many as are named: evidence leads to its file, an input to its place
+/// below.
 fn links(card: &Card<'_>, from: &[String]) -> String {
     let link = |id: &String| {
         let place = id.strip_prefix('E').and_then(|number| number.parse::<usize>().ok());
@@ -116,7 +132,8 @@ fn links(card: &Card<'_>, from: &[String]) -> String {
         let to = evidence.map_or_else(|| format!("#{id}"), |evidence| url(&evidence.link));
         format!("<a href=\"{}\">{}</a>", escape(&to), escape(id))
     };
-    let links: Vec<String> = from.iter().map(link).collect();
+    let mut links: Vec<String> = from.iter().take(NAMED).map(link).collect();
+    links.extend((from.len() > NAMED).then(|| format!("+ {}", from.len() - NAMED)));
     if links.is_empty() { String::new() } else { format!(" <span class=\"from\">{}</span>", links.join(" ")) }
 }
 
@@ -172,7 +189,9 @@ fn table(class: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
 fn envelope(card: &Card<'_>) -> Result<String, FigureError> {
     let reaches = reaches(card);
     let Some((_, first)) = card.envelopes().next() else {
-        return Ok("<p>No evidence: samara assess --envelope searches it.</p>\n".to_owned());
+        return Ok(
+            "<p>No evidence of the mission's release: samara assess --envelope searches it.</p>\n".to_owned()
+        );
     };
     let rows: Vec<Vec<String>> = reaches
         .iter()
@@ -191,12 +210,14 @@ fn envelope(card: &Card<'_>) -> Result<String, FigureError> {
         Err(FigureError::Empty) => String::new(),
         Err(e) => return Err(e),
     };
+    let any = card.envelopes().any(|(_, envelope)| envelope.any_confirmed());
+    let confirmed = confirmed_words(any, first.fresh_flights, first.probability, first.confidence);
+    let unseen = card.envelopes().filter_map(|(id, envelope)| Some((id, envelope.not_looked_at()?)));
+    let unseen: String =
+        unseen.take(NAMED).map(|(id, what)| format!(" {id} has NOT looked at: {}.", escape(&what))).collect();
     let note = format!(
-        "<p class=\"note\">Confirmed edges: all of {} fresh flights were safe there, so that {} % are with {} % confidence; + the end of what was \
-         looked at, - nothing confirmed. Green and blue: J<sub>state</sub> below 0.7 and 1; cross: nominal release.</p>\n",
-        first.fresh_flights,
-        short(100.0 * first.probability, 2),
-        short(100.0 * first.confidence, 2)
+        "<p class=\"note\">{}.{unseen} Green and blue: J<sub>state</sub> below 0.7 and 1; cross: nominal release.</p>\n",
+        rich(&confirmed)
     );
     Ok(format!("<div class=\"envelope\">{}{figure}</div>\n{note}", table("reaches", &head, &rows)))
 }
@@ -210,9 +231,10 @@ fn probability_table(card: &Card<'_>) -> String {
         .iter()
         .take(CAMPAIGNS)
         .map(|p| {
-            let words = escape(&p.words()) + &links(card, std::slice::from_ref(&p.from));
-            let failed = p.failed.map_or_else(|| "-".to_owned(), |failed| failed.to_string());
-            vec![escape(&p.flown_by), p.trials.to_string(), failed, words, escape(&p.found_by)]
+            let words = rich(&p.words()) + &links(card, std::slice::from_ref(&p.from));
+            let [trials, failed] =
+                [p.trials, p.failed].map(|n| n.map_or_else(|| "-".to_owned(), |n| n.to_string()));
+            vec![rich(&p.flown_by), trials, failed, words, rich(&p.found_by)]
         })
         .collect();
     let more = rest(found.len(), CAMPAIGNS);
@@ -232,12 +254,13 @@ fn worst_table(card: &Card<'_>, most: usize) -> String {
         .iter()
         .take(most)
         .map(|row| {
-            let outcome = match &row.failure {
-                Some(failure) => format!("<b>failed</b>: {}", rich(failure)),
-                None => "did not fail, closest".to_owned(),
+            let outcome = match (&row.failure, &row.likely) {
+                (Some(failure), _) => format!("<b>failed</b>: {}", rich(failure)),
+                (None, Some(likely)) => rich(likely),
+                (None, None) => "did not fail, closest".to_owned(),
             };
             vec![
-                escape(&row.which) + &links(card, std::slice::from_ref(&row.from)),
+                rich(&row.which) + &links(card, std::slice::from_ref(&row.from)),
                 outcome,
                 number(row.j_tpf, 3),
                 number(row.steady_after_s, 1),
@@ -254,7 +277,8 @@ fn worst_table(card: &Card<'_>, most: usize) -> String {
     table("worst", &heads, &rows)
 }
 
-fn evidence_table(card: &Card<'_>, most: usize) -> String {
+/// The inputs, and the evidence at these places: the first in a table, the others one behind another.
+fn evidence_table(card: &Card<'_>, places: &[usize]) -> String {
     let anchor = |id: &str| format!("<span id=\"{0}\">{0}</span>", escape(id));
     let inputs = card.inputs.iter().enumerate().map(|(place, input)| {
         let id = format!("I{}", place + 1);
@@ -262,44 +286,65 @@ fn evidence_table(card: &Card<'_>, most: usize) -> String {
         format!("{} {} {} {hash}", anchor(&id), input.role, escape(&file))
     });
     let inputs: Vec<String> = inputs.collect();
-    let mut rows: Vec<Vec<String>> = Vec::new();
-    let chosen = shown_evidence(card, most);
-    for place in &chosen {
+    let row = |place: &usize, most: usize| {
         let evidence = &card.evidence[*place];
-        let standing = match &evidence.found {
-            Ok(_) => "accepted".to_owned(),
-            Err(why) => format!("<b>refused</b>: {}", escape(why)),
-        };
         let sha256 = evidence.sha256.as_deref().map_or_else(|| "-".to_owned(), hash);
         let (link, file) = (url(&evidence.link), &evidence.file);
-        let shown = escape(&shortened(file, PATH));
+        let shown = escape(&shortened(file, most));
         let file = format!("<a href=\"{link}\" title=\"{}\">{shown}</a>", escape(file));
-        rows.push(vec![anchor(&Card::id(*place)), evidence.kind.words().to_owned(), file, sha256, standing]);
-    }
-    let more = rest(card.evidence.len(), chosen.len());
-    if !more.is_empty() {
-        rows.push(vec![String::new(), more]);
-    }
+        vec![anchor(&Card::id(*place)), evidence.kind.words().to_owned(), file, sha256, standing(evidence)]
+    };
+    let (above, below) = places.split_at(places.len().min(TABLE));
+    let rows: Vec<Vec<String>> = above.iter().map(|place| row(place, PATH)).collect();
     let table = table("evidence", &["", "what", "file", "SHA-256", "standing"], &rows);
-    format!("<p class=\"inputs\">Inputs: {}.</p>\n{table}", inputs.join("; "))
+    let mut behind: Vec<String> = below.iter().map(|place| row(place, PATH_BEHIND).join(" ")).collect();
+    behind.push(rest(card.evidence.len(), places.len()));
+    behind.retain(|piece| !piece.is_empty());
+    let behind = match behind.is_empty() {
+        true => String::new(),
+        false => format!("<p class=\"inputs\">{}.</p>\n", behind.join("; ")),
+    };
+    format!("<p class=\"inputs\">Inputs: {}.</p>\n{table}{behind}", inputs.join("; "))
 }
 
-/// Places of the evidence that is shown, at most so many: the first of each kind, then what is refused, then
-/// the rest; in order.
-fn shown_evidence(card: &Card<'_>, most: usize) -> Vec<usize> {
+/// Whether evidence is accepted and counts, or why it does not.
+fn standing(evidence: &Evidence) -> String {
+    match &evidence.found {
+        Ok(_) => {
+            let counts = evidence.elsewhere().map(|of| format!(", not counted: of {of}"));
+            let with = Some(evidence.otherwise()).filter(|with| !with.is_empty());
+            let with = with.map(|with| format!(", with {with}"));
+            escape(&["accepted".to_owned()].into_iter().chain(counts).chain(with).collect::<String>())
+        }
+        Err(why) => format!("<b>refused</b>: {}", escape(why)),
+    }
+}
+
+/// Places of the evidence that is shown: all that the sheet above names, then up to [`EVIDENCE`] what is
+/// refused and the rest; in order.
+fn shown_evidence(card: &Card<'_>, above: &str) -> Vec<usize> {
     let all = &card.evidence;
-    let before = |place: usize| all[..place].iter().filter(|other| other.found.is_ok());
-    let is_first = |place: usize| before(place).all(|other| other.kind != all[place].kind);
-    let rank = |place: &usize| match &all[*place].found {
-        Ok(_) if is_first(*place) => 0,
-        Err(_) => 1,
-        Ok(_) => 2,
+    let named = |place: usize| names(above, &Card::id(place));
+    let rank = |place: &usize| match (named(*place), &all[*place].found) {
+        (true, _) => 0,
+        (false, Err(_)) => 1,
+        (false, Ok(_)) => 2,
     };
-    let mut places: Vec<usize> = (0..all.len()).collect();
-    places.sort_by_key(rank);
-    places.truncate(most);
+    let mut ranked: Vec<(i32, usize)> = (0..all.len()).map(|place| (rank(&place), place)).collect();
+    ranked.sort_unstable();
+    let named = ranked.iter().take_while(|(rank, _)| *rank == 0).count();
+    let shown = ranked.into_iter().take(named.max(EVIDENCE));
+    let mut places: Vec<usize> = shown.map(|(_, place)| place).collect();
     places.sort_unstable();
     places
+}
+
+/// Whether a text names a piece of evidence: E1, not E12.
+pub(super) fn names(text: &str, id: &str) -> bool {
+    let of_word = |c: Option<char>| c.is_some_and(char::is_alphanumeric);
+    text.match_indices(id).any(|(at, _)| {
+        !of_word(text[..at].chars().next_back()) && !of_word(text[at + id.len()..].chars().next())
+    })
 }
 
 /// A relative path as a link: what means something in a URL is escaped.

@@ -3,9 +3,11 @@
 
 use serde::Serialize;
 
-use super::Card;
-use super::finding::{CampaignFound, DropFound, Finding, RareFound, WorstTrial, pilot_words, probability};
+use super::finding::{
+    DropFound, Finding, FreshFound, MarginFound, WorstTrial, in_air, pilot_words, probability,
+};
 use super::manifest::{Kind, RunManifest};
+use super::{Card, Evidence};
 use crate::assess::CONFIDENCE;
 use crate::assess::envelope::EnvelopeAxis;
 use crate::config::{Derived, ENVELOPE_LIMITS, derived};
@@ -65,7 +67,7 @@ pub fn vehicle_and_design(card: &Card<'_>) -> Vec<Line> {
         ),
         line("Gains", mission.control.gains_name.clone(), &[GAINS]),
     ];
-    for (id, _, run, found) in card.standing() {
+    for (id, evidence, run, found) in card.standing() {
         match found {
             Finding::Tune(_) => {
                 let method = run.circumstances.get("method").map_or("", String::as_str);
@@ -75,56 +77,76 @@ pub fn vehicle_and_design(card: &Card<'_>) -> Vec<Line> {
             }
             Finding::Plan(plan) if plan.converged() => {
                 let j_tpf = plan.j_tpf.map_or_else(|| "-".to_owned(), |j| short(j, 3));
-                let text = format!("J_TPF {j_tpf}, {} nodes over {} s", plan.nodes, short(plan.horizon_s, 2));
+                let with = with(evidence);
+                let text =
+                    format!("J_TPF {j_tpf}, {} nodes over {} s{with}", plan.nodes, short(plan.horizon_s, 2));
                 lines.push(line("Plan", text, &[&id]));
             }
             Finding::Design(design) => {
-                if let Some(tightest) = design.tightest() {
-                    let or_any = |x: Option<f64>, digits: usize, unit: &str| {
-                        x.map_or_else(|| "any".to_owned(), |x| short(x, digits) + unit)
-                    };
-                    let text = format!(
-                        "of {} loops the nearest to instability is {} at the {}: gain up {}, down {}, phase {}, delay {}, modulus {}",
-                        design.margins.len(),
-                        tightest.r#loop,
-                        tightest.state,
-                        or_any(tightest.gain_up, 2, " times"),
-                        or_any(tightest.gain_down, 2, " times"),
-                        or_any(tightest.phase_deg, 0, " deg"),
-                        or_any(tightest.delay_s.map(|s| 1e3 * s), 0, " ms"),
-                        short(tightest.modulus, 2)
-                    );
-                    lines.push(line("Margins", text, &[&id]));
-                }
-                if let Some(fresh) = design.hardest_air() {
-                    let text = format!(
-                        "{} of {} flights that chose nothing were unsafe in {}: at most {} are",
-                        fresh.results.unsafe_flights,
-                        fresh.results.flights,
-                        fresh.air.replace('_', " "),
-                        probability(fresh.results.p_unsafe_at_most)
-                    );
-                    lines.push(line("Design", text, &[&id]));
-                }
+                lines.extend(design.tightest().map(|tightest| {
+                    let text = format!("of {} loops {}", design.margins.len(), margins_words(tightest));
+                    line("Margins", text, &[&id])
+                }));
+                lines.extend(design.hardest_air().map(|fresh| line("Design", fresh_words(fresh), &[&id])));
             }
             _ => {}
         }
     }
     if lines.iter().all(|line| line.about != "Plan") {
-        // Every run that flies a plan says how good it is.
-        let planned = card.standing().find_map(|(id, _, _, found)| match found {
-            Finding::Drop(drop) if !drop.along_a_file() => Some((id, drop.plan_j_tpf?)),
-            Finding::Campaign(campaign) => Some((id, campaign.plan_j_tpf)),
-            _ => None,
-        });
-        if let Some((id, j_tpf)) = planned {
-            lines.push(line("Plan", format!("J_TPF {}", short(j_tpf, 3)), &[&id]));
-        }
+        lines.extend(flown_plan(card));
     }
     if lines.iter().all(|line| line.about != "Margins") {
         lines.push(line("Margins", "no evidence: samara design has them", &[]));
     }
     lines
+}
+
+/// How good the plan is, as the runs that flew the mission's own say.
+fn flown_plan(card: &Card<'_>) -> Option<Line> {
+    let own = card.standing().filter(|(_, evidence, ..)| evidence.elsewhere().is_none());
+    let mut planned = own.filter_map(|(id, _, _, found)| match found {
+        Finding::Drop(drop) => Some((id, drop.plan_j_tpf?)),
+        Finding::Campaign(campaign) => Some((id, campaign.plan_j_tpf)),
+        _ => None,
+    });
+    planned.next().map(|(id, j_tpf)| line("Plan", format!("J_TPF {}", short(j_tpf, 3)), &[&id]))
+}
+
+/// The margins of the loop that is nearest to instability.
+fn margins_words(tightest: &MarginFound) -> String {
+    let or_any = |x: Option<f64>, digits: usize, unit: &str| {
+        x.map_or_else(|| "any".to_owned(), |x| short(x, digits) + unit)
+    };
+    // A factor that two decimals do not show is no margin of zero.
+    let down = match tightest.gain_down {
+        Some(down) if down < 0.01 => "to below 0.01 times".to_owned(),
+        down => or_any(down, 2, " times"),
+    };
+    format!(
+        "the nearest to instability is {} at the {}: gain up {}, down {down}, phase {}, delay {}, modulus {}",
+        tightest.r#loop,
+        tightest.state,
+        or_any(tightest.gain_up, 2, " times"),
+        or_any(tightest.phase_deg, 0, " deg"),
+        or_any(tightest.delay_s.map(|s| 1e3 * s), 0, " ms"),
+        short(tightest.modulus, 2)
+    )
+}
+
+/// What came of a design's flights that chose nothing.
+fn fresh_words(fresh: &FreshFound) -> String {
+    format!(
+        "{}, {}: at most {} fail",
+        in_air(&fresh.air),
+        fresh.results.words(),
+        probability(fresh.results.failing_at_most(), f64::ceil)
+    )
+}
+
+/// What makes evidence not what the mission says, beside release and plan, behind a comma.
+fn with(evidence: &Evidence) -> String {
+    let otherwise = evidence.otherwise();
+    if otherwise.is_empty() { otherwise } else { format!(", with {otherwise}") }
 }
 
 /// Air, place and release.
@@ -201,9 +223,8 @@ impl Alike<'_> {
 pub fn drops(card: &Card<'_>) -> Vec<Line> {
     let mut groups: Vec<Alike<'_>> = Vec::new();
     for (id, evidence, drop) in card.drops() {
-        let along = if drop.along_a_file() { " along a trajectory that was given" } else { "" };
-        let release = evidence.release_words().unwrap_or_else(|| "nominal release".to_owned());
-        let pilot = drop.pilot() + along;
+        let release = evidence.elsewhere().unwrap_or_else(|| "nominal release".to_owned());
+        let pilot = drop.pilot() + &with(evidence);
         match groups.iter_mut().find(|group| group.release == release && group.pilot == pilot) {
             Some(group) => group.drops.push((id, drop)),
             None => groups.push(Alike { release, pilot, drops: vec![(id, drop)] }),
@@ -259,16 +280,20 @@ fn version_of(run: &RunManifest) -> Option<&str> {
     reported.or_else(|| asked().map(|(_, version)| version))
 }
 
-/// How likely a drop fails, by a campaign.
+/// How likely a drop fails, by a campaign, or J_TPF reaches a bound, by a search.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Probability {
     /// The pilot and what it flew, in words.
     pub flown_by: String,
-    /// Trials.
-    pub trials: u64,
-    /// Trials that failed, where trials are independent; `None` where failures were searched for.
+    /// The event that the probabilities are of: "failure", or "J_TPF >= 1" of a search.
+    pub of: String,
+    /// Independent trials; `None` where the event was searched for.
+    pub trials: Option<u64>,
+    /// Trials that failed, likewise.
     pub failed: Option<u64>,
-    /// The share of trials that failed.
+    /// All flights of a search, those on the way to the most likely failure too; `None` of a campaign.
+    pub flights: Option<u64>,
+    /// The probability, as a share of the trials or as a search estimates it.
     pub p_failure: f64,
     /// Lower end of the interval of the probability.
     pub p_failure_low: f64,
@@ -286,66 +311,99 @@ pub struct Probability {
     pub from: String,
 }
 
+/// The event of a campaign.
+const FAILURE: &str = "failure";
+
 impl Probability {
-    /// The probability in a sentence.
+    /// The probability in a sentence, with the event where that is not a failure.
     pub fn words(&self) -> String {
         let percent = short(100.0 * self.confidence, 1);
+        let of = if self.of == FAILURE { String::new() } else { format!("P({}) ", self.of) };
         if self.p_failure == 0.0 {
-            return format!("below {} at {percent} %", probability(self.p_failure_at_most));
+            return format!("{of}below {} at {percent} %", probability(self.p_failure_at_most, f64::ceil));
         }
         format!(
-            "{}, {} to {} at {percent} %",
-            probability(self.p_failure),
-            probability(self.p_failure_low),
-            probability(self.p_failure_high)
+            "{of}{}, {} to {} at {percent} %",
+            probability(self.p_failure, f64::round),
+            probability(self.p_failure_low, f64::floor),
+            probability(self.p_failure_high, f64::ceil)
         )
     }
 }
 
-/// The probabilities of failure that campaigns and searches show.
+/// The probabilities of failure that campaigns show, and those of a J_TPF that searches do: first of evidence
+/// that counts.
 pub fn probabilities(card: &Card<'_>) -> Vec<Probability> {
-    let of = |(id, run, campaign): (String, &RunManifest, &CampaignFound)| {
-        let trials = campaign.judged()?;
-        let (p_failure, [p_failure_low, p_failure_high]) = trials.failing();
-        let whole_drops = run.circumstances.get("autopilot");
-        let flown_by = match whole_drops {
-            Some(name) => format!("whole drops by {}", pilot_words(name, version_of(run))),
-            None => campaign.flown_by.clone(),
-        };
-        Some(Probability {
-            flown_by,
-            trials: trials.trials,
-            failed: Some(trials.unsafe_trials),
-            p_failure,
-            p_failure_low,
-            p_failure_high,
-            p_failure_at_most: trials.failing_at_most(),
-            confidence: CONFIDENCE,
-            found_by: "random releases, exact interval (Clopper, Pearson)".to_owned(),
-            seed: run.seed,
-            from: id,
-        })
+    let mut standing: Vec<_> = card.standing().collect();
+    standing.sort_by_key(|(_, evidence, ..)| card.shortfall(evidence).is_some());
+    let of = |(id, evidence, run, found)| probability_of(id, evidence, run, found);
+    standing.into_iter().filter_map(of).collect()
+}
+
+fn probability_of(
+    id: String,
+    evidence: &Evidence,
+    run: &RunManifest,
+    found: &Finding,
+) -> Option<Probability> {
+    let flown_by = |by: String| {
+        let elsewhere = evidence.elsewhere().map_or_else(String::new, |elsewhere| format!(", {elsewhere}"));
+        by + &elsewhere + &with(evidence)
     };
-    let searched = |(id, run, rare): (String, &RunManifest, &RareFound)| {
-        let unknowns = if rare.unknowns { ", unknowns drawn" } else { "" };
-        Probability {
-            flown_by: format!("flights from t = 0 to J_TPF {} and above{unknowns}", short(rare.bound, 6)),
-            trials: rare.flights,
-            failed: None,
-            p_failure: rare.probability,
-            p_failure_low: rare.low,
-            p_failure_high: rare.high,
-            p_failure_at_most: rare.high,
-            confidence: CONFIDENCE,
-            found_by: match rare.variation {
-                Some(variation) => format!("subset simulation, variation {}", short(variation, 2)),
-                None => "subset simulation".to_owned(),
-            },
-            seed: run.seed,
-            from: id,
+    match found {
+        Finding::Campaign(campaign) => {
+            let trials = campaign.judged()?;
+            let (p_failure, [p_failure_low, p_failure_high]) = trials.failing();
+            let by = match run.circumstances.get("autopilot") {
+                Some(name) => format!("whole drops by {}", pilot_words(name, version_of(run))),
+                None => campaign.flown_by.clone(),
+            };
+            let judged = match campaign.bound {
+                1.0 => String::new(),
+                bound => format!(", judged by J_TPF below {}", short(bound, 6)),
+            };
+            Some(Probability {
+                flown_by: flown_by(by + &judged),
+                of: FAILURE.to_owned(),
+                trials: Some(trials.trials),
+                failed: Some(trials.unsafe_trials),
+                flights: None,
+                p_failure,
+                p_failure_low,
+                p_failure_high,
+                p_failure_at_most: trials.failing_at_most(),
+                confidence: CONFIDENCE,
+                found_by: "random releases, exact interval".to_owned(),
+                seed: run.seed,
+                from: id,
+            })
         }
-    };
-    card.campaigns().filter_map(of).chain(card.rare().map(searched)).collect()
+        Finding::Rare(rare) => {
+            let unknowns = if rare.unknowns { ", unknowns drawn" } else { "" };
+            let variation = rare
+                .variation
+                .map_or_else(String::new, |variation| format!(", variation {}", short(variation, 2)));
+            Some(Probability {
+                flown_by: flown_by(format!("flights from t = 0{unknowns}")),
+                of: rare.event(),
+                trials: None,
+                failed: None,
+                flights: Some(rare.flights),
+                p_failure: rare.probability,
+                p_failure_low: rare.low,
+                p_failure_high: rare.high,
+                p_failure_at_most: rare.high,
+                confidence: CONFIDENCE,
+                found_by: format!(
+                    "subset simulation, {} flights with those to the most likely way{variation}",
+                    rare.flights
+                ),
+                seed: run.seed,
+                from: id,
+            })
+        }
+        _ => None,
+    }
 }
 
 /// How far a quantity of the release goes.
@@ -393,6 +451,8 @@ pub struct Worst {
     pub which: String,
     /// Why it failed; `None`: it did not.
     pub failure: Option<String>,
+    /// How far from the nominal trial the most likely way of a search is, in words, where it is no failure.
+    pub likely: Option<String>,
     /// J_TPF; none where it was lost.
     pub j_tpf: Option<f64>,
     /// Time to steady flight, from t = 0 [s].
@@ -415,8 +475,9 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
     for (id, evidence, drop) in card.drops() {
         if let Some(fault) = drop.fault() {
             rows.push(Worst {
-                which: evidence.release_words().unwrap_or_else(|| "drop from the nominal release".to_owned()),
+                which: evidence.elsewhere().unwrap_or_else(|| "drop from the nominal release".to_owned()),
                 failure: Some(fault),
+                likely: None,
                 j_tpf: drop.j_tpf,
                 steady_after_s: drop.steady_after_s,
                 altitude_lost_m: drop.altitude_lost_m,
@@ -430,6 +491,7 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
         rows.extend(trials.map(|trial: &WorstTrial| Worst {
             which: format!("trial {}", trial.trial),
             failure: trial.failure.clone(),
+            likely: None,
             j_tpf: trial.j_tpf,
             steady_after_s: trial.steady_after_s,
             altitude_lost_m: trial.altitude_lost_m,
@@ -438,9 +500,11 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
         }));
     }
     for (id, _, rare) in card.rare() {
+        let fails = rare.is_of_failures();
         rows.extend(rare.most_likely.iter().map(|most_likely| Worst {
-            which: format!("most likely way to J_TPF {}", short(rare.bound, 6)),
-            failure: Some(most_likely.words()),
+            which: format!("most likely way to {}", rare.event()),
+            failure: fails.then(|| most_likely.words()),
+            likely: (!fails).then(|| most_likely.words()),
             j_tpf: most_likely.j_tpf,
             steady_after_s: None,
             altitude_lost_m: None,

@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 
+use super::Shortfall;
 use super::envelope::SAFE;
 use crate::assess::{CONFIDENCE, ChosenAmong, Share};
-use crate::report::columns::short;
+use crate::report::columns::{rounded, short};
 
 /// `assess.json`, and the like of whole drops.
 #[derive(Clone, Debug, Deserialize)]
@@ -79,17 +80,20 @@ impl CampaignFound {
 
     /// Why it is not enough for a go, if it is not: not all of the `asked` trials were flown, a laxer J_TPF
     /// judged them, or they are too few for the probability of failure that is `demanded`.
-    pub fn shortfall(&self, asked: Option<u64>, demanded: f64) -> Option<String> {
+    pub fn shortfall(&self, asked: Option<u64>, demanded: f64) -> Option<Shortfall> {
         let Some(trials) = self.judged().filter(|trials| trials.trials > 0) else {
-            return Some("it has no trial".to_owned());
+            return Some(Shortfall::of_kind("it has no trial".to_owned()));
         };
         if let Some(asked) = asked.filter(|asked| *asked != trials.trials) {
-            return Some(format!("it was stopped after {} of {asked} trials", trials.trials));
+            let why = format!("it was stopped after {} of {asked} trials", trials.trials);
+            return Some(Shortfall::of_kind(why));
         }
         if self.bound > SAFE {
-            return Some(format!("it is judged by J_TPF below {}, not below {SAFE}", short(self.bound, 4)));
+            let why = format!("it is judged by J_TPF below {}, not below {SAFE}", short(self.bound, 4));
+            return Some(Shortfall::of_kind(why));
         }
-        trials.too_likely(demanded)
+        let why = trials.too_likely(demanded)?;
+        Some(Shortfall { distance: trials.failing_at_most(), why })
     }
 }
 
@@ -111,7 +115,7 @@ impl Trials {
                 "{} of {} trials failed, which leaves a probability of failure of {} possible; at most {} is asked for",
                 self.unsafe_trials,
                 self.trials,
-                probability(at_most),
+                probability(at_most, f64::ceil),
                 short(p, 12)
             )
         })
@@ -130,15 +134,16 @@ pub fn fewest_trials(p: f64) -> u64 {
     (crate::math::ln(1.0 - CONFIDENCE) / crate::math::ln_1p(-p)).ceil() as u64
 }
 
-/// A probability in two digits, the second rounded up.
-pub fn probability(p: f64) -> String {
+/// A probability in two digits, the second rounded as is said: `f64::ceil` for what it is at most,
+/// `f64::floor` for what it is at least, `f64::round` for an estimate.
+pub fn probability(p: f64, by: fn(f64) -> f64) -> String {
     if !(p > 0.0 && p < 1.0) {
         return short(p, 4);
     }
     let exponent = crate::math::log10(p).floor() as i32;
     let scale = 10f64.powi(1 - exponent);
-    let rounded = (p * scale - 1e-9).ceil() / scale;
-    if exponent < -4 { format!("{rounded:.1e}") } else { format!("{rounded:.*}", (1 - exponent) as usize) }
+    let p = rounded(p * scale, by) / scale;
+    if exponent < -4 { format!("{p:.1e}") } else { format!("{p:.*}", (1 - exponent) as usize) }
 }
 
 #[cfg(test)]
@@ -159,11 +164,25 @@ mod tests {
         assert!(trials(299, 0).failing_at_most() <= 0.01 && trials(298, 0).failing_at_most() > 0.01);
         let (share, [low, high]) = trials(1000, 3).failing();
         assert!(share == 0.003 && low < share && share < high && trials(1000, 3).failing_at_most() < high);
-        assert_eq!(
-            [0.00299, 0.003, 0.0100, 0.98, 1.0].map(probability),
-            ["0.0030", "0.0030", "0.010", "0.98", "1"]
-        );
-        assert_eq!(probability(2.91e-6), "3.0e-6");
+    }
+
+    /// The upper end of an interval is rounded up, the lower one down, an estimate to the nearest: 70 of 600
+    /// is 0.11666.., of which 0.12 is no lower bound.
+    #[test]
+    fn closed_form_probabilities_are_rounded_away_from_what_they_bound() {
+        let all = |p: f64| [f64::floor, f64::round, f64::ceil].map(|rounded| probability(p, rounded));
+        for (p, expected) in [
+            (70.0 / 600.0, ["0.11", "0.12", "0.12"]),
+            (0.00291, ["0.0029", "0.0029", "0.0030"]),
+            (0.003, ["0.0030", "0.0030", "0.0030"]),
+            (0.01, ["0.010", "0.010", "0.010"]),
+            (0.996, ["0.99", "1.00", "1.00"]),
+            (2.91e-6, ["2.9e-6", "2.9e-6", "3.0e-6"]),
+            (0.0, ["0", "0", "0"]),
+            (1.0, ["1", "1", "1"]),
+        ] {
+            assert_eq!(all(p), expected, "{p}");
+        }
     }
 
     /// A failure speaks against a go unless a probability of failure is accepted, which decides then; what is
@@ -177,13 +196,14 @@ mod tests {
             plan_j_tpf: 0.5,
             campaigns: vec![trials(n, failed)],
         };
+        let short = |shortfall: Option<Shortfall>| shortfall.map(|shortfall| shortfall.why);
         let good = campaign(299, 0, 1.0);
-        assert_eq!((good.fault(None), good.shortfall(Some(299), 0.01)), (None, None));
+        assert_eq!((good.fault(None), short(good.shortfall(Some(299), 0.01))), (None, None));
         for (shortfall, expected) in [
-            (good.shortfall(Some(300), 0.01), "stopped after 299 of 300"),
-            (campaign(298, 0, 1.0).shortfall(None, 0.01), "at most 0.01 is asked for"),
-            (campaign(299, 0, 1.1).shortfall(None, 0.01), "below 1.1, not below 1"),
-            (campaign(0, 0, 1.0).shortfall(None, 0.01), "no trial"),
+            (short(good.shortfall(Some(300), 0.01)), "stopped after 299 of 300"),
+            (short(campaign(298, 0, 1.0).shortfall(None, 0.01)), "at most 0.01 is asked for"),
+            (short(campaign(299, 0, 1.1).shortfall(None, 0.01)), "below 1.1, not below 1"),
+            (short(campaign(0, 0, 1.0).shortfall(None, 0.01)), "no trial"),
             (campaign(100_000, 1, 1.0).fault(None), "1 of 100000 trials failed"),
             (campaign(100, 5, 1.0).fault(Some(0.01)), "leaves a probability of failure of"),
         ] {
@@ -193,6 +213,6 @@ mod tests {
             );
         }
         let few = campaign(100_000, 1, 1.0);
-        assert_eq!((few.fault(Some(0.01)), few.shortfall(None, 0.01)), (None, None));
+        assert_eq!((few.fault(Some(0.01)), short(few.shortfall(None, 0.01))), (None, None));
     }
 }

@@ -3,7 +3,10 @@
 use serde::Deserialize;
 use serde_json::Value;
 
+use super::campaign::probability;
+use crate::assess::{ChosenAmong, Share};
 use crate::plan::Status;
+use crate::report::columns::short;
 use crate::report::json::status_name;
 
 /// `plan.json`.
@@ -85,10 +88,47 @@ pub struct FreshFound {
 pub struct FreshNumbers {
     /// Flights.
     pub flights: u64,
-    /// Those that were not safe.
+    /// Those whose J_TPF is above 1.
     pub unsafe_flights: u64,
-    /// Bound on the probability of an unsafe flight.
-    pub p_unsafe_at_most: f64,
+    /// Those that become steady.
+    pub steady_flights: u64,
+    /// How many designs there were to choose among by these flights.
+    pub chosen_among: u64,
+}
+
+impl FreshNumbers {
+    /// Flights that never become steady.
+    pub fn never_steady(&self) -> u64 {
+        self.flights.saturating_sub(self.steady_flights)
+    }
+
+    /// The fewest flights that failed, and the most: which of those above J_TPF 1 were steady is not known.
+    fn failed(&self) -> [u64; 2] {
+        let (beyond, restless) = (self.unsafe_flights, self.never_steady());
+        [beyond.max(restless), (beyond + restless).min(self.flights)]
+    }
+
+    /// Whether a flight failed: its J_TPF is above 1, or it was never steady.
+    pub fn any_failed(&self) -> bool {
+        self.failed()[0] > 0
+    }
+
+    /// The greatest probability of a failure that these flights leave possible.
+    pub fn failing_at_most(&self) -> f64 {
+        let [_, most] = self.failed();
+        let safe = Share::of(self.flights - most, self.flights);
+        ChosenAmong::new(self.chosen_among).misses_at_most(&safe)
+    }
+
+    /// What came of the flights, in words.
+    pub fn words(&self) -> String {
+        format!(
+            "of {} flights that chose nothing {} were above J_TPF 1, {} never steady",
+            self.flights,
+            self.unsafe_flights,
+            self.never_steady()
+        )
+    }
 }
 
 impl PlanFound {
@@ -116,11 +156,74 @@ impl DesignFound {
         own.or_else(|| self.fresh.iter().rfind(|fresh| fresh.design == crate::report::design::OWN))
     }
 
-    /// Why it is no design to fly, if it is none.
-    pub fn fault(&self) -> Option<String> {
+    /// Why it is no design to fly, if it is none. Flights that it was not chosen by count as the trials of a
+    /// campaign do, where no probability of failure is `accepted` or they leave a greater one possible.
+    pub fn fault(&self, accepted: Option<f64>) -> Option<String> {
         if let Some(loop_) = self.margins.iter().find(|margins| !margins.stable) {
             return Some(format!("the {} loop is not stable at the {}", loop_.r#loop, loop_.state));
         }
-        (!self.allowed).then(|| "the design breaks a bound on the flights of its search".to_owned())
+        if !self.allowed {
+            return Some("the design breaks a bound on the flights of its search".to_owned());
+        }
+        let FreshFound { air, results, .. } =
+            self.hardest_air().filter(|fresh| fresh.results.any_failed())?;
+        let words = format!("{}, {}", in_air(air), results.words());
+        let at_most = results.failing_at_most();
+        match accepted {
+            None => Some(words),
+            Some(accepted) => (at_most > accepted).then(|| {
+                format!(
+                    "{words}, which leaves a probability of failure of {} possible; at most {} is asked for",
+                    probability(at_most, f64::ceil),
+                    short(accepted, 12)
+                )
+            }),
+        }
+    }
+}
+
+/// Where flights flew, in words: `in turbulence`.
+pub fn in_air(air: &str) -> String {
+    match air {
+        "unknowns" => "with unknowns".to_owned(),
+        air => format!("in {}", air.replace('_', " ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Flights that are never steady have failed, as in a campaign; how many of them were above J_TPF 1, too,
+    /// is not known, so the bound counts all. Of none 300 leave `1 - 0.05^(1/300)` possible.
+    #[test]
+    fn regress_flights_that_are_never_steady_have_failed() {
+        let numbers = |unsafe_flights, steady_flights| FreshNumbers {
+            flights: 300,
+            unsafe_flights,
+            steady_flights,
+            chosen_among: 1,
+        };
+        let design = |results: FreshNumbers| DesignFound {
+            name: "design".to_owned(),
+            objective: String::new(),
+            allowed: true,
+            design: Value::Null,
+            own: Value::Null,
+            margins: Vec::new(),
+            fresh: vec![FreshFound { design: "design".to_owned(), air: "turbulence".to_owned(), results }],
+            input_hash: String::new(),
+        };
+        let good = numbers(0, 300);
+        assert!(!good.any_failed());
+        assert!((good.failing_at_most() - (1.0 - crate::math::powf(0.05, 1.0 / 300.0))).abs() < 1e-12);
+        assert_eq!(design(good).fault(None), None);
+        let restless = design(numbers(0, 264));
+        let why = restless.fault(None).unwrap();
+        assert!(why.contains("in turbulence, of 300 flights"), "{why}");
+        assert!(why.contains("0 were above J_TPF 1, 36 never steady"), "{why}");
+        assert!(restless.fault(Some(0.1)).unwrap().contains("possible; at most 0.1 is asked for"));
+        assert_eq!(restless.fault(Some(0.2)), None);
+        assert_eq!(numbers(30, 264).failed(), [36, 66]);
     }
 }

@@ -9,7 +9,6 @@ pub struct DropFound {
     pub autopilot: Option<String>,
     /// Version of the autopilot.
     pub autopilot_version: Option<String>,
-    trajectory: Option<TrajectoryFound>,
     completed: bool,
     reason: Option<String>,
     /// J_TPF; none where nothing was released.
@@ -26,11 +25,6 @@ pub struct DropFound {
     failsafe: bool,
     /// J_TPF of the plan.
     pub plan_j_tpf: Option<f64>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct TrajectoryFound {
-    source: String,
 }
 
 /// A drop of `cases.json`.
@@ -50,11 +44,6 @@ pub(super) struct CasesFile {
 }
 
 impl DropFound {
-    /// Whether the trajectory was given, not planned.
-    pub fn along_a_file(&self) -> bool {
-        self.trajectory.as_ref().is_some_and(|trajectory| trajectory.source == "file")
-    }
-
     /// Why it was not safe, if it was not: `samara drop` answers by the same.
     pub fn fault(&self) -> Option<String> {
         match &self.limits_passed {

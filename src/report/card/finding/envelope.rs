@@ -7,6 +7,14 @@ use crate::config::ENVELOPE_LIMITS;
 use crate::report::columns::short;
 use crate::report::envelope::{EnvelopeOutline, EnvelopePair, EnvelopeReach};
 
+/// Directions of a pair in which only one of the two quantities is off.
+const ALONG_ONE: usize = 4;
+
+/// A quantity in words, without its unit.
+fn bare(axis: EnvelopeAxis) -> &'static str {
+    axis.words().split([',', '[']).next().unwrap_or_default().trim_end()
+}
+
 /// J_state that safe flights stay below.
 pub(super) const SAFE: f64 = ENVELOPE_LIMITS[1];
 
@@ -64,8 +72,56 @@ impl EnvelopeFound {
             return Some("no quantity was looked at".to_owned());
         }
         let percent = short(100.0 * self.probability, 4);
-        unsafe_nominal
-            .then(|| format!("fewer than {percent} % of the flights from the nominal release are safe"))
+        unsafe_nominal.then(|| {
+            format!(
+                "fewer than {percent} % of the flights from the nominal release stay below J_state {SAFE}"
+            )
+        })
+    }
+
+    /// The pairs of quantities that were not looked at together: they are in no pair, or only the directions
+    /// along one of the two are.
+    fn missing(&self) -> Vec<[EnvelopeAxis; 2]> {
+        let has = |axes: &[EnvelopeAxis; 2]| {
+            let of_both =
+                |pair: &&PairFound| axes.iter().all(|axis| pair.axes.iter().any(|name| name == axis.name()));
+            let rays = |limit: &LimitFound| limit.limit == SAFE && limit.edges.len() > ALONG_ONE;
+            self.pairs.iter().filter(of_both).any(|pair| pair.limits.iter().any(rays))
+        };
+        EnvelopeAxis::pairs().into_iter().filter(|axes| !has(axes)).collect()
+    }
+
+    /// What was not looked at, in words: quantities, and pairs of others; `None` where everything was.
+    pub fn not_looked_at(&self) -> Option<String> {
+        let missing = self.missing();
+        let alone: Vec<EnvelopeAxis> = EnvelopeAxis::ALL
+            .into_iter()
+            .filter(|axis| self.pairs.iter().all(|pair| pair.axes.iter().all(|name| name != axis.name())))
+            .collect();
+        let mut parts: Vec<String> = Vec::new();
+        if !alone.is_empty() {
+            parts.push(alone.iter().map(|axis| bare(*axis)).collect::<Vec<_>>().join(", "));
+        }
+        let together = missing.iter().filter(|pair| !pair.iter().any(|axis| alone.contains(axis)));
+        let together: Vec<String> =
+            together.map(|[x, y]| format!("{} with {}", bare(*x), bare(*y))).collect();
+        let seen = EnvelopeAxis::ALL.len() - alone.len();
+        if !together.is_empty() {
+            let all = together.len() == seen * (seen - 1) / 2;
+            parts.push(if all { "any two quantities together".to_owned() } else { together.join(", ") });
+        }
+        (!parts.is_empty()).then(|| parts.join("; "))
+    }
+
+    /// How much of what is to be looked at was not, as a share of the pairs.
+    pub fn missing_share(&self) -> f64 {
+        self.missing().len() as f64 / EnvelopeAxis::pairs().len() as f64
+    }
+
+    /// Whether any edge held on fresh flights.
+    pub fn any_confirmed(&self) -> bool {
+        let limits = self.pairs.iter().flat_map(|pair| &pair.limits);
+        limits.flat_map(|limit| &limit.edges).any(|edge| edge.confirmed.is_some())
     }
 
     /// The value of a quantity at the nominal release, in its unit.
@@ -95,5 +151,49 @@ impl EnvelopeFound {
             Some(EnvelopePair { axes, ranges, outlines: ENVELOPE_LIMITS.map(outline) })
         };
         self.pairs.iter().filter_map(panel).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use EnvelopeAxis::{Delay, Descent, Turbulence};
+
+    fn envelope(pairs: &[[EnvelopeAxis; 2]], rays: usize) -> EnvelopeFound {
+        let edge = || EdgeFound { safe: [1.0; 2], confirmed: None };
+        let limit = || LimitFound {
+            limit: SAFE,
+            nominal_is_safe: true,
+            edges: std::iter::repeat_with(edge).take(rays).collect(),
+        };
+        let pair = |axes: &[EnvelopeAxis; 2]| PairFound {
+            axes: axes.map(|axis| axis.name().to_owned()),
+            limits: vec![limit()],
+        };
+        EnvelopeFound {
+            probability: 0.99,
+            confidence: 0.95,
+            fresh_flights: 459,
+            axes: Vec::new(),
+            one_at_a_time: Vec::new(),
+            pairs: pairs.iter().map(pair).collect(),
+        }
+    }
+
+    /// A fragment says what it leaves out: quantities of no pair, pairs of the others, and with the four
+    /// directions along single quantities every two of them together.
+    #[test]
+    fn regress_a_fragment_names_what_it_leaves_out() {
+        let whole = envelope(&EnvelopeAxis::pairs(), 8);
+        assert_eq!((whole.not_looked_at(), whole.missing_share()), (None, 0.0));
+        let along_one = envelope(&EnvelopeAxis::pairs(), 4);
+        assert_eq!(along_one.not_looked_at().unwrap(), "any two quantities together");
+        let one = envelope(&[[Delay, Turbulence]], 8);
+        let words = "pitch at release, pitch rate at release, descent at release, tail wind";
+        assert_eq!(one.not_looked_at().unwrap(), words);
+        let two = envelope(&[[Descent, Delay], [Delay, Turbulence]], 16);
+        let words = "pitch at release, pitch rate at release, tail wind; descent at release with turbulence";
+        assert_eq!((two.not_looked_at().unwrap().as_str(), two.missing_share()), (words, 13.0 / 15.0));
+        assert!(!two.any_confirmed());
     }
 }

@@ -20,7 +20,7 @@ use serde_json::Value;
 
 use super::manifest::{Kind, RunManifest};
 pub use campaign::{CampaignFound, Trials, WorstTrial, fewest_trials, probability};
-pub use design::{DesignFound, FreshFound, FreshNumbers, MarginFound, PlanFound, TuneFound};
+pub use design::{DesignFound, FreshFound, FreshNumbers, MarginFound, PlanFound, TuneFound, in_air};
 use drop::CasesFile;
 pub use drop::{CaseFound, DropFound, pilot_words};
 pub use envelope::EnvelopeFound;
@@ -45,6 +45,28 @@ pub enum Finding {
     Rare(RareFound),
     /// A safe-release envelope.
     Envelope(EnvelopeFound),
+}
+
+/// Why a piece of evidence is not enough of its kind.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shortfall {
+    /// How far it is from being enough: at most 1 where more of the same would do, larger where it is of
+    /// another kind, or refused.
+    pub distance: f64,
+    /// The reason in words.
+    pub why: String,
+}
+
+impl Shortfall {
+    /// Of evidence that more of the same would not make enough.
+    pub fn of_kind(why: String) -> Self {
+        Self { distance: 2.0, why }
+    }
+
+    /// Of evidence that is refused.
+    pub fn refused(why: &str) -> Self {
+        Self { distance: 3.0, why: format!("refused, {why}") }
+    }
 }
 
 /// The beginning of results' objects.

@@ -49,13 +49,23 @@ struct QuantityShare {
 }
 
 impl RareFound {
+    /// The event whose probability was searched for, in words.
+    pub fn event(&self) -> String {
+        format!("J_TPF >= {}", short(self.bound, 6))
+    }
+
+    /// Whether what reaches the bound has failed.
+    pub fn is_of_failures(&self) -> bool {
+        self.bound >= SAFE
+    }
+
     /// Why it speaks against a go, if it does: failures more probable than is `demanded` are not ruled out.
     pub fn fault(&self, demanded: f64) -> Option<String> {
-        (self.bound >= SAFE && self.high > demanded).then(|| {
+        (self.is_of_failures() && self.high > demanded).then(|| {
             format!(
                 "J_TPF reaches {} with a probability of up to {}; at most {} is asked for",
                 short(self.bound, 6),
-                probability(self.high),
+                probability(self.high, f64::ceil),
                 short(demanded, 12)
             )
         })
