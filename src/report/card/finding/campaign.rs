@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::Shortfall;
 use super::envelope::SAFE;
 use crate::assess::{CONFIDENCE, ChosenAmong, Share};
-use crate::report::columns::{rounded, short};
+use crate::report::columns::short;
 
 /// `assess.json`, and the like of whole drops.
 #[derive(Clone, Debug, Deserialize)]
@@ -132,6 +132,12 @@ impl Trials {
 /// `(1 - p)^n` is at most what the confidence leaves.
 pub fn fewest_trials(p: f64) -> u64 {
     (crate::math::ln(1.0 - CONFIDENCE) / crate::math::ln_1p(-p)).ceil() as u64
+}
+
+/// A number rounded to a whole one as is said, but for what arithmetic has added to one.
+fn rounded(x: f64, by: fn(f64) -> f64) -> f64 {
+    let nearest = x.round();
+    if (x - nearest).abs() < 1e-9 { nearest } else { by(x) }
 }
 
 /// A probability in two digits, the second rounded as is said: `f64::ceil` for what it is at most,
