@@ -180,7 +180,12 @@ impl Share {
     /// than half of what [`CONFIDENCE`] leaves. It is exact: it covers the true probability at least that
     /// often.
     pub fn interval(&self) -> (f64, f64) {
-        let tail = 0.5 * (1.0 - CONFIDENCE);
+        self.interval_at(CONFIDENCE)
+    }
+
+    /// [`Share::interval`] at another confidence.
+    pub fn interval_at(&self, confidence: f64) -> (f64, f64) {
+        let tail = 0.5 * (1.0 - confidence);
         let (k, n) = (self.hits as f64, self.trials as f64);
         let low = if self.hits == 0 { 0.0 } else { beta_quantile(tail, k, n - k + 1.0) };
         let high = if self.hits == self.trials { 1.0 } else { beta_quantile(1.0 - tail, k + 1.0, n - k) };

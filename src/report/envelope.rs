@@ -182,7 +182,7 @@ impl EnvelopeReport<'_> {
         {
             let _ = writeln!(
                 out,
-                "\nJ_state < {limit}: not for 99 % of the flights even from the nominal release, so there is no edge."
+                "\nJ_state < {limit}: not kept by each flight from the nominal release: 99 % are not shown, there is no edge."
             );
         }
         let _ = writeln!(out, "\n{}.", self.confirmed_words());
@@ -372,7 +372,7 @@ mod tests {
             "{csv}"
         );
         let text = report.text();
-        assert!(text.contains("J_state < 0.7: not for 99 %") && text.contains("- .. -"), "{text}");
+        assert!(text.contains("J_state < 0.7: not kept by each") && text.contains("- .. -"), "{text}");
         // Nothing held, so nothing says that flights were safe anywhere.
         assert!(text.contains("Nothing is confirmed") && !text.contains("all of"), "{text}");
         let (held, ranges) = self::fan(true);

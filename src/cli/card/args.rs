@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::cli::args::{CHOICES, MissionArgs, PX4_DEFAULT, number};
+use crate::cli::args::{CHOICES, MissionArgs, PX4_DEFAULT, number, whole};
 use samara::config::Mission;
 use samara::config::shipped::is_built_in;
 use samara::report::shell::command_line;
@@ -32,6 +32,9 @@ pub struct CardArgs {
     /// it not one trial may have failed, and 0.01 is asked for, which takes 299.
     #[arg(long, value_name = "P", value_parser = accepted_probability)]
     pub p_failure: Option<f64>,
+    /// How many designs this one was chosen among by the trials of the evidence.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>(1..=1_000_000_000))]
+    pub chosen_among: u64,
 }
 
 /// Least probability of failure that a campaign can show: the most trials that one has show no less.
@@ -65,6 +68,9 @@ impl CardArgs {
         let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
         self.evidence.iter().for_each(|folder| add("--evidence", folder.display().to_string()));
         self.p_failure.iter().for_each(|p| add("--p-failure", p.to_string()));
+        if self.chosen_among > 1 {
+            add("--chosen-among", self.chosen_among.to_string());
+        }
         self.mission.out.iter().for_each(|folder| add("--out", folder.display().to_string()));
         command_line(words)
     }

@@ -19,6 +19,7 @@ use super::mission::{print_origin, px4_parameters};
 use super::results::{OutputFolder, sha256_of};
 pub use args::CardArgs;
 use inputs::Present;
+use samara::assess::ChosenAmong;
 use samara::config::{Mission, input_text};
 use samara::report::card::{Card, InputFile, json::json, page::page};
 
@@ -40,6 +41,7 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
         inputs: input_files(args, mission)?,
         evidence: evidence::of_folders(args, &present, &folder)?,
         accepted: args.p_failure,
+        among: ChosenAmong::new(args.chosen_among),
         chosen: args.gains_options(),
         command: args.command(mission),
     };

@@ -39,6 +39,13 @@ pub fn assumed(card: &Card<'_>, most: usize) -> Vec<String> {
         let ids = first(&on_the_truth, most);
         sentences.push(format!("In {ids} the controller knows the true state."));
     }
+    let chosen = match card.among.count() {
+        1 => String::new(),
+        count => format!(", or chosen among {count} by these trials, as is allowed for"),
+    };
+    sentences.push(format!(
+        "The design was fixed before its trials were flown{chosen}, and so were their seed and number."
+    ));
     let odd = crate::config::derived(mission).odd;
     if !odd.is_empty() {
         sentences.push(format!("samara check finds odd: {}.", odd.join("; ")));

@@ -49,6 +49,7 @@ pub fn json(card: &Card<'_>) -> String {
         conclusion: card.conclusion(),
         reasons: reasons.iter().map(reason).collect::<Vec<_>>(),
         p_failure_asked_for: card.demanded(),
+        chosen_among: card.among.count(),
         vehicle_and_design: vehicle_and_design(card),
         air_and_release: air_and_release(card),
         drops: drops(card),

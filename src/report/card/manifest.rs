@@ -30,6 +30,11 @@ pub struct RunManifest {
 }
 
 impl RunManifest {
+    /// Trials that were asked for, of a campaign.
+    pub fn trials(&self) -> Option<u64> {
+        self.circumstances.get("trials")?.parse().ok()
+    }
+
     /// The release or the plan that was flown, where it is not the mission's own, in words.
     pub fn elsewhere(&self) -> Option<String> {
         let case =

@@ -22,8 +22,8 @@ pub mod sections;
 #[cfg(test)]
 mod tests;
 
-use crate::assess::CONFIDENCE;
 use crate::assess::envelope::search::PROBABILITY;
+use crate::assess::{CONFIDENCE, ChosenAmong};
 use crate::config::{Effect, Mission};
 use crate::report::columns::short;
 use crate::report::shell::command_line;
@@ -76,6 +76,8 @@ pub struct Card<'a> {
     pub evidence: Vec<Evidence>,
     /// The probability of failure that is accepted, where one was named.
     pub accepted: Option<f64>,
+    /// How many designs this one was chosen among by the trials of the evidence.
+    pub among: ChosenAmong,
     /// How gains or parameters were chosen, as options of any verb.
     pub chosen: Vec<String>,
     /// The command that makes the card again.
@@ -246,7 +248,8 @@ impl Card<'_> {
         let mut words = vec!["samara".to_owned(), need.verb.to_owned(), self.mission_word.clone()];
         words.extend(self.chosen.iter().cloned());
         words.extend(need.options.iter().map(|option| (*option).to_owned()));
-        let (trials, usual) = (fewest_trials(self.demanded()), self.mission.study.monte_carlo.trials as u64);
+        let (trials, usual) =
+            (fewest_trials(self.demanded(), self.among), self.mission.study.monte_carlo.trials as u64);
         if need.kinds.contains(&Kind::Campaign) && usual < trials {
             words.extend(["--trials".to_owned(), trials.to_string()]);
         }
@@ -281,8 +284,7 @@ impl Card<'_> {
                     let why = format!("from t = 0, without what the mission names: {}", left_out.join(", "));
                     return Some(Shortfall::of_kind(why));
                 }
-                let asked = run.circumstances.get("trials").and_then(|trials| trials.parse().ok());
-                campaign.shortfall(asked, self.demanded())
+                campaign.shortfall(run.trials(), self.demanded(), self.among)
             }
             Finding::Envelope(envelope) => {
                 let why = format!("it has not looked at {}", envelope.not_looked_at()?);
@@ -313,7 +315,7 @@ impl Card<'_> {
                 let first = failed.first()?;
                 Some(format!("{} of {} not safe, such as {first}", failed.len(), cases.len()))
             }
-            Finding::Campaign(campaign) => campaign.fault(self.accepted),
+            Finding::Campaign(campaign) => campaign.fault(self.accepted, self.among),
             Finding::Rare(rare) => rare.fault(self.demanded()),
             Finding::Envelope(envelope) => envelope.fault(),
         }

@@ -8,8 +8,8 @@ use super::finding::{
 };
 use super::manifest::{Kind, RunManifest};
 use super::{Card, Evidence};
-use crate::assess::CONFIDENCE;
 use crate::assess::envelope::EnvelopeAxis;
+use crate::assess::{CONFIDENCE, ChosenAmong};
 use crate::config::{Derived, ENVELOPE_LIMITS, derived};
 use crate::report::columns::short;
 use crate::report::envelope::EnvelopeReach;
@@ -336,11 +336,20 @@ impl Probability {
 pub fn probabilities(card: &Card<'_>) -> Vec<Probability> {
     let mut standing: Vec<_> = card.standing().collect();
     standing.sort_by_key(|(_, evidence, ..)| card.shortfall(evidence).is_some());
-    let of = |(id, evidence, run, found)| probability_of(id, evidence, run, found);
+    let of = |(id, evidence, run, found)| probability_of(card.among, id, evidence, run, found);
     standing.into_iter().filter_map(of).collect()
 }
 
+/// That a design was chosen among several by its trials, in words.
+fn chosen(among: ChosenAmong) -> String {
+    match among.count() {
+        1 => String::new(),
+        count => format!(" of one chosen among {count}"),
+    }
+}
+
 fn probability_of(
+    among: ChosenAmong,
     id: String,
     evidence: &Evidence,
     run: &RunManifest,
@@ -353,15 +362,18 @@ fn probability_of(
     match found {
         Finding::Campaign(campaign) => {
             let trials = campaign.judged()?;
-            let (p_failure, [p_failure_low, p_failure_high]) = trials.failing();
+            let (p_failure, [p_failure_low, p_failure_high]) = trials.failing(among);
             let by = match run.circumstances.get("autopilot") {
                 Some(name) => format!("whole drops by {}", pilot_words(name, version_of(run))),
                 None => campaign.flown_by.clone(),
             };
-            let judged = match campaign.bound {
+            let mut judged = match campaign.bound {
                 1.0 => String::new(),
                 bound => format!(", judged by J_TPF below {}", short(bound, 6)),
             };
+            if let Some(asked) = run.trials().filter(|asked| *asked != trials.trials) {
+                judged += &format!(", stopped after {} of {asked}", trials.trials);
+            }
             Some(Probability {
                 flown_by: flown_by(by + &judged),
                 of: FAILURE.to_owned(),
@@ -371,9 +383,9 @@ fn probability_of(
                 p_failure,
                 p_failure_low,
                 p_failure_high,
-                p_failure_at_most: trials.failing_at_most(),
+                p_failure_at_most: trials.failing_at_most(among),
                 confidence: CONFIDENCE,
-                found_by: "random releases, exact interval".to_owned(),
+                found_by: format!("random releases of seed {}, exact interval{}", run.seed, chosen(among)),
                 seed: run.seed,
                 from: id,
             })
@@ -395,8 +407,8 @@ fn probability_of(
                 p_failure_at_most: rare.high,
                 confidence: CONFIDENCE,
                 found_by: format!(
-                    "subset simulation, {} flights with those to the most likely way{variation}",
-                    rare.flights
+                    "subset simulation of seed {}, {} flights with those to the most likely way{variation}",
+                    run.seed, rare.flights
                 ),
                 seed: run.seed,
                 from: id,

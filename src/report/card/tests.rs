@@ -9,6 +9,7 @@ use super::manifest::{Kind, RunManifest};
 use super::page::page;
 use super::sections::{probabilities, worst};
 use super::{Card, Evidence};
+use crate::assess::ChosenAmong;
 use crate::assess::envelope::EnvelopeAxis;
 use crate::config::Mission;
 
@@ -25,6 +26,7 @@ fn card<'a>(mission: &'a Mission, evidence: &[Evidence], accepted: Option<f64>) 
         inputs: Vec::new(),
         evidence: evidence.to_vec(),
         accepted,
+        among: ChosenAmong::ONE,
         chosen: Vec::new(),
         command: "samara card x500_drop".to_owned(),
     }
@@ -319,4 +321,11 @@ fn regress_the_nearest_piece_of_evidence_is_named() {
     ]);
     let why = reasons(&card(&mission, &evidence, None));
     assert!(why.contains("no campaign is enough (E4: 0 of 250 trials failed"), "{why}");
+}
+
+/// By hand: 299 trials show 0.01 at 95 %, and for one chosen among ten `ln(0.05/10)/ln(0.99)` = 527.2 are
+/// needed.
+#[test]
+fn closed_form_a_choice_among_many_takes_more_trials() {
+    assert_eq!([1, 10].map(|n| super::fewest_trials(0.01, ChosenAmong::new(n))), [299, 528]);
 }

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use super::Shortfall;
 use super::envelope::SAFE;
-use crate::assess::{CONFIDENCE, ChosenAmong, Share};
+use crate::assess::{ChosenAmong, Share};
 use crate::report::columns::short;
 
 /// `assess.json`, and the like of whole drops.
@@ -60,14 +60,14 @@ impl CampaignFound {
 
     /// Why it speaks against a go, if it does: a trial failed, where no probability of failure is `accepted`,
     /// or more than that is left possible by trials that failed.
-    pub fn fault(&self, accepted: Option<f64>) -> Option<String> {
+    pub fn fault(&self, accepted: Option<f64>, among: ChosenAmong) -> Option<String> {
         let trials = self.judged()?;
         let Trials { trials: flown, unsafe_trials: failed, .. } = *trials;
         if failed == 0 {
             return None;
         }
         match accepted {
-            Some(accepted) => trials.too_likely(accepted),
+            Some(accepted) => trials.too_likely(accepted, among),
             None => {
                 let worst = trials.worst.first();
                 let example = worst.and_then(|trial| Some((trial.trial, trial.failure.as_deref()?)));
@@ -80,7 +80,7 @@ impl CampaignFound {
 
     /// Why it is not enough for a go, if it is not: not all of the `asked` trials were flown, a laxer J_TPF
     /// judged them, or they are too few for the probability of failure that is `demanded`.
-    pub fn shortfall(&self, asked: Option<u64>, demanded: f64) -> Option<Shortfall> {
+    pub fn shortfall(&self, asked: Option<u64>, demanded: f64, among: ChosenAmong) -> Option<Shortfall> {
         let Some(trials) = self.judged().filter(|trials| trials.trials > 0) else {
             return Some(Shortfall::of_kind("it has no trial".to_owned()));
         };
@@ -92,8 +92,8 @@ impl CampaignFound {
             let why = format!("it is judged by J_TPF below {}, not below {SAFE}", short(self.bound, 4));
             return Some(Shortfall::of_kind(why));
         }
-        let why = trials.too_likely(demanded)?;
-        Some(Shortfall { distance: trials.failing_at_most(), why })
+        let why = trials.too_likely(demanded, among)?;
+        Some(Shortfall { distance: trials.failing_at_most(among), why })
     }
 }
 
@@ -102,14 +102,15 @@ impl Trials {
         Share::of(self.trials.saturating_sub(self.unsafe_trials), self.trials)
     }
 
-    /// The greatest probability of failure that so few failures leave possible, one-sided.
-    pub fn failing_at_most(&self) -> f64 {
-        ChosenAmong::ONE.misses_at_most(&self.share())
+    /// The greatest probability of failure that so few failures leave possible, one-sided, of what was chosen
+    /// among so many by these trials.
+    pub fn failing_at_most(&self, among: ChosenAmong) -> f64 {
+        among.misses_at_most(&self.share())
     }
 
     /// That a larger probability of failure than this is possible, in words; `None`: it is not.
-    fn too_likely(&self, p: f64) -> Option<String> {
-        let at_most = self.failing_at_most();
+    fn too_likely(&self, p: f64, among: ChosenAmong) -> Option<String> {
+        let at_most = self.failing_at_most(among);
         (at_most > p).then(|| {
             format!(
                 "{} of {} trials failed, which leaves a probability of failure of {} possible; at most {} is asked for",
@@ -121,17 +122,18 @@ impl Trials {
         })
     }
 
-    /// The share of trials that failed, and the ends of the exact interval of its probability.
-    pub fn failing(&self) -> (f64, [f64; 2]) {
-        let (low, high) = self.share().interval();
+    /// The share of trials that failed, and the ends of the exact interval of its probability, of what was
+    /// chosen among so many by these trials.
+    pub fn failing(&self, among: ChosenAmong) -> (f64, [f64; 2]) {
+        let (low, high) = self.share().interval_at(among.confidence());
         (self.unsafe_trials as f64 / self.trials as f64, [1.0 - high, 1.0 - low])
     }
 }
 
 /// The fewest trials that show, without a failure among them, that no more than the share `p` of all fails:
 /// `(1 - p)^n` is at most what the confidence leaves.
-pub fn fewest_trials(p: f64) -> u64 {
-    (crate::math::ln(1.0 - CONFIDENCE) / crate::math::ln_1p(-p)).ceil() as u64
+pub fn fewest_trials(p: f64, among: ChosenAmong) -> u64 {
+    (crate::math::ln(1.0 - among.confidence()) / crate::math::ln_1p(-p)).ceil() as u64
 }
 
 /// A number rounded to a whole one as is said, but for what arithmetic has added to one.
@@ -165,11 +167,19 @@ mod tests {
     fn closed_form_probability_of_failure() {
         let none = trials(1000, 0);
         let wanted = 1.0 - crate::math::powf(0.05, 1e-3);
-        assert!((none.failing_at_most() - wanted).abs() < 1e-12);
-        assert_eq!([0.01, 1e-3, 0.5].map(fewest_trials), [299, 2995, 5]);
-        assert!(trials(299, 0).failing_at_most() <= 0.01 && trials(298, 0).failing_at_most() > 0.01);
-        let (share, [low, high]) = trials(1000, 3).failing();
-        assert!(share == 0.003 && low < share && share < high && trials(1000, 3).failing_at_most() < high);
+        assert!((none.failing_at_most(ChosenAmong::ONE) - wanted).abs() < 1e-12);
+        assert_eq!([0.01, 1e-3, 0.5].map(|p| fewest_trials(p, ChosenAmong::ONE)), [299, 2995, 5]);
+        assert!(
+            trials(299, 0).failing_at_most(ChosenAmong::ONE) <= 0.01
+                && trials(298, 0).failing_at_most(ChosenAmong::ONE) > 0.01
+        );
+        let (share, [low, high]) = trials(1000, 3).failing(ChosenAmong::ONE);
+        assert!(
+            share == 0.003
+                && low < share
+                && share < high
+                && trials(1000, 3).failing_at_most(ChosenAmong::ONE) < high
+        );
     }
 
     /// The upper end of an interval is rounded up, the lower one down, an estimate to the nearest: 70 of 600
@@ -204,14 +214,20 @@ mod tests {
         };
         let short = |shortfall: Option<Shortfall>| shortfall.map(|shortfall| shortfall.why);
         let good = campaign(299, 0, 1.0);
-        assert_eq!((good.fault(None), short(good.shortfall(Some(299), 0.01))), (None, None));
+        assert_eq!(
+            (good.fault(None, ChosenAmong::ONE), short(good.shortfall(Some(299), 0.01, ChosenAmong::ONE))),
+            (None, None)
+        );
         for (shortfall, expected) in [
-            (short(good.shortfall(Some(300), 0.01)), "stopped after 299 of 300"),
-            (short(campaign(298, 0, 1.0).shortfall(None, 0.01)), "at most 0.01 is asked for"),
-            (short(campaign(299, 0, 1.1).shortfall(None, 0.01)), "below 1.1, not below 1"),
-            (short(campaign(0, 0, 1.0).shortfall(None, 0.01)), "no trial"),
-            (campaign(100_000, 1, 1.0).fault(None), "1 of 100000 trials failed"),
-            (campaign(100, 5, 1.0).fault(Some(0.01)), "leaves a probability of failure of"),
+            (short(good.shortfall(Some(300), 0.01, ChosenAmong::ONE)), "stopped after 299 of 300"),
+            (
+                short(campaign(298, 0, 1.0).shortfall(None, 0.01, ChosenAmong::ONE)),
+                "at most 0.01 is asked for",
+            ),
+            (short(campaign(299, 0, 1.1).shortfall(None, 0.01, ChosenAmong::ONE)), "below 1.1, not below 1"),
+            (short(campaign(0, 0, 1.0).shortfall(None, 0.01, ChosenAmong::ONE)), "no trial"),
+            (campaign(100_000, 1, 1.0).fault(None, ChosenAmong::ONE), "1 of 100000 trials failed"),
+            (campaign(100, 5, 1.0).fault(Some(0.01), ChosenAmong::ONE), "leaves a probability of failure of"),
         ] {
             assert!(
                 shortfall.as_deref().is_some_and(|why| why.contains(expected)),
@@ -219,6 +235,9 @@ mod tests {
             );
         }
         let few = campaign(100_000, 1, 1.0);
-        assert_eq!((few.fault(Some(0.01)), short(few.shortfall(None, 0.01))), (None, None));
+        assert_eq!(
+            (few.fault(Some(0.01), ChosenAmong::ONE), short(few.shortfall(None, 0.01, ChosenAmong::ONE))),
+            (None, None)
+        );
     }
 }

@@ -74,7 +74,8 @@ impl EnvelopeFound {
         let percent = short(100.0 * self.probability, 4);
         unsafe_nominal.then(|| {
             format!(
-                "fewer than {percent} % of the flights from the nominal release stay below J_state {SAFE}"
+                "that {percent} % of the flights from the nominal release stay below J_state {SAFE} is not shown: \
+                 one of them did not"
             )
         })
     }
