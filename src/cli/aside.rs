@@ -1,6 +1,6 @@
 //! A file that is written aside, under a name of this process alone, made safe on the disk and renamed:
-//! whatever ends a process, a power cut included, and however many write the same file at once, what bears the
-//! file's name is whole.
+//! whatever ends a process, a power cut included, and however many write the same file at once, what bears
+//! the file's name is whole.
 
 use std::fs::{self, File};
 use std::hash::{BuildHasher as _, RandomState};
@@ -82,7 +82,8 @@ fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Removes what no process writes any more of a file: a lock tells. What cannot be removed is in nobody's way.
+/// Removes what no process writes any more of a file: a lock tells. What cannot be removed is in nobody's
+/// way.
 fn remove_leftovers(folder: &Path, name: &str) {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     for path in entries.map(|entry| entry.path()) {

@@ -33,7 +33,8 @@ pub fn own_entries(mission: &Mission) -> Result<[StudyEntry; 2], ControlError> {
     Ok([of(OPTIMAL, StudyReference::Optimal), of(STEP, StudyReference::Step)])
 }
 
-/// The trials along the plan by their coordinates, with what the controller does not know where that is asked.
+/// The trials along the plan by their coordinates, with what the controller does not know where that is
+/// asked.
 ///
 /// # Errors
 /// [`ControlError`] for a vehicle that cannot be controlled.
