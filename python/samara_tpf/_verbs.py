@@ -174,7 +174,7 @@ def rare(
     """
     _number("least", least, 1e-12, 0.1)
     _positive("bound", bound)
-    _in_range("per_level", per_level, 800, 1_000_000)
+    _in_range("per_level", per_level, 800, 100_000)
     _in_range("threads", threads, 1, 256)
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
     return RareFailures(
@@ -200,7 +200,7 @@ def sobol(
 
     ``MissionError`` and ``PlanError`` as for ``drop``.
     """
-    _in_range("points", points, 64, 10_000_000)
+    _in_range("points", points, 64, 1_000_000)
     _in_range("threads", threads, 1, 256)
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
     return Sensitivities(_samara.assess_sobol(chosen, points, threads=threads))

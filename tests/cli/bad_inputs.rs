@@ -1102,7 +1102,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("assess --rare 2", &["a probability from 1e-12 to 0.1", "such as 1e-6"]),
     ("assess --rare 1e-3 --trials 5", &["cannot be used with"]),
     ("assess --rare 1e-3 --autopilot reference", &["cannot be used with"]),
-    ("assess --rare 1e-3 --per-level 7", &["a whole number from 800 to 1000000"]),
+    ("assess --rare 1e-3 --per-level 7", &["a whole number from 800 to 100000"]),
     ("assess --unknowns", &["--rare"]),
     // Where what is needed cannot be used with what was typed, the parser does not miss it.
     ("assess --trials 600 --unknowns", &["--unknowns: --rare is expected with it"]),
@@ -1114,7 +1114,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("assess --sobol --describe", &["cannot be used with"]),
     ("card --chosen-among 0", &["a whole number from 1"]),
     ("assess x500_ground --sobol", &["--sobol is about drops, and this mission begins on the ground"]),
-    ("assess --sobol=7", &["a whole number from 64 to 10000000"]),
+    ("assess --sobol=7", &["a whole number from 64 to 1000000"]),
     ("assess --sobol --rare 1e-3", &["cannot be used with"]),
     ("assess --only nowhere.json", &["cannot read failure of --rare nowhere.json"]),
     ("assess --bound -1", &["a number above 0, up to 1e6"]),

@@ -241,7 +241,7 @@ pub struct AssessArgs {
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "2048",
-        value_parser = whole::<usize>(64..=10_000_000),
+        value_parser = whole::<usize>(64..=1_000_000),
         hide_short_help = true,
         group = MODE,
         conflicts_with_all = ["autopilot", "only", "resume", "keep", "trials", "bound"]
@@ -256,7 +256,7 @@ pub struct AssessArgs {
     #[arg(
         long,
         value_name = "N",
-        value_parser = whole::<usize>(PER_LEVEL_LEAST as u64..=1_000_000),
+        value_parser = whole::<usize>(PER_LEVEL_LEAST as u64..=100_000),
         hide_short_help = true
     )]
     pub per_level: Option<usize>,
