@@ -7,9 +7,6 @@ use crate::config::ENVELOPE_LIMITS;
 use crate::report::columns::short;
 use crate::report::envelope::{EnvelopeOutline, EnvelopePair, EnvelopeReach};
 
-/// Directions of a pair in which only one of the two quantities is off.
-const ALONG_ONE: usize = 4;
-
 /// A quantity in words, without its unit.
 fn bare(axis: EnvelopeAxis) -> &'static str {
     axis.words().split([',', '[']).next().unwrap_or_default().trim_end()
@@ -57,7 +54,18 @@ struct LimitFound {
 #[derive(Clone, Debug, Deserialize)]
 struct EdgeFound {
     safe: [f64; 2],
+    first_unsafe: Option<[f64; 2]>,
     confirmed: Option<[f64; 2]>,
+}
+
+impl EdgeFound {
+    /// Whether both quantities were off at once, by more than arithmetic leaves of one that was not.
+    fn has_both_off(&self, nominal: [f64; 2]) -> bool {
+        let off = |point: [f64; 2]| {
+            point.iter().zip(nominal).all(|(x, nominal)| (x - nominal).abs() > 1e-9 * nominal.abs().max(1.0))
+        };
+        off(self.safe) || self.first_unsafe.is_some_and(off)
+    }
 }
 
 impl EnvelopeFound {
@@ -86,8 +94,12 @@ impl EnvelopeFound {
         let has = |axes: &[EnvelopeAxis; 2]| {
             let of_both =
                 |pair: &&PairFound| axes.iter().all(|axis| pair.axes.iter().any(|name| name == axis.name()));
-            let rays = |limit: &LimitFound| limit.limit == SAFE && limit.edges.len() > ALONG_ONE;
-            self.pairs.iter().filter(of_both).any(|pair| pair.limits.iter().any(rays))
+            self.pairs.iter().filter(of_both).any(|pair| {
+                let nominal = |name: &String| self.nominal(EnvelopeAxis::named(name)?);
+                let nominal = pair.axes.each_ref().map(|name| nominal(name).unwrap_or_default());
+                let mut limits = pair.limits.iter().filter(|limit| limit.limit == SAFE);
+                limits.any(|limit| limit.edges.iter().any(|edge| edge.has_both_off(nominal)))
+            })
         };
         EnvelopeAxis::pairs().into_iter().filter(|axes| !has(axes)).collect()
     }
@@ -160,13 +172,13 @@ mod tests {
     use super::*;
     use EnvelopeAxis::{Delay, Descent, Turbulence};
 
-    fn envelope(pairs: &[[EnvelopeAxis; 2]], rays: usize) -> EnvelopeFound {
-        let edge = || EdgeFound { safe: [1.0; 2], confirmed: None };
-        let limit = || LimitFound {
-            limit: SAFE,
-            nominal_is_safe: true,
-            edges: std::iter::repeat_with(edge).take(rays).collect(),
-        };
+    /// The edges of a quarter: both quantities may only grow. Along both there is one, of which nothing is safe
+    /// but the nominal release.
+    fn envelope(pairs: &[[EnvelopeAxis; 2]], along_both: bool) -> EnvelopeFound {
+        let edge = |safe, first_unsafe| EdgeFound { safe, first_unsafe, confirmed: None };
+        let mut edges = vec![edge([1.0, 0.0], None), edge([0.0, 0.0], Some([0.0, 0.1]))];
+        edges.extend(along_both.then(|| edge([0.0, 0.0], Some([0.1, 0.1]))));
+        let limit = || LimitFound { limit: SAFE, nominal_is_safe: true, edges: edges.clone() };
         let pair = |axes: &[EnvelopeAxis; 2]| PairFound {
             axes: axes.map(|axis| axis.name().to_owned()),
             limits: vec![limit()],
@@ -181,18 +193,18 @@ mod tests {
         }
     }
 
-    /// A fragment says what it leaves out: quantities of no pair, pairs of the others, and with the four
-    /// directions along single quantities every two of them together.
+    /// A fragment says what it leaves out: quantities of no pair, pairs of the others, and where rays go
+    /// along single quantities alone every two of them together; a quarter of few rays is no fragment.
     #[test]
     fn regress_a_fragment_names_what_it_leaves_out() {
-        let whole = envelope(&EnvelopeAxis::pairs(), 8);
+        let whole = envelope(&EnvelopeAxis::pairs(), true);
         assert_eq!((whole.not_looked_at(), whole.missing_share()), (None, 0.0));
-        let along_one = envelope(&EnvelopeAxis::pairs(), 4);
+        let along_one = envelope(&EnvelopeAxis::pairs(), false);
         assert_eq!(along_one.not_looked_at().unwrap(), "any two quantities together");
-        let one = envelope(&[[Delay, Turbulence]], 8);
+        let one = envelope(&[[Delay, Turbulence]], true);
         let words = "pitch at release, pitch rate at release, descent at release, tail wind";
         assert_eq!(one.not_looked_at().unwrap(), words);
-        let two = envelope(&[[Descent, Delay], [Delay, Turbulence]], 16);
+        let two = envelope(&[[Descent, Delay], [Delay, Turbulence]], true);
         let words = "pitch at release, pitch rate at release, tail wind; descent at release with turbulence";
         assert_eq!((two.not_looked_at().unwrap().as_str(), two.missing_share()), (words, 13.0 / 15.0));
         assert!(!two.any_confirmed());
