@@ -44,10 +44,11 @@ def test_an_array_as_the_page_has_it(tmp_path):
     """The lines of docs/clusters.md for Slurm, for four shards; then with what is left."""
     lines = (REPOSITORY / "docs/clusters.md").read_text(encoding="utf-8")
     [array, left] = re.findall(r"^sbatch .*?(?<!\\\\)\n", lines.replace("\\\n", ""), re.MULTILINE)
-    small = {"0-999": "0-3", "/1000": "/4", "100000000": "40", "samara assess": f"{SAMARA} assess"}
+    small = {"0-999": "0-3", "/1000": "/4", "1e8": "40", "samara assess": f"{SAMARA} assess"}
     env = {**os.environ, "PATH": f"{SAMARA.parent}:{os.environ['PATH']}"}
     for line in (array, left.replace("'...'", array.partition("--wrap")[2].strip())):
         for word, instead in small.items():
+            assert word in line or "--missing" in line, f"{word} is not in {line}"
             line = line.replace(word, instead)
         line = line.replace("sbatch ", "sbatch --wait --mem=200 ")
         subprocess.run(line, shell=True, cwd=tmp_path, env=env, check=True)
