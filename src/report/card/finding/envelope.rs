@@ -172,8 +172,8 @@ mod tests {
     use super::*;
     use EnvelopeAxis::{Delay, Descent, Turbulence};
 
-    /// The edges of a quarter: both quantities may only grow. Along both there is one, of which nothing is safe
-    /// but the nominal release.
+    /// The edges of a quarter: both quantities may only grow. Along both there is one, of which nothing is
+    /// safe but the nominal release.
     fn envelope(pairs: &[[EnvelopeAxis; 2]], along_both: bool) -> EnvelopeFound {
         let edge = |safe, first_unsafe| EdgeFound { safe, first_unsafe, confirmed: None };
         let mut edges = vec![edge([1.0, 0.0], None), edge([0.0, 0.0], Some([0.0, 0.1]))];
