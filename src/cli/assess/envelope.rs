@@ -7,9 +7,9 @@ use anyhow::Context as _;
 use rayon::prelude::*;
 
 use super::args::AssessArgs;
+use super::points::{mission, stopped};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
-use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
 use crate::cli::progress::Progress;
@@ -30,30 +30,14 @@ const FLIGHTS_OF_A_RAY: u64 = 3000;
 
 /// Searches the edges, writes and reports them.
 pub fn run(args: &AssessArgs, pairs: &[[EnvelopeAxis; 2]], stop: &AtomicBool) -> Result<Answer, Failure> {
-    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    mission.faults.check_from_t0().bad_input()?;
-    if mission.release.standing {
-        let message = "--envelope is about drops, and this mission begins on the ground";
-        return Err(Failure::input(format!("{}: {message}", mission.file.display())));
-    }
     let narrator = Narrator::alone(args.mission.json);
-    narrator.say(&origin(&args.mission.mission, &mission));
-    mission.two_bodies_remark().into_iter().for_each(|remark| narrator.say(&remark));
-    mission.rotor_start_remark().into_iter().for_each(|remark| narrator.say(remark));
-    mission.battery_remark().into_iter().for_each(|remark| narrator.say(&format!("{remark}\n")));
+    let mission = mission(args, "--envelope", &narrator)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
     let Ok(report) = searched(args, pairs, &mission, &timed.plan, stop)? else {
-        narrator.say("stopped: nothing is kept of an envelope that is not complete\n");
-        narrator.check()?;
-        if args.mission.json {
-            let reason = Stopped.to_string();
-            let object = serde_json::json!({ "mission": mission.name, "pairs": null, "reason": reason });
-            print(&format!("{object:#}\n"))?;
-        }
-        return Ok(Answer::No);
+        return stopped(args, &mission, "pairs", &narrator);
     };
     folder.write_text("envelope.txt", &report.text())?;
     folder.write_text("envelope.csv", &report.csv())?;

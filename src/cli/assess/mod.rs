@@ -15,7 +15,7 @@
 //! | `effects` | `--effects`: campaigns of drops with and without each effect |
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `replan` | `--replan`: drops along one plan and along renewed ones |
-//! | `points` | trials as points, flown: for the next and `sobol` |
+//! | `points` | a mission with a drop, and trials as points: for `envelope`, `rare` and `sobol` |
 //! | `rare` | `--rare`: how rare failures are, and the most likely one |
 //! | `sobol` | `--sobol`: what of all that is drawn decides a drop |
 //! | `free_fall` | `--free-fall`: how well the release is found by the fall that the accelerometer shows |

@@ -1,4 +1,5 @@
-//! What `--rare` and `--sobol` share: a mission whose trials are points, and their flights.
+//! What `--rare`, `--sobol` and `--envelope` share: a mission with a drop, flights at points of its trials,
+//! and the answer when they are stopped.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
