@@ -196,7 +196,7 @@ fn reference_flights_the_interval_covers_in_ninety_of_a_hundred_seeds() {
             });
             Ok::<_, ()>(outcomes.iter().flatten().map(|outcome| outcome.j_tpf).collect())
         };
-        let found = search.run(space.dimensions(), &space.blocks(), score).unwrap();
+        let found = search.run(space.dimensions(), &space.spans(), score).unwrap();
         let estimate = found.estimate();
         let distance = found.nearest.as_ref().unwrap().distance;
         println!("{seed}: {estimate:?}, {} flights, nearest {distance:.3}", found.scored);

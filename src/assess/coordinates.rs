@@ -24,10 +24,10 @@ use crate::model::{Environment, MAX_ROTORS, Vehicle};
 use crate::sim::Sample;
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 
-/// White noise over this time [s] counts as one number where a whole block moves; longer in long flights.
-const BLOCK_S: f64 = 0.2;
-/// Most such blocks of a column.
-const BLOCKS_MOST: usize = 60;
+/// White noise over this time [s] counts as one number where a whole span moves; longer in long flights.
+const SPAN_S: f64 = 0.2;
+/// Most such spans of a column.
+const SPANS_MOST: usize = 60;
 
 /// How far what the controller does not know may be off, each uniform between its ends; measurements are a
 /// control period late in every other trial.
@@ -264,11 +264,11 @@ impl TrialSpace {
         self.plane.as_ref().err()
     }
 
-    /// Blocks of coordinates that act alike: each alone, white noise by the time that it drives.
-    pub fn blocks(&self) -> Vec<Range<usize>> {
+    /// Spans of coordinates that act alike: each alone, white noise by the time that it drives.
+    pub fn spans(&self) -> Vec<Range<usize>> {
         let cut = |part: &Part| {
             let size =
-                ((BLOCK_S / CONTROL_PERIOD_S).round() as usize).max(part.range.len().div_ceil(BLOCKS_MOST));
+                ((SPAN_S / CONTROL_PERIOD_S).round() as usize).max(part.range.len().div_ceil(SPANS_MOST));
             let end = part.range.end;
             part.range.clone().step_by(size).map(move |from| from..end.min(from + size)).collect::<Vec<_>>()
         };

@@ -75,14 +75,14 @@ impl RareSearch {
         POPULATIONS * (points + self.thresholds() * moved)
     }
 
-    /// Most points that are scored on the way up and, over so many blocks, from there to the most likely
+    /// Most points that are scored on the way up and, over so many spans, from there to the most likely
     /// failure.
-    pub fn points_most(&self, blocks: usize) -> usize {
-        self.points_up_most() + nearest::points_most(POPULATIONS, blocks)
+    pub fn points_most(&self, spans: usize) -> usize {
+        self.points_up_most() + nearest::points_most(POPULATIONS, spans)
     }
 
     /// Climbs to the bound over points of `dimensions` coordinates, and goes from the failures that were met
-    /// to the most likely one. Along the way there a whole block of `blocks` moves as one coordinate: a list
+    /// to the most likely one. Along the way there a whole span of `spans` moves as one coordinate: a list
     /// of disjoint ranges that cover all. `score` gets points and gives a number for each; one that is no
     /// number is a failure.
     ///
@@ -91,7 +91,7 @@ impl RareSearch {
     pub fn run<E>(
         &self,
         dimensions: usize,
-        blocks: &[Range<usize>],
+        spans: &[Range<usize>],
         mut score: impl FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E>,
     ) -> Result<RareFound, E> {
         let mut scored = 0u64;
@@ -102,7 +102,7 @@ impl RareSearch {
         };
         let ascents = self.climb(dimensions, &mut score)?;
         let (ascents, failures): (Vec<Ascent>, Vec<Vec<Vec<f64>>>) = ascents.into_iter().unzip();
-        let nearest = nearest::nearest(&failures, blocks, self.bound, &mut score)?;
+        let nearest = nearest::nearest(&failures, spans, self.bound, &mut score)?;
         Ok(RareFound { search: *self, ascents, nearest, scored })
     }
 

@@ -2,8 +2,8 @@
 //!
 //! Lines from the origin through failures that were met, and through their mean, are followed to where they
 //! begin to fail. From the nearest such place the direction is turned towards the gradient of the score
-//! there, which at the nearest failure it has (Hasofer and Lind 1974; Rackwitz and Fiessler 1978), or blocks
-//! that matter least there are left out, whichever comes nearer. A block of coordinates counts as one: white
+//! there, which at the nearest failure it has (Hasofer and Lind 1974; Rackwitz and Fiessler 1978), or spans
+//! that matter least there are left out, whichever comes nearer. A span of coordinates counts as one: white
 //! noise of a while that acts alike.
 
 use std::ops::Range;
@@ -18,7 +18,7 @@ const CLOSER: usize = 2;
 const TURNS: usize = 12;
 /// Shares by which a direction is turned to the gradient.
 const SHARES: [f64; 5] = [1.0, 0.6, 0.3, 0.1, 0.03];
-/// Shares of the squared distance that blocks which matter least are left out for.
+/// Shares of the squared distance that spans which matter least are left out for.
 const LEFT_OUT: [f64; 6] = [0.1, 0.25, 0.5, 0.75, 0.9, 0.97];
 /// A turn that comes nearer by less than this share is the last.
 const GAIN: f64 = 0.002;
@@ -26,12 +26,12 @@ const GAIN: f64 = 0.002;
 const STEP: f64 = 0.1;
 
 /// Most points that are scored on the way from the failures of so many populations to the most likely one,
-/// over so many blocks.
-pub(super) fn points_most(populations: usize, blocks: usize) -> usize {
+/// over so many spans.
+pub(super) fn points_most(populations: usize, spans: usize) -> usize {
     let line = (LOOKS + 1) * (CLOSER + 1);
-    // As they are and in blocks.
+    // As they are and in spans.
     let first = 2 * populations * (TRIED + 1) * line;
-    first + TURNS * (blocks + (SHARES.len() + LEFT_OUT.len()) * line)
+    first + TURNS * (spans + (SHARES.len() + LEFT_OUT.len()) * line)
 }
 
 /// A failing point that is likelier than all others known.
@@ -51,7 +51,7 @@ pub struct Nearest {
 /// What `score` ends with.
 pub(super) fn nearest<E>(
     failures: &[Vec<Vec<f64>>],
-    blocks: &[Range<usize>],
+    spans: &[Range<usize>],
     bound: f64,
     score: &mut impl FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E>,
 ) -> Result<Option<Nearest>, E> {
@@ -63,7 +63,7 @@ pub(super) fn nearest<E>(
         directions.extend(mean(failures));
     }
     let farthest = directions.iter().map(|point| norm(point)).fold(0.0, f64::max);
-    let whole: Vec<Vec<f64>> = directions.iter().map(|direction| in_blocks(direction, blocks)).collect();
+    let whole: Vec<Vec<f64>> = directions.iter().map(|direction| in_spans(direction, spans)).collect();
     directions.extend(whole);
     let mut rays = Rays { bound, score };
     let Some(mut best) = rays.first_failing(&directions, farthest)? else { return Ok(None) };
@@ -71,10 +71,10 @@ pub(super) fn nearest<E>(
         if best.distance == 0.0 {
             break;
         }
-        let gradient = rays.gradient(&best, blocks)?;
+        let gradient = rays.gradient(&best, spans)?;
         let turned = SHARES.iter().map(|share| turned(&best.point, &gradient, *share));
-        let order = least_first(&best.point, &gradient, blocks);
-        let thinned = LEFT_OUT.iter().map(|share| without_least(&best.point, blocks, &order, *share));
+        let order = least_first(&best.point, &gradient, spans);
+        let thinned = LEFT_OUT.iter().map(|share| without_least(&best.point, spans, &order, *share));
         let directions: Vec<Vec<f64>> = turned.chain(thinned).collect();
         let Some(found) = rays.first_failing(&directions, best.distance)? else { break };
         let gain = 1.0 - found.distance / best.distance;
@@ -100,12 +100,12 @@ fn mean(points: &[Vec<f64>]) -> Option<Vec<f64>> {
     Some(mean)
 }
 
-/// The part of a direction that moves whole blocks.
-fn in_blocks(direction: &[f64], blocks: &[Range<usize>]) -> Vec<f64> {
+/// The part of a direction that moves whole spans.
+fn in_spans(direction: &[f64], spans: &[Range<usize>]) -> Vec<f64> {
     let mut whole = vec![0.0; direction.len()];
-    for block in blocks {
-        let mean = direction[block.clone()].iter().sum::<f64>() / block.len().max(1) as f64;
-        whole[block.clone()].fill(mean);
+    for span in spans {
+        let mean = direction[span.clone()].iter().sum::<f64>() / span.len().max(1) as f64;
+        whole[span.clone()].fill(mean);
     }
     whole
 }
@@ -121,27 +121,27 @@ fn turned(point: &[f64], gradient: &[f64], share: f64) -> Vec<f64> {
 }
 
 /// Blocks by how much they do to the score, either way, for their squared length, the least first.
-fn least_first(point: &[f64], gradient: &[f64], blocks: &[Range<usize>]) -> Vec<usize> {
-    let worth = |block: &Range<usize>| {
-        let (x, g) = (&point[block.clone()], &gradient[block.clone()]);
+fn least_first(point: &[f64], gradient: &[f64], spans: &[Range<usize>]) -> Vec<usize> {
+    let worth = |span: &Range<usize>| {
+        let (x, g) = (&point[span.clone()], &gradient[span.clone()]);
         let gain: f64 = x.iter().zip(g).map(|(x, g)| x * g).sum();
         gain.abs() / x.iter().map(|x| x * x).sum::<f64>().max(f64::MIN_POSITIVE)
     };
-    let mut order: Vec<(usize, f64)> = blocks.iter().map(worth).enumerate().collect();
+    let mut order: Vec<(usize, f64)> = spans.iter().map(worth).enumerate().collect();
     order.sort_by(|a, b| a.1.total_cmp(&b.1));
-    order.into_iter().map(|(block, _)| block).collect()
+    order.into_iter().map(|(span, _)| span).collect()
 }
 
-/// A point without the first blocks of an order, as many as make up a share of its squared distance at most.
-fn without_least(point: &[f64], blocks: &[Range<usize>], order: &[usize], share: f64) -> Vec<f64> {
+/// A point without the first spans of an order, as many as make up a share of its squared distance at most.
+fn without_least(point: &[f64], spans: &[Range<usize>], order: &[usize], share: f64) -> Vec<f64> {
     let mut thinned = point.to_vec();
     let mut left = share * norm(point).powi(2);
-    for block in order.iter().map(|block| &blocks[*block]) {
-        left -= norm(&point[block.clone()]).powi(2);
+    for span in order.iter().map(|span| &spans[*span]) {
+        left -= norm(&point[span.clone()]).powi(2);
         if left < 0.0 {
             break;
         }
-        thinned[block.clone()].fill(0.0);
+        thinned[span.clone()].fill(0.0);
     }
     thinned
 }
@@ -188,24 +188,24 @@ impl<S> Rays<'_, S> {
         Ok(best)
     }
 
-    /// The gradient of the score at a point, along whole blocks.
-    fn gradient<E>(&mut self, at: &Nearest, blocks: &[Range<usize>]) -> Result<Vec<f64>, E>
+    /// The gradient of the score at a point, along whole spans.
+    fn gradient<E>(&mut self, at: &Nearest, spans: &[Range<usize>]) -> Result<Vec<f64>, E>
     where
         S: FnMut(&[Vec<f64>]) -> Result<Vec<f64>, E>,
     {
-        let moved = |block: &Range<usize>| {
+        let moved = |span: &Range<usize>| {
             let mut point = at.point.clone();
-            let each = STEP / (block.len().max(1) as f64).sqrt();
-            point[block.clone()].iter_mut().for_each(|x| *x += each);
+            let each = STEP / (span.len().max(1) as f64).sqrt();
+            point[span.clone()].iter_mut().for_each(|x| *x += each);
             point
         };
-        let points: Vec<Vec<f64>> = blocks.iter().map(moved).collect();
+        let points: Vec<Vec<f64>> = spans.iter().map(moved).collect();
         let scores = (self.score)(&points)?;
         let mut gradient = vec![0.0; at.point.len()];
-        for (block, score) in blocks.iter().zip(scores) {
+        for (span, score) in spans.iter().zip(scores) {
             let slope = (score - at.score) / STEP;
-            let each = if slope.is_finite() { slope / (block.len().max(1) as f64).sqrt() } else { 0.0 };
-            gradient[block.clone()].fill(each);
+            let each = if slope.is_finite() { slope / (span.len().max(1) as f64).sqrt() } else { 0.0 };
+            gradient[span.clone()].fill(each);
         }
         Ok(gradient)
     }

@@ -108,9 +108,9 @@ fn search(bound: f64, least: f64, seed: u64) -> RareSearch {
 }
 
 fn run(case: &Case, search: &RareSearch) -> RareFound {
-    let blocks: Vec<Range<usize>> = (0..case.dimensions).map(|k| k..k + 1).collect();
+    let spans: Vec<Range<usize>> = (0..case.dimensions).map(|k| k..k + 1).collect();
     let score = |points: &[Vec<f64>]| Ok::<_, ()>(points.iter().map(|z| (case.score)(z)).collect());
-    search.run(case.dimensions, &blocks, score).unwrap()
+    search.run(case.dimensions, &spans, score).unwrap()
 }
 
 /// What a hundred or so searches of a case came to.
@@ -176,10 +176,10 @@ fn closed_form_the_nearest_failure_has_nothing_of_what_does_not_matter() {
     let bound = 3.6;
     let nearest = |z1: f64| math::hypot(bound / of(1.0, z1), z1);
     let least = (-4000..4000).map(|k| nearest(f64::from(k) * 1e-3)).fold(f64::INFINITY, f64::min);
-    let blocks: Vec<Range<usize>> = (0..202).map(|k| k..k + 1).collect();
+    let spans: Vec<Range<usize>> = (0..202).map(|k| k..k + 1).collect();
     for seed in 0..8 {
         let score = |points: &[Vec<f64>]| Ok::<_, ()>(points.iter().map(|z| of(z[0], z[1])).collect());
-        let found = search(bound, 1e-5, seed).run(202, &blocks, score).unwrap();
+        let found = search(bound, 1e-5, seed).run(202, &spans, score).unwrap();
         let distance = found.nearest.unwrap().distance;
         assert!(distance > 0.9999 * least && distance < 1.05 * least, "seed {seed}: {distance}, {least}");
     }

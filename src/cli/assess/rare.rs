@@ -35,9 +35,9 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
     let plan = &timed.plan.trajectory;
     let space = trial_space(&mission, plan, args.unknowns).bad_input()?;
     let search = RareSearch { bound: args.bound, least, per_level: args.per_level(), seed: mission.seed };
-    let blocks = space.blocks();
-    let flights = Flights::new(&space, args.threads, search.points_most(blocks.len()) as u64, stop)?;
-    let found = search.run(space.dimensions(), &blocks, |points| {
+    let spans = space.spans();
+    let flights = Flights::new(&space, args.threads, search.points_most(spans.len()) as u64, stop)?;
+    let found = search.run(space.dimensions(), &spans, |points| {
         Ok::<_, Stopped>(flights.fly(points)?.iter().map(|outcome| outcome.j_tpf).collect())
     });
     flights.finish();
