@@ -20,6 +20,27 @@ const SAME_MOTION: f64 = 0.02;
 /// Least ratio of the rotors' thrust to the weight at which a vehicle can be steered with room to spare.
 const THRUST_TO_WEIGHT: f64 = 1.2;
 
+/// Rotors one above the other are apart from this part of the radius on.
+const APART_IN_HEIGHT: f64 = 0.05;
+
+/// The closest rotors whose discs of this radius [m] meet, where some do: two in nearly one plane whose hubs
+/// are less than a diameter apart, as an arm or a propeller in another unit makes them.
+pub(super) fn of_rotors_that_meet(vehicle: &Vehicle, radius_m: f64) -> Option<String> {
+    let rotors = &vehicle.rotors;
+    let pairs = (0..rotors.len()).flat_map(|i| (i + 1..rotors.len()).map(move |k| (i, k)));
+    let in_one_plane = pairs.filter_map(|(i, k)| {
+        let apart_m = rotors[k].position_body_m - rotors[i].position_body_m;
+        let height_m = apart_m.dot(&rotors[i].axis_body).abs();
+        (height_m < APART_IN_HEIGHT * radius_m).then_some((apart_m.norm(), i + 1, k + 1))
+    });
+    let (apart_m, i, k) = in_one_plane.min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let diameter_m = 2.0 * radius_m;
+    let words = format!(
+        "vehicle: the propellers of rotors {i} and {k} meet: {apart_m:.3} m from hub to hub, diameter {diameter_m:.3} m"
+    );
+    (apart_m < diameter_m).then_some(words)
+}
+
 /// What is odd, each with the key, the number and what the vehicle makes of it; `start` is the state that the
 /// plan starts from, `descent_m_s` the speed under the canopy [m/s].
 pub(super) fn of(

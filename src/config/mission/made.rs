@@ -107,6 +107,8 @@ impl Mission {
         let start = self.plan_initial_state();
         let mut odd =
             contradictions::of(&self.vehicle, environment, &self.plan, &self.limits, descent_m_s, &start);
+        let meet = |radius_m| contradictions::of_rotors_that_meet(&self.vehicle, radius_m);
+        odd.extend(self.rotor_radius_m.and_then(meet));
         let sigma_rad = self.study.monte_carlo.amplitude_sigma_rad;
         odd.extend(contradictions::of_two_bodies(&self.vehicle, environment, &self.release, sigma_rad));
         odd

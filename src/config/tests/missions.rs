@@ -201,6 +201,10 @@ fn numbers_that_the_vehicle_contradicts_are_reported() {
         ("of the weight in air of 0.2 kg/m^3", &|m| m.site.environment.density_kg_m3 = 0.2),
         ("without its parachute the vehicle falls at", &|m| m.release.parachute.descent_m_s = 90.0),
         ("limits: passed by the release already", &|m| m.limits.safety.speed_m_s = 5.0),
+        // The diameter where the radius belongs: hubs of neighbours are 0.348 m apart.
+        ("rotors 1 and 3 meet: 0.348 m from hub to hub, diameter 0.508 m", &|m| {
+            m.rotor_radius_m = Some(0.254);
+        }),
     ] {
         let found = odd(change);
         assert!(found.contains(words), "{words}: {found}");
