@@ -169,7 +169,7 @@ fn a_hexacopter_of_one_s_own_is_designed() {
         assert!(matches!(code, Some(0 | 1)), "{line}: {code:?} {}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
-    run("new vehicle heron --mass 4.5 --frame hexa-x --arm 0.35 --propeller 15in --thrust 18");
+    run("new vehicle heron --mass 4.5 --frame hexa-x --arm 0.4 --propeller 15in --thrust 18");
     run(
         "new mission heron_drop --vehicle heron.json --planet earth --altitude 3000 --from balloon --target 0,0,0",
     );

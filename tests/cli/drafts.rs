@@ -36,11 +36,11 @@ const DRAFTS: [(&str, &str, &str); 12] = [
         "--mass 4.5 --frame hexa-x --arm 0.35 --propeller 13in --thrust 16 --inertia 0.097,0.097,0.18",
     ),
     ("s900", "earth --altitude 4000", "--mass 7 --frame hexa-plus --arm 0.45 --propeller 15in --thrust 28"),
-    ("stork", "earth --altitude 1000", "--mass 12 --frame octo-plus --arm 0.55 --propeller 18in --thrust 32"),
+    ("stork", "earth --altitude 1000", "--mass 12 --frame octo-plus --arm 0.62 --propeller 18in --thrust 32"),
     (
         "condor",
         "earth --altitude 4000 --from balloon",
-        "--mass 25 --frame octo-x --arm 0.8 --propeller 28in --thrust 75",
+        "--mass 25 --frame octo-x --arm 0.95 --propeller 28in --thrust 75",
     ),
     (
         "titan20",
@@ -60,7 +60,7 @@ const DRAFTS: [(&str, &str, &str); 12] = [
     (
         "martian",
         "mars --altitude 0",
-        "--mass 1.8 --frame quad-x --arm 0.6 --propeller 1.2 --thrust 3.5 --density 0.015",
+        "--mass 1.8 --frame quad-x --arm 0.88 --propeller 1.2 --thrust 3.5 --density 0.015",
     ),
 ];
 
