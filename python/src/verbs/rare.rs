@@ -68,7 +68,7 @@ pub fn assess_rare(
         let space = space(&mission, unknowns, stop)?;
         let pool = pool(threads)?;
         let search = RareSearch { bound, least, per_level, seed: mission.seed };
-        let found = search.run(space.dimensions(), &space.blocks(), |points| {
+        let found = search.run(space.dimensions(), &space.spans(), |points| {
             Ok(fly(&space, points, &pool, stop)?.into_iter().map(|outcome| outcome.j_tpf).collect())
         })?;
         let nearest = found.nearest.as_ref().map(|nearest| space.drawn(&nearest.point));
