@@ -19,8 +19,7 @@ const ROUNDING: f64 = 0.01;
 const SAME_MOTION: f64 = 0.02;
 /// Least ratio of the rotors' thrust to the weight at which a vehicle can be steered with room to spare.
 const THRUST_TO_WEIGHT: f64 = 1.2;
-
-/// Rotors one above the other are apart from this part of the radius on.
+/// Least height between two discs, as a part of their radius, at which one passes above the other.
 const APART_IN_HEIGHT: f64 = 0.05;
 
 /// The closest rotors whose discs of this radius [m] meet, where some do: two in nearly one plane whose hubs
