@@ -142,9 +142,7 @@ pub fn drop_over_the_wire(
     let simulator = HilSession::new(mission.simulation(), HilConfig::default());
     let mut wire = Lockstep::new(simulator, autopilot, StreamerSession::new(streamer, plan.clone()));
     wire.run(&mut |_, _, _| {})?;
-    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
-        .steady_within(mission.limits.steady_within_m_s)
-        .to_plans_end(plan.end_s());
+    let mut verdict = VerdictBuilder::judging(mission.limits, mission.target_v_ned).along(plan);
     wire.simulator.run().log().iter().for_each(|sample| verdict.observe(sample));
     verdict.finish().ok_or_else(|| "the vehicle was never released".into())
 }

@@ -34,9 +34,7 @@ pub fn plan_and_fly(path: &str) -> Result<Verdict, Box<dyn std::error::Error>> {
     };
     let mut sim = mission.simulation();
     sim.schedule_release(mission.release.hang_s);
-    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
-        .steady_within(mission.limits.steady_within_m_s)
-        .to_plans_end(plan.trajectory.end_s());
+    let mut verdict = VerdictBuilder::judging(mission.limits, mission.target_v_ned).along(&plan.trajectory);
     let _ =
         fly(&mut sim, &mut cascade, &FlightPlan::new(reference, 0.004, mission.duration_s), &mut |sample| {
             verdict.observe(sample);

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use nalgebra::Vector3;
-use samara::assess::{Verdict, VerdictBuilder, plan_j_tpf};
+use samara::assess::{StateCost, Verdict, VerdictBuilder, plan_j_tpf};
 use samara::config::{Mission, Stamp, load_mission};
 use samara::control::{Airframe, Cascade};
 use samara::frames::rotate_ned_from_body;
@@ -478,6 +478,10 @@ fn bad_verdict() -> Verdict {
         limits_passed: vec!["speed"],
         final_v_ned: Vector3::new(4.001, -0.0001, 12.0),
         impact_speed_m_s: None,
+        impact_tilt_rad: None,
+        on_the_ground: None,
+        limits: DROP.mission.limits,
+        peak_cost: StateCost::default(),
         canopy_distance_m: None,
         vortex_ring_s: Vec::new(),
         power: None,
@@ -524,9 +528,12 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         completed: true,
         plan_cut: false,
         released_unarmed: false,
+        motors_never_started: false,
+        may_land: false,
         must_be_steady: true,
         trajectory: None,
         failsafe: true,
+        failsafe_cause: None,
         events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned(), warning: false }],
         trouble: None,
         autopilot: Some(FlownBy { name: "px4", version: Some("v1.12.0".to_owned()) }),
@@ -537,7 +544,20 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     };
     let drop = parse(drop_json(mission, Some(&bad_verdict()), &run));
     assert_eq!((&drop["completed"], &drop["ended_at_s"]), (&true.into(), &45.0.into()));
-    assert_eq!((&drop["reason"], &drop["decided_by"]), (&"not steady".into(), &"speed".into()));
+    let reason = "a failsafe flew; never steady within 0.056569 m/s of the target";
+    assert_eq!((&drop["reason"], &drop["decided_by"]), (&reason.into(), &"speed".into()));
+    assert_eq!(
+        (&drop["safe"], &drop["objections"]),
+        (
+            &false.into(),
+            &serde_json::json!([
+                "a failsafe flew",
+                "J_TPF 1.250, not below 1",
+                "never steady within 0.056569 m/s of the target"
+            ])
+        )
+    );
+    let run = DropRun { failsafe: false, ..run };
     let steady = Verdict { steady_after_s: Some(7.0), ..bad_verdict() };
     assert!(parse(drop_json(mission, Some(&steady), &run))["reason"].is_null());
     let by_script = DropRun { must_be_steady: false, ..run.clone() };

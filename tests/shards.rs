@@ -9,7 +9,7 @@ use std::process::{Command, Output, Stdio};
 
 use samara::assess::{BLOCK_TRIALS, BlockNode, BlockSummary, Histogram, Share, Summary, TrialOutcome};
 use samara::config::Mission;
-use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialJudge, TrialRecord};
+use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
 use samara::report::cut::Cut;
 use samara::report::shard::rows::study_table;
 use samara::report::shard::summary::{StudyPart, SummaryRecord};
@@ -458,12 +458,12 @@ fn closed_form_a_thousand_summaries_of_a_hundred_million_trials() {
     let mission = Mission::shipped("x500_drop").unwrap();
     let releases = mission.releases();
     let outcome = TrialOutcome { j_tpf: 0.5, steady_after_s: Some(1.0), ..TrialOutcome::default() };
-    let judge = TrialJudge::of(&mission, 1.0);
     for cut in (0..of).map(|part| Cut { part, of }) {
         let range = cut.range(trials);
         let mut summary = made(range.start, range.end);
         let shown: Vec<u64> = range.clone().take_while(|trial| *trial < SHOWN as u64).collect();
-        summary.shown = shown.iter().map(|trial| TrialRecord::of_flight(*trial, &outcome, &judge)).collect();
+        summary.shown =
+            shown.iter().map(|trial| TrialRecord::of_flight(*trial, &outcome, &mission.limits)).collect();
         let line = |trial: &u64| {
             let mut line = String::new();
             write_row(&mut line, &releases.draw(mission.seed, *trial), &outcome);

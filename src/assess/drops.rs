@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::{FlightLimits, SafetyLimits, Verdict, VerdictBuilder};
+use super::Verdict;
 use crate::frames::pitch;
 use crate::model::parachute::TipOff;
 use crate::sim::{Phase, Sample};
@@ -29,23 +29,6 @@ pub struct RandomDrop {
     pub seed: u64,
 }
 
-/// Limits, target and plan that a drop is measured against.
-#[derive(Clone, Copy, Debug)]
-pub struct DropMeasure<'a> {
-    /// Safety limits.
-    pub limits: SafetyLimits,
-    /// Velocity to reach, NED [m/s].
-    pub target_v_ned: Vector3<f64>,
-    /// How close to it is steady [m/s].
-    pub steady_within_m_s: f64,
-    /// Limits beside the safety limits.
-    pub flight_limits: FlightLimits,
-    /// Least distance from the canopy after the release [m], where it is judged.
-    pub separation_m: Option<f64>,
-    /// Plan that was to be flown.
-    pub plan: &'a Trajectory,
-}
-
 /// Measures of a drop.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DropOutcome {
@@ -59,28 +42,22 @@ pub struct DropOutcome {
     pub tracking_rms_m_s: f64,
 }
 
-impl DropMeasure<'_> {
-    /// Measures of a flight log; `None` when the vehicle was never released.
-    pub fn of(&self, log: &[Sample]) -> Option<DropOutcome> {
-        let end_s = self.plan.end_s();
-        let mut verdict = VerdictBuilder::new(self.limits, self.target_v_ned)
-            .steady_within(self.steady_within_m_s)
-            .within(self.flight_limits)
-            .apart_from_canopy(self.separation_m)
-            .to_plans_end(end_s);
-        log.iter().for_each(|sample| verdict.observe(sample));
-        let verdict = verdict.finish()?;
+impl DropOutcome {
+    /// Measures of a flight log along a plan that came to this verdict; `None` when the vehicle was never
+    /// released.
+    pub fn of(verdict: Verdict, plan: &Trajectory, log: &[Sample]) -> Option<Self> {
+        let end_s = plan.end_s();
         let loose = || log.iter().filter(|sample| sample.phase != Phase::Hanging);
         let release = loose().next()?.state.body;
         let planned = || loose().filter_map(|s| Some((s.t_powered_s.filter(|t| *t <= end_s)?, s.state.body)));
         let (mut sum, mut count) = (0.0, 0u32);
         for (t_s, body) in planned() {
             if t_s >= 0.0 {
-                sum += (body.v_ned - self.plan.velocity_ned(t_s)).norm_squared();
+                sum += (body.v_ned - plan.velocity_ned(t_s)).norm_squared();
                 count += 1;
             }
         }
-        Some(DropOutcome {
+        Some(Self {
             verdict,
             release_pitch_rad: pitch(release.q_ned_from_body),
             release_pitch_rate_rad_s: release.omega_body.y,

@@ -3,6 +3,7 @@
 //! | file | holds | paper |
 //! |---|---|---|
 //! | [`safety`] | J_TPF, the verdict on a drop | (51) |
+//! | [`judge`] | whether a flight was safe, and why not: the one place that says so | V |
 //! | [`power`] | what a drop asks of its battery | |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
 //! | [`batch`] | both for many planar flights at once | |
@@ -32,6 +33,7 @@ pub mod envelope;
 pub mod fidelity;
 pub mod free_fall;
 pub mod grid_loss;
+pub mod judge;
 pub mod paper;
 pub mod power;
 pub mod quantiles;
@@ -47,13 +49,14 @@ pub mod tracking;
 pub use batch::{BatchMeasure, Outcome, judge_flights};
 pub use blocks::{BLOCK_TRIALS, BlockError, BlockNode, BlockSummary, Tally};
 pub use chosen::{ChosenAmong, quantile_rank};
-pub use drops::{DropMeasure, DropOutcome, RandomDrop};
+pub use drops::{DropOutcome, RandomDrop};
 pub use fidelity::{Agreement, ByTrial, MeanByRungs, MeanEstimate, conformal_margin};
 pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Spread};
+pub use judge::{Course, Limits, Objection, TouchLimits, judge, judge_trial};
 pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};
 pub use releases::{RandomRelease, ReleaseDistribution};
-pub use safety::{FlightLimits, TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
+pub use safety::{TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;

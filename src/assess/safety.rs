@@ -10,11 +10,13 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::judge::{Course, Limit, Limits, Objection, OnTheGround, judge};
 use super::power::PowerUse;
 use crate::frames::{bank, pitch, tilt};
 use crate::model::rigid_body::BodyState;
 use crate::model::supply::PackLimits;
 use crate::model::{DiskState, Environment, MAX_ROTORS, Rotor, Vehicle};
+use crate::sim::ground::Grounded;
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::sim::{Phase, Sample, TurningOver};
 use crate::trajectory::{Node, Trajectory};
@@ -67,37 +69,6 @@ pub struct TrialOutcome {
     pub steady_after_s: Option<f64>,
 }
 
-/// Limits beside those of J_state; each is judged where it is given.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FlightLimits {
-    /// Way down from the release to the plan's end [m].
-    pub altitude_lost_m: Option<f64>,
-    /// Angle between the body's up axis and the vertical [rad].
-    pub tilt_rad: Option<f64>,
-    /// Time after t = 0 by which the flight is steady [s].
-    pub steady_after_s: Option<f64>,
-}
-
-impl FlightLimits {
-    /// Names of the limits that a flight has passed: "altitude_lost", "tilt", "steady_after". A flight that
-    /// is never steady has passed none by that.
-    pub fn passed(
-        &self,
-        altitude_lost_m: f64,
-        tilt_rad: f64,
-        steady_after_s: Option<f64>,
-    ) -> impl Iterator<Item = &'static str> + use<> {
-        let over =
-            |value: Option<f64>, limit: Option<f64>| value.zip(limit).is_some_and(|(x, most)| x > most);
-        let passed = [
-            ("altitude_lost", over(Some(altitude_lost_m), self.altitude_lost_m)),
-            ("tilt", over(Some(tilt_rad), self.tilt_rad)),
-            ("steady_after", over(steady_after_s, self.steady_after_s)),
-        ];
-        passed.into_iter().filter(|(_, passed)| *passed).map(|(name, _)| name)
-    }
-}
-
 impl TrialOutcome {
     /// Takes the next sample of the flight.
     pub(super) fn observe(&mut self, sample: &Sample, limits: &SafetyLimits) {
@@ -115,11 +86,16 @@ impl TrialOutcome {
     }
 }
 
-/// Verdict on a drop, from the release to the end.
-#[derive(Clone, Debug, Default, PartialEq)]
+/// Verdict on a drop, from the release to the end; what it came to, as [`judge`](super::judge::judge) judges it.
+/// Where the vehicle comes to the ground the flight ends: what it does there counts for no peak.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
+    /// What it is judged by.
+    pub limits: Limits,
     /// J_TPF, (51).
     pub j_tpf: f64,
+    /// The parts of J_state, each at its peak.
+    pub peak_cost: StateCost,
     /// Name of the quantity that J_TPF is the share of: "speed", "pitch", "pitch_rate", "roll", "roll_rate";
     /// [`NOT_FINITE`].
     pub decided_by: &'static str,
@@ -141,13 +117,16 @@ pub struct Verdict {
     /// Time after the rotors were freed [s] from which `|v - v_cmd|` stays within [`steady_within_m_s`], or
     /// what the mission says instead, to the end.
     pub steady_after_s: Option<f64>,
-    /// Names of the limits that were passed: "speed", "pitch", "pitch_rate", "roll", "roll_rate"; "state is
-    /// not finite" when a state was no number, "impact", "separation"; those of [`FlightLimits`].
+    /// Names of the limits that were passed, as [`Objection::limits_passed`] has them.
     pub limits_passed: Vec<&'static str>,
     /// Velocity at the end, NED [m/s].
     pub final_v_ned: Vector3<f64>,
-    /// Fastest that it came to the ground, if it did [m/s].
+    /// Fastest that it came to the ground, if it did: its whole speed over ground at the touch [m/s].
     pub impact_speed_m_s: Option<f64>,
+    /// Largest angle between the body's up axis and the vertical when it came to the ground, if it did [rad].
+    pub impact_tilt_rad: Option<f64>,
+    /// How it came to the ground before the plan's end, if it did.
+    pub on_the_ground: Option<OnTheGround>,
     /// Largest angle between the body's up axis and the vertical [rad].
     pub peak_tilt_rad: f64,
     /// Way from the release to the end of the plan, or of the flight where there is none or that came first,
@@ -166,12 +145,37 @@ pub struct Verdict {
 impl Verdict {
     /// Whether the canopy has come closer to the vehicle than the mission allows.
     pub fn recontact(&self) -> bool {
-        self.limits_passed.contains(&SEPARATION)
+        self.limits_passed.contains(&Limit::Separation.name())
+    }
+
+    /// Nothing yet.
+    fn begun(limits: Limits) -> Self {
+        Self {
+            limits,
+            j_tpf: 0.0,
+            peak_cost: StateCost::default(),
+            decided_by: "",
+            peak_speed_m_s: 0.0,
+            peak_pitch_rad: 0.0,
+            peak_pitch_rate_rad_s: 0.0,
+            peak_roll_rad: 0.0,
+            peak_roll_rate_rad_s: 0.0,
+            peak_vertical_acceleration_m_s2: 0.0,
+            altitude_lost_m: 0.0,
+            steady_after_s: None,
+            limits_passed: Vec::new(),
+            final_v_ned: Vector3::zeros(),
+            impact_speed_m_s: None,
+            impact_tilt_rad: None,
+            on_the_ground: None,
+            peak_tilt_rad: 0.0,
+            way_ned_m: Vector3::zeros(),
+            canopy_distance_m: None,
+            vortex_ring_s: Vec::new(),
+            power: None,
+        }
     }
 }
-
-/// Name of the limit that a canopy passes which comes too close.
-const SEPARATION: &str = "separation";
 
 /// Steady within this fraction of the commanded velocity.
 const STEADY_FRACTION: f64 = 0.01;
@@ -196,20 +200,20 @@ fn keep_larger<const N: usize>(peaks: [(&mut f64, f64); N]) {
 /// Makes a [`Verdict`] of a flight's samples, given one by one in order of time.
 #[derive(Clone, Debug)]
 pub struct VerdictBuilder {
-    limits: SafetyLimits,
     v_cmd_ned: Vector3<f64>,
-    steady_within_m_s: f64,
-    peak: StateCost,
     infinite: bool,
-    /// Peaks, steadiness and impact so far; the rest is filled in at the end.
+    /// Peaks, steadiness and touches so far; the rest is filled in at the end.
     verdict: Verdict,
-    first_p_ned: Option<Vector3<f64>>,
+    /// The first sample after the release: time [s] and position.
+    first: Option<(f64, Vector3<f64>)>,
+    /// Position when the rotors were freed.
+    free_p_ned: Option<Vector3<f64>>,
     plan_end_s: f64,
+    /// The way down that the plan needs at the most, from t = 0 [m], and whether it ends level or climbing.
+    plan_needs: Option<(f64, bool)>,
     plan_end_p_ned: Vector3<f64>,
     last: Option<BodyState>,
-    impact_limit_m_s: Option<f64>,
-    flight_limits: FlightLimits,
-    separation_limit_m: Option<f64>,
+    grounded: Grounded,
     touching: bool,
     /// Vehicle and site whose rotors are watched.
     disks: Option<(Arc<Vehicle>, Environment)>,
@@ -218,31 +222,28 @@ pub struct VerdictBuilder {
 }
 
 impl VerdictBuilder {
-    /// Judges against `limits`; steady means close to `v_cmd_ned` [m/s].
-    pub fn new(limits: SafetyLimits, v_cmd_ned: Vector3<f64>) -> Self {
+    /// Judges J_state alone, by these limits; steady means close to `v_cmd_ned` [m/s].
+    pub fn new(safety: SafetyLimits, v_cmd_ned: Vector3<f64>) -> Self {
+        Self::judging(Limits::of_j_state(safety, steady_within_m_s(&v_cmd_ned)), v_cmd_ned)
+    }
+
+    /// Judges by these limits; steady means close to `v_cmd_ned` [m/s].
+    pub fn judging(limits: Limits, v_cmd_ned: Vector3<f64>) -> Self {
         Self {
-            limits,
             v_cmd_ned,
-            steady_within_m_s: steady_within_m_s(&v_cmd_ned),
-            peak: StateCost::default(),
             infinite: false,
-            verdict: Verdict::default(),
-            first_p_ned: None,
+            verdict: Verdict::begun(limits),
+            first: None,
+            free_p_ned: None,
             plan_end_s: f64::INFINITY,
+            plan_needs: None,
             plan_end_p_ned: Vector3::zeros(),
             last: None,
-            impact_limit_m_s: None,
-            flight_limits: FlightLimits::default(),
-            separation_limit_m: None,
+            grounded: Grounded::default(),
             touching: false,
             disks: None,
             in_ring: None,
         }
-    }
-
-    /// Steady means within this of the commanded velocity [m/s].
-    pub fn steady_within(self, steady_within_m_s: f64) -> Self {
-        Self { steady_within_m_s, ..self }
     }
 
     /// Counts the altitude lost to the plan's end [s from the start of powered flight]: what comes after it
@@ -251,23 +252,10 @@ impl VerdictBuilder {
         Self { plan_end_s, ..self }
     }
 
-    /// Judges also how fast the vehicle comes to the ground [m/s]: a limit of its own, no part of J_TPF.
-    pub fn judging_impacts(mut self, limit_m_s: f64) -> Self {
-        self.impact_limit_m_s = Some(limit_m_s);
-        self
-    }
-
-    /// Judges also altitude lost, tilt and time to steady flight, where there are limits: no part of J_TPF.
-    pub fn within(mut self, limits: FlightLimits) -> Self {
-        self.flight_limits = limits;
-        self
-    }
-
-    /// Judges also how close the canopy comes after the release [m], where there is a limit: no part of
-    /// J_TPF.
-    pub fn apart_from_canopy(mut self, least_m: Option<f64>) -> Self {
-        self.separation_limit_m = least_m;
-        self
+    /// The flight is along this plan: counts the altitude lost to its end, and says what height it needs of a
+    /// flight that comes to the ground before.
+    pub fn along(self, plan: &Trajectory) -> Self {
+        Self { plan_needs: Some(way_down(plan)), ..self.to_plans_end(plan.end_s()) }
     }
 
     /// Tells also how long each rotor of the vehicle at a site is in the vortex ring, where its blades are
@@ -301,20 +289,34 @@ impl VerdictBuilder {
         self.in_ring = powered.then(|| (sample.t_s, std::array::from_fn(inside)));
     }
 
-    /// A touch counts with the speed of the sample before it; what stood there from the start has not come
-    /// down.
-    fn observe_ground(&mut self, sample: &Sample) {
+    /// Whether the flight is over because the vehicle has come to the ground. A touch counts with the velocity
+    /// and the attitude of the sample before it; what stood there from the start has not come down.
+    fn observe_ground(&mut self, sample: &Sample) -> bool {
         let touching = sample.balance.ground_force_ned.z < 0.0;
-        let sank_m_s = match self.last {
-            Some(last) => last.v_ned.z,
-            None if sample.phase == Phase::Falling => sample.state.body.v_ned.z,
-            None => 0.0,
+        let body = &sample.state.body;
+        let before = match self.last {
+            Some(last) => Some(last),
+            None if sample.phase == Phase::Falling => Some(*body),
+            None => None,
         };
-        if touching && !self.touching && sank_m_s > 0.0 {
-            let worst = &mut self.verdict.impact_speed_m_s;
-            *worst = Some(worst.map_or(sank_m_s, |worst| worst.max(sank_m_s)));
-        }
+        let touch = before.filter(|before| touching && !self.touching && before.v_ned.z > 0.0);
         self.touching = touching;
+        if let Some(before) = touch {
+            let so_far = &mut self.verdict;
+            let (speed_m_s, tilt_rad) = (before.v_ned.norm(), tilt(before.q_ned_from_body));
+            so_far.impact_speed_m_s = Some(so_far.impact_speed_m_s.map_or(speed_m_s, |x| x.max(speed_m_s)));
+            so_far.impact_tilt_rad = Some(so_far.impact_tilt_rad.map_or(tilt_rad, |x| x.max(tilt_rad)));
+            if sample.t_powered_s.is_none_or(|t| t < self.plan_end_s) && so_far.on_the_ground.is_none() {
+                let (release_s, release_p_ned) = self.first.unwrap_or((sample.t_s, body.p_ned));
+                let fallen_m = self.free_p_ned.map(|free| free.z - release_p_ned.z);
+                so_far.on_the_ground = Some(OnTheGround {
+                    after_s: sample.t_s - release_s,
+                    height_m: body.p_ned.z - release_p_ned.z,
+                    needed: fallen_m.zip(self.plan_needs).map(|(m, (needs_m, out))| (m + needs_m, out)),
+                });
+            }
+        }
+        self.grounded.observe(touch.is_some(), body.p_ned.z)
     }
 
     /// Takes the next sample; what happens under the canopy does not count.
@@ -323,38 +325,43 @@ impl VerdictBuilder {
             return;
         }
         let body = &sample.state.body;
-        let cost = StateCost::of_sample(sample, &self.limits);
+        if sample.phase == Phase::Powered {
+            self.free_p_ned.get_or_insert(body.p_ned);
+        }
+        let over = self.observe_ground(sample);
+        let cost = StateCost::of_sample(sample, &self.verdict.limits.safety);
         self.infinite |= cost.max() == f64::INFINITY;
-        self.peak = self.peak.worse(&cost);
         let so_far = &mut self.verdict;
-        keep_larger([
-            (&mut so_far.peak_pitch_rad, pitch(body.q_ned_from_body)),
-            (&mut so_far.peak_pitch_rate_rad_s, body.omega_body.y),
-            (&mut so_far.peak_roll_rad, bank(body.q_ned_from_body)),
-            (&mut so_far.peak_roll_rate_rad_s, body.omega_body.x),
-            (&mut so_far.peak_vertical_acceleration_m_s2, sample.a_ned.z),
-        ]);
-        so_far.peak_tilt_rad = so_far.peak_tilt_rad.max(tilt(body.q_ned_from_body));
-        let near = (body.v_ned - self.v_cmd_ned).norm() <= self.steady_within_m_s;
+        if !over {
+            so_far.peak_cost = so_far.peak_cost.worse(&cost);
+            keep_larger([
+                (&mut so_far.peak_pitch_rad, pitch(body.q_ned_from_body)),
+                (&mut so_far.peak_pitch_rate_rad_s, body.omega_body.y),
+                (&mut so_far.peak_roll_rad, bank(body.q_ned_from_body)),
+                (&mut so_far.peak_roll_rate_rad_s, body.omega_body.x),
+                (&mut so_far.peak_vertical_acceleration_m_s2, sample.a_ned.z),
+            ]);
+            so_far.peak_tilt_rad = so_far.peak_tilt_rad.max(tilt(body.q_ned_from_body));
+        }
+        let near = (body.v_ned - self.v_cmd_ned).norm() <= so_far.limits.steady_within_m_s;
         if let Some(canopy) = &sample.canopy {
             let distance_m = (canopy.state.p_ned - body.p_ned).norm();
-            let least = &mut self.verdict.canopy_distance_m;
+            let least = &mut so_far.canopy_distance_m;
             *least = Some(least.map_or(distance_m, |least| least.min(distance_m)));
         }
-        self.observe_ground(sample);
         self.observe_rotors(sample);
         if let Some(power) = &mut self.verdict.power {
             power.observe(sample);
         }
         match sample.t_powered_s {
             // What was steady when it came to the ground stays so.
-            _ if self.verdict.impact_speed_m_s.is_some() => {}
+            _ if over => {}
             Some(t) if near && sample.phase == Phase::Powered => {
                 self.verdict.steady_after_s.get_or_insert(t);
             }
             _ => self.verdict.steady_after_s = None,
         }
-        self.first_p_ned.get_or_insert(body.p_ned);
+        self.first.get_or_insert((sample.t_s, body.p_ned));
         if sample.t_powered_s.is_none_or(|t| t <= self.plan_end_s) {
             self.plan_end_p_ned = body.p_ned;
         }
@@ -363,31 +370,39 @@ impl VerdictBuilder {
 
     /// J_TPF of what was observed so far.
     pub fn j_tpf(&self) -> f64 {
-        if self.infinite { f64::INFINITY } else { self.peak.max() }
+        if self.infinite { f64::INFINITY } else { self.verdict.peak_cost.max() }
     }
 
     /// The verdict; `None` when nothing was observed from the release on.
     pub fn finish(self) -> Option<Verdict> {
-        let (last, first_p_ned) = (self.last?, self.first_p_ned?);
+        let (last, (_, first_p_ned)) = (self.last?, self.first?);
         let way_ned_m = self.plan_end_p_ned - first_p_ned;
-        let Verdict { peak_tilt_rad, steady_after_s, .. } = self.verdict;
-        let beside = self.flight_limits.passed(way_ned_m.z, peak_tilt_rad, steady_after_s);
-        let impact =
-            self.verdict.impact_speed_m_s.zip(self.impact_limit_m_s).is_some_and(|(v, limit)| v > limit);
-        let passed = self.peak.parts().map(|(name, cost)| (name, cost > 1.0));
-        let apart = self.verdict.canopy_distance_m.zip(self.separation_limit_m);
-        let contact = apart.is_some_and(|(distance_m, least_m)| distance_m < least_m);
-        let beyond = [(NOT_FINITE, self.infinite), ("impact", impact), (SEPARATION, contact)];
-        let passed = passed.into_iter().chain(beyond);
-        Some(Verdict {
-            j_tpf: self.j_tpf(),
-            decided_by: if self.infinite { NOT_FINITE } else { self.peak.decided_by() },
-            peak_speed_m_s: self.peak.speed * self.limits.speed_m_s,
+        let (j_tpf, Verdict { peak_cost, limits, .. }) = (self.j_tpf(), &self.verdict);
+        let mut verdict = Verdict {
+            j_tpf,
+            decided_by: if self.infinite { NOT_FINITE } else { peak_cost.decided_by() },
+            peak_speed_m_s: peak_cost.speed * limits.safety.speed_m_s,
             altitude_lost_m: way_ned_m.z,
             way_ned_m,
-            limits_passed: passed.filter(|(_, passed)| *passed).map(|(name, _)| name).chain(beside).collect(),
             final_v_ned: last.v_ned,
             ..self.verdict
-        })
+        };
+        let objections = judge(Some(&verdict), &Course::WHOLE);
+        verdict.limits_passed = objections.iter().flat_map(Objection::limits_passed).collect();
+        Some(verdict)
     }
+}
+
+/// The way down from a plan's beginning to its lowest point [m], and whether its end is level or climbs.
+fn way_down(plan: &Trajectory) -> (f64, bool) {
+    let (mut down_m, mut most_m) = (0.0, 0.0f64);
+    for pair in plan.nodes().windows(2) {
+        // Simpson's rule, exact for the cubic between nodes.
+        let [from, to] = [pair[0].t_s, pair[1].t_s];
+        let v_down = |t_s: f64| plan.velocity_ned(t_s).z;
+        down_m += (to - from) / 6.0 * (v_down(from) + 4.0 * v_down(0.5 * (from + to)) + v_down(to));
+        most_m = most_m.max(down_m);
+    }
+    let pulls_out = plan.velocity_ned(plan.end_s()).z <= 0.05 * plan.velocity_ned(0.0).z.abs();
+    (most_m, pulls_out)
 }

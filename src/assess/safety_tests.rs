@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 
+use super::judge::{self, Course, Limits, Objection, TouchLimits};
 use super::safety::*;
 use crate::frames::quaternion_from_euler;
 use crate::model::ForceBalance;
@@ -9,6 +10,8 @@ use crate::model::rigid_body::BodyState;
 
 use crate::sim::limits::*;
 use crate::sim::{Phase, PlantState, Sample};
+use crate::trajectory::{Node, Trajectory};
+use crate::units::DEG_PER_RAD;
 
 const LIMITS: SafetyLimits =
     SafetyLimits { speed_m_s: 12.0, pitch_rad: 0.8, pitch_rate_rad_s: 1.6, vertical_acceleration_m_s2: 3.0 };
@@ -153,18 +156,27 @@ fn closed_form_a_hover_can_be_steady() {
     assert!(steady(4.0, 0.039) && !steady(4.0, 0.041));
 }
 
-/// A touch counts with the speed before it, the worst of them; what stood there from the start has not come
-/// down; and what was steady when it touched the ground stays so.
+/// A sample of a touch, or none, with a velocity and a tilt.
+fn touching(t_s: f64, phase: Phase, v_ned: [f64; 3], pitch_rad: f64, touches: bool) -> Sample {
+    let mut s = sample(t_s, phase, v_ned, pitch_rad, 0.0, 0.0);
+    s.balance.ground_force_ned.z = if touches { -9.0 } else { 0.0 };
+    s
+}
+
+fn touch_limits(speed_m_s: f64, tilt_rad: f64) -> Limits {
+    Limits { touch: TouchLimits { speed_m_s, tilt_rad }, ..Limits::of_j_state(LIMITS, 0.02) }
+}
+
+/// A touch counts with the whole velocity before it, the worst of them; what stood there from the start has
+/// not come down; and what was steady when it touched the ground stays so.
 #[test]
-fn closed_form_impacts_are_judged_by_their_speed() {
-    let with = |phase, v_down: f64, touching: bool| {
-        let mut s = sample(2.0, phase, [0.0, 0.0, v_down], 0.0, 0.0, 0.0);
-        s.balance.ground_force_ned.z = if touching { -9.0 } else { 0.0 };
-        s
-    };
+fn closed_form_impacts_are_judged_by_their_whole_speed() {
     let verdict = |limit: f64, flight: &[(f64, bool)]| {
-        let mut b = VerdictBuilder::new(LIMITS, Vector3::new(0.0, 0.0, 1.5)).judging_impacts(limit);
-        flight.iter().for_each(|&(v_down, touching)| b.observe(&with(Phase::Powered, v_down, touching)));
+        let limits = touch_limits(limit, 1.0);
+        let mut b = VerdictBuilder::judging(limits, Vector3::new(0.0, 0.0, 1.5));
+        flight.iter().for_each(|&(v_down, touches)| {
+            b.observe(&touching(2.0, Phase::Powered, [0.0, 0.0, v_down], 0.0, touches));
+        });
         b.finish().unwrap()
     };
     let stood = verdict(1.0, &[(0.0, true), (-1.0, false), (-1.0, false)]);
@@ -177,7 +189,131 @@ fn closed_form_impacts_are_judged_by_their_speed() {
     let hard = verdict(1.4, &flight);
     assert_eq!(hard.limits_passed, ["impact"]);
     assert!(hard.j_tpf < 1.0, "no part of J_TPF");
-    let mut b = VerdictBuilder::new(LIMITS, Vector3::zeros());
-    b.observe(&with(Phase::Falling, 3.0, true));
+    let mut b = VerdictBuilder::judging(touch_limits(2.9, 1.0), Vector3::zeros());
+    b.observe(&touching(2.0, Phase::Falling, [0.0, 0.0, 3.0], 0.0, true));
     assert_eq!(b.finish().unwrap().impact_speed_m_s, Some(3.0), "under its canopy");
+}
+
+/// Sliding onto the ground at 7.9 m/s, of which 1 m/s is down, is an impact at 7.9632 m/s; a soft one on its
+/// side is one on its side; and the bump itself, however it throws the vehicle about, is no peak of the
+/// flight, which is over.
+#[test]
+fn closed_form_a_slide_and_a_tumble_are_no_landing() {
+    let flown = |v_ned: [f64; 3], pitch_rad: f64| {
+        let mut b = VerdictBuilder::judging(touch_limits(2.1, 0.26), Vector3::zeros()).to_plans_end(4.0);
+        b.observe(&touching(1.0, Phase::Falling, [0.0, 0.0, 2.0], 0.0, false));
+        b.observe(&touching(1.5, Phase::Powered, v_ned, pitch_rad, false));
+        let mut bump = touching(2.0, Phase::Powered, [1.0, 0.0, -1.0], 0.7, true);
+        bump.state.body.omega_body.y = 50.0;
+        b.observe(&bump);
+        let mut after = bump;
+        after.balance.ground_force_ned.z = 0.0;
+        after.t_powered_s = Some(1.1);
+        b.observe(&after);
+        b.finish().unwrap()
+    };
+    let slid = flown([7.9, 0.0, 1.0], 0.1);
+    assert!((slid.impact_speed_m_s.unwrap() - 63.41f64.sqrt()).abs() < 1e-12);
+    assert_eq!(slid.limits_passed, ["impact"]);
+    assert!((slid.j_tpf - 63.41f64.sqrt() / 12.0).abs() < 1e-12, "the bump does not count: {}", slid.j_tpf);
+    let tumbled = flown([0.0, 0.0, 0.5], 0.5);
+    assert!((tumbled.impact_tilt_rad.unwrap() - 0.5).abs() < 1e-12);
+    assert_eq!(tumbled.limits_passed, ["impact_tilt"]);
+    let words =
+        |v: &Verdict, course: &Course| judge::words(&judge::judge(Some(v), course)).unwrap_or_default();
+    assert_eq!(
+        words(&slid, &Course { must_be_steady: false, ..Course::WHOLE }),
+        "on the ground after 1.0 s, before the plan's end; impact 7.96 m/s, limit 2.1"
+    );
+    let soft = flown([0.0, 0.0, 0.5], 0.1);
+    assert_eq!(words(&soft, &Course::WHOLE), "on the ground after 1.0 s, before the plan's end");
+    // LAND was commanded, or it began on the ground.
+    assert_eq!(words(&soft, &Course { may_land: true, ..Course::WHOLE }), "");
+}
+
+/// A flight is over at its touch, and goes on a metre above it.
+#[test]
+fn closed_form_what_flies_again_is_judged_again() {
+    let rate = |heights: &[f64]| {
+        let mut b = VerdictBuilder::judging(touch_limits(2.1, 1.0), Vector3::zeros());
+        b.observe(&touching(1.0, Phase::Powered, [0.0, 0.0, 1.0], 0.0, false));
+        b.observe(&touching(2.0, Phase::Powered, [0.0, 0.0, 0.0], 0.0, true));
+        for height_m in heights {
+            let mut s = touching(2.0, Phase::Powered, [0.0, 0.0, -1.0], 0.0, false);
+            s.state.body.p_ned.z -= height_m;
+            s.state.body.omega_body.y = 3.2;
+            b.observe(&s);
+        }
+        b.finish().unwrap().j_tpf
+    };
+    assert!(rate(&[0.2, 0.99]) < 1.0);
+    assert!((rate(&[0.5, 1.01]) - 2.0).abs() < 1e-12);
+}
+
+/// A plan that sinks at 4 m/s, the slower the later, comes to rest after 3 s: 6 m of the way down, after the
+/// 2.5 m of the fall, where there were 4.
+#[test]
+fn closed_form_the_ground_names_the_height_that_the_plan_needs() {
+    let node = |t_s: f64, v_down: f64| Node {
+        t_s,
+        q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
+        v_ned: Vector3::new(0.0, 0.0, v_down),
+        omega_body: Vector3::zeros(),
+        thrust_n: [1.0; 8],
+        a_ned: Vector3::new(0.0, 0.0, -4.0 / 3.0),
+    };
+    let plan = Trajectory::new(vec![node(0.0, 4.0), node(3.0, 0.0)], 4).unwrap();
+    let mut b = VerdictBuilder::judging(touch_limits(9.0, 1.0), Vector3::zeros()).along(&plan);
+    let at = |t_s: f64, phase, down_m: f64, touches| {
+        let mut s = touching(t_s, phase, [0.0, 0.0, 4.0], 0.0, touches);
+        s.state.body.p_ned.z = down_m;
+        s
+    };
+    b.observe(&at(0.5, Phase::Falling, 0.0, false));
+    b.observe(&at(1.0, Phase::Powered, 2.5, false));
+    b.observe(&at(1.5, Phase::Powered, 4.0, true));
+    let ground = b.finish().unwrap().on_the_ground.unwrap();
+    assert!((ground.after_s - 1.0).abs() < 1e-12 && (ground.height_m - 4.0).abs() < 1e-12);
+    let (needed_m, pulls_out) = ground.needed.unwrap();
+    assert!((needed_m - 8.5).abs() < 1e-12 && pulls_out, "{needed_m}");
+    let words = Objection::OnTheGround(ground).to_string();
+    assert_eq!(words, "on the ground after 1.0 s: the pull-out needs 9 m, there were 4");
+}
+
+/// Each limit alone, at it and a hair beyond; what is never steady fails only where that is judged.
+#[test]
+fn an_objection_names_what_was_passed() {
+    let o = TrialOutcome {
+        j_tpf: 0.5,
+        peak_tilt_rad: 30.0 / DEG_PER_RAD,
+        way_ned_m: Vector3::new(0.0, 0.0, 20.0),
+        steady_after_s: Some(4.0),
+        ..TrialOutcome::default()
+    };
+    let given = |altitude: f64, tilt_deg: f64, steady: f64| Limits {
+        altitude_lost_m: Some(altitude),
+        tilt_rad: Some(tilt_deg / DEG_PER_RAD),
+        steady_after_s: Some(steady),
+        must_be_steady: true,
+        ..Limits::of_j_state(LIMITS, 0.1)
+    };
+    let why = |o: &TrialOutcome, limits: &Limits| judge::words(&judge::judge_trial(o, limits));
+    assert_eq!(why(&o, &given(20.0, 30.0, 4.0)), None);
+    for (limits, expected) in [
+        (given(19.99, 30.0, 4.0), "altitude lost 20.00 m, limit 19.99"),
+        (given(20.0, 29.99, 4.0), "tilt 30.00 deg, limit 29.99"),
+        (given(20.0, 30.0, 3.99), "steady after 4.00 s, limit 3.99"),
+        (given(20.0, 30.0, 3.995), "steady after 4.00 s, limit 3.995"),
+        (given(19.5, 30.0, 4.0), "altitude lost 20.00 m, limit 19.50"),
+        (given(19.5, 29.0, 4.0), "altitude lost 20.00 m, limit 19.50; tilt 30.00 deg, limit 29.00"),
+        (Limits { j_tpf_below: 0.5, ..given(20.0, 30.0, 4.0) }, "J_TPF 0.500, not below 0.5"),
+    ] {
+        assert_eq!(why(&o, &limits).as_deref(), Some(expected));
+    }
+    let restless = TrialOutcome { steady_after_s: None, ..o };
+    let limits = given(20.0, 30.0, 4.0);
+    assert_eq!(why(&restless, &limits).as_deref(), Some("never steady within 0.1 m/s of the target"));
+    assert_eq!(why(&restless, &Limits { must_be_steady: false, ..limits }), None);
+    let lost = TrialOutcome { j_tpf: f64::NAN, ..o };
+    assert_eq!(why(&lost, &limits).as_deref(), Some("state is not finite"));
 }

@@ -12,7 +12,7 @@ use serde::Serialize;
 use super::json::{head, object, text};
 use super::judged_drop::verdict_builder;
 use super::study::grid::Grid;
-use crate::assess::{Summary, Verdict};
+use crate::assess::{Course, Summary, Verdict, judge};
 use crate::config::{Effect, Mission};
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::{
@@ -102,7 +102,7 @@ impl EffectDrop {
             steady_after_s: verdict.steady_after_s,
             altitude_lost_m: verdict.altitude_lost_m,
             peak_tilt_rad: verdict.peak_tilt_rad,
-            safe: verdict.limits_passed.is_empty() && verdict.steady_after_s.is_some(),
+            safe: judge(Some(&verdict), &Course::WHOLE).is_empty(),
         }
     }
 
@@ -172,7 +172,7 @@ impl<'a> EffectFlights<'a> {
             yaw_sp_rad: None,
             ..FlightPlan::new(reference, IMU_PERIOD_S, mission.duration_s)
         };
-        let mut verdict = verdict_builder(&mission, trajectory.end_s());
+        let mut verdict = verdict_builder(&mission).along(trajectory);
         let mut controller = self.controller.clone();
         let _ = sim::fly(&mut mission.released_simulation(), &mut controller, &flight, &mut |sample| {
             verdict.observe(sample);

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
-use crate::assess::{PowerUse, SafetyLimits, Verdict, plan_j_tpf};
+use crate::assess::judge::words;
+use crate::assess::{Course, Objection, PowerUse, SafetyLimits, Verdict, judge, plan_j_tpf};
 use crate::config::Mission;
 use crate::control::Fall;
 use crate::plan::{Plan, Status};
@@ -157,6 +158,10 @@ pub struct DropRun {
     pub plan_cut: bool,
     /// Whether the vehicle was released while the autopilot was not armed.
     pub released_unarmed: bool,
+    /// Whether no rotor was commanded to turn from the release to the end.
+    pub motors_never_started: bool,
+    /// Whether it may come to the ground before the plan's end, as [`Course::may_land`] says.
+    pub may_land: bool,
     /// Whether steady flight at the target was to be reached.
     pub must_be_steady: bool,
     /// Why the autopilot did not fly to the end, if it left or refused.
@@ -165,6 +170,8 @@ pub struct DropRun {
     pub autopilot: Option<FlownBy>,
     /// Whether a failsafe of the autopilot flew part of the manoeuvre.
     pub failsafe: bool,
+    /// What brought the failsafe about, where that is known.
+    pub failsafe_cause: Option<String>,
     /// What happened, in order of time.
     pub events: Vec<DropEvent>,
     /// J_TPF of the plan that was flown.
@@ -202,26 +209,38 @@ impl DropRun {
         self.free_fall = Some(FlownFall { began_s, found_s });
     }
 
+    /// How the flight went, as the judge takes it.
+    pub fn course(&self) -> Course {
+        Course {
+            completed: self.completed,
+            plan_cut: self.plan_cut,
+            released_unarmed: self.released_unarmed,
+            motors_never_started: self.motors_never_started,
+            may_land: self.may_land,
+            must_be_steady: self.must_be_steady,
+            failsafe: self.failsafe,
+            failsafe_cause: self.failsafe_cause.clone(),
+            trouble: self.trouble.clone(),
+        }
+    }
+
+    /// Why the drop was not safe, the cause first; empty where it was.
+    pub fn objections(&self, verdict: Option<&Verdict>) -> Vec<Objection> {
+        judge(verdict, &self.course())
+    }
+
     /// Why there is no verdict, or none of the whole manoeuvre, or why that was no transition to steady
-    /// flight.
+    /// flight, in words: the objections that are about no limit.
     pub fn reason(&self, verdict: Option<&Verdict>) -> Option<String> {
-        let reason = match (verdict, self.completed) {
-            (Some(_), false) => Some("stopped before the mission's end"),
-            (None, true) => Some("the vehicle was never released"),
-            (None, false) => Some("stopped before the release"),
-            (Some(_), true) if self.released_unarmed => Some("released while the autopilot was not armed"),
-            (Some(_), true) if self.plan_cut => Some("the mission's duration_s ended before the plan"),
-            (Some(verdict), true) if self.misses_steady_flight(verdict) => Some("not steady"),
-            (Some(_), true) => None,
-        };
-        let all: Vec<&str> = reason.into_iter().chain(self.trouble.as_deref()).collect();
-        (!all.is_empty()).then(|| all.join(": "))
+        let of_the_course: Vec<Objection> =
+            self.objections(verdict).into_iter().filter(Objection::is_of_the_course).collect();
+        words(&of_the_course)
     }
 
     /// Whether a flight to the end should have become steady and did not.
     pub fn misses_steady_flight(&self, verdict: &Verdict) -> bool {
-        let to_the_end = self.completed && !self.plan_cut && self.trouble.is_none();
-        self.must_be_steady && to_the_end && verdict.steady_after_s.is_none()
+        let missed = |objection: &Objection| matches!(objection, Objection::NeverSteady { .. });
+        self.objections(Some(verdict)).iter().any(missed)
     }
 }
 
@@ -229,7 +248,8 @@ impl DropRun {
 /// released) the verdict's keys are `null`.
 pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) -> String {
     let of = |value: fn(&Verdict) -> f64| verdict.map(value);
-    let impact_speed_m_s = verdict.and_then(|v| v.impact_speed_m_s);
+    let impact = verdict.and_then(|v| v.impact_speed_m_s.zip(v.impact_tilt_rad));
+    let objections = run.objections(verdict);
     text(&object! {
         #[serde(flatten)] head: head(mission),
         gains: &mission.control.gains_name,
@@ -239,6 +259,8 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         completed: run.completed && !run.plan_cut && run.trouble.is_none(),
         ended_at_s: run.ended_at_s,
         reason: run.reason(verdict),
+        safe: objections.is_empty(),
+        objections: objections.iter().map(ToString::to_string).collect::<Vec<_>>(),
         j_tpf: of(|v| v.j_tpf),
         decided_by: verdict.map(|v| v.decided_by),
         peak_speed_m_s: of(|v| v.peak_speed_m_s),
@@ -259,7 +281,9 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         #[serde(flatten)] power: verdict.and_then(|v| v.power.as_ref()).map(|power| object! {
             power: power_json(power),
         }),
-        #[serde(flatten)] impact: impact_speed_m_s.map(|speed| object! { impact_speed_m_s: speed }),
+        #[serde(flatten)] impact: impact.map(|(speed_m_s, tilt_rad)| object! {
+            impact_speed_m_s: speed_m_s, impact_tilt_deg: tilt_rad * DEG_PER_RAD,
+        }),
         #[serde(flatten)] canopy: verdict.and_then(|v| v.canopy_distance_m.map(|distance_m| object! {
             canopy_distance_m: distance_m, recontact: v.recontact(),
         })),

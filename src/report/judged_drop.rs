@@ -2,7 +2,8 @@
 
 use super::columns::fixed;
 use super::json::{DropEvent, DropRun, FlownBy, FlownFault, FlownStart, FlownTrajectory};
-use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
+use crate::assess::judge::words;
+use crate::assess::{Objection, Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
 use crate::sim::faults::FaultSpan;
 use crate::sim::{EscState, FlightRecord, RotorStarted, Sample};
@@ -34,7 +35,11 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         None if mission.release.standing => f64::INFINITY,
         None => mission.plan.horizon_s,
     };
-    let verdict = verdict(mission, flown.log, plan_end_s);
+    let builder = match flown.plan {
+        Some(plan) => verdict_builder(mission).along(plan),
+        None => verdict_builder(mission).to_plans_end(plan_end_s),
+    };
+    let verdict = verdict(mission, flown.log, builder);
     let last = flown.log.last();
     let ended_at_s = last.map_or(0.0, |sample| sample.t_s);
     let powered_s = last.and_then(|sample| sample.t_powered_s).unwrap_or(f64::NEG_INFINITY);
@@ -54,6 +59,7 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
             .events
             .iter()
             .any(|e| e.event == crate::sim::DropEvent::ReleasedUnarmed),
+        may_land: flown.plan.is_none() || mission.release.standing || flown.record.landing,
         must_be_steady: flown.plan.is_some() || !(mission.release.standing || landed),
         trouble: flown.trouble.map(str::to_owned),
         autopilot: flown.by.cloned(),
@@ -67,23 +73,14 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
     (verdict, run)
 }
 
-/// What judges a flight of a mission along a plan that ends at `plan_end_s` [s].
-pub(super) fn verdict_builder(mission: &Mission, plan_end_s: f64) -> VerdictBuilder {
-    let verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
-        .steady_within(mission.limits.steady_within_m_s)
-        .within(mission.limits.flight)
-        .apart_from_canopy(mission.limits.separation_m)
-        .to_plans_end(plan_end_s);
-    match mission.site.ground {
-        Some(_) => verdict.judging_impacts(mission.limits.impact_m_s),
-        None => verdict,
-    }
+/// What judges a flight of a mission.
+pub(super) fn verdict_builder(mission: &Mission) -> VerdictBuilder {
+    VerdictBuilder::judging(mission.limits, mission.target_v_ned)
 }
 
-/// The verdict on a flight along a plan that ends at `plan_end_s` [s]; `None` when the vehicle was never
-/// released.
-fn verdict(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict> {
-    let mut verdict = verdict_builder(mission, plan_end_s)
+/// The verdict on a flight; `None` when the vehicle was never released.
+fn verdict(mission: &Mission, log: &[Sample], builder: VerdictBuilder) -> Option<Verdict> {
+    let mut verdict = builder
         .watching_rotors(&mission.vehicle, &mission.site.environment)
         .watching_battery(mission.electric.as_ref().map(|battery| battery.pack().limits()));
     log.iter().for_each(|sample| verdict.observe(sample));
@@ -93,8 +90,7 @@ fn verdict(mission: &Mission, log: &[Sample], plan_end_s: f64) -> Option<Verdict
 impl DropRun {
     /// Whether the drop was safe: judged, within the limits, to the end and steady there, by the plan alone.
     pub fn is_safe(&self, verdict: Option<&Verdict>) -> bool {
-        let within = verdict.is_some_and(|v| v.limits_passed.is_empty());
-        within && self.reason(verdict).is_none() && !self.failsafe
+        self.objections(verdict).is_empty()
     }
 
     /// The faults that the drop had, in words: `rotor 2 off from 13.500 s, gyro stuck from 3.000 s to
@@ -139,18 +135,21 @@ impl DropRun {
     }
 
     fn decided(&self, verdict: &Verdict) -> String {
+        let objections = self.objections(Some(verdict));
         let j_tpf = format!("J_TPF {:.3}", verdict.j_tpf);
-        if !verdict.limits_passed.is_empty() {
-            let passed = verdict.limits_passed.join(", ").replace('_', " ");
-            return format!("NOT safe: {j_tpf}, limits passed: {passed}");
-        }
-        if self.failsafe {
-            return format!("NOT safe: {j_tpf}, a failsafe flew");
-        }
-        match (self.reason(Some(verdict)), verdict.steady_after_s) {
-            (Some(reason), _) => format!("NOT safe: {j_tpf}, {reason}"),
-            (None, Some(t_s)) => format!("safe: {j_tpf}, steady after {t_s:.2} s"),
-            (None, None) => format!("safe: {j_tpf}"),
+        let Some(why) = words(&objections) else {
+            let steady = verdict.steady_after_s;
+            return format!(
+                "safe: {j_tpf}{}",
+                steady.map_or(String::new(), |t| format!(", steady after {t:.2} s"))
+            );
+        };
+        let says_it =
+            |objection: &Objection| matches!(objection, Objection::JTpf { .. } | Objection::NotFinite);
+        if objections.iter().any(says_it) {
+            format!("NOT safe: {why}")
+        } else {
+            format!("NOT safe: {why}; {j_tpf}")
         }
     }
 }

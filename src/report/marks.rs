@@ -64,7 +64,10 @@ pub(super) fn marks(drop: &ShownDrop<'_>, times: &Times) -> Vec<Mark> {
     }
     let released_s = times.released_s.unwrap_or(f64::INFINITY);
     let cost = |s: &Sample| StateCost::of_sample(s, &drop.mission.limits.safety);
-    let judged = drop.samples.iter().filter(|s| s.t_s >= released_s).map(|s| (s.t_s, cost(s)));
+    // What comes after a touch of the ground does not count.
+    let touched_s = drop.verdict.and_then(|v| Some(released_s + v.on_the_ground?.after_s));
+    let in_flight = released_s..touched_s.unwrap_or(f64::INFINITY);
+    let judged = drop.samples.iter().filter(|s| in_flight.contains(&s.t_s)).map(|s| (s.t_s, cost(s)));
     let worst = judged.reduce(|worst, next| if next.1.max() > worst.1.max() { next } else { worst });
     if let Some((t_s, cost)) = worst.filter(|_| drop.verdict.is_some()) {
         let what = format!("highest J {:.3}: {}", cost.max(), cost.decided_by().replace('_', " "));

@@ -141,7 +141,6 @@ impl ReplanFlights {
         let mission = self.mission.with_drop(&self.mission.draw_drop(trial));
         let mut renewal = self.renewal.clone();
         let first = &renewal.newest().trajectory;
-        let plan_end_s = first.end_s();
         let cadence = self.row.cadence;
         let mut replanner =
             Replanner::new(first.clone(), cadence.unwrap_or(Cadence::Release), renewal.settings());
@@ -149,7 +148,7 @@ impl ReplanFlights {
             yaw_sp_rad: None,
             ..FlightPlan::new(Reference::Step(mission.target_v_ned), IMU_PERIOD_S, mission.duration_s)
         };
-        let mut verdict = verdict_builder(&mission, plan_end_s);
+        let mut verdict = verdict_builder(&mission).along(first);
         let mut controller = self.controller.clone();
         let mut setpoint = |sim: &DropSimulation| {
             let t_s = sim.time_powered_s()?;

@@ -2,9 +2,9 @@
 
 use super::columns::{fixed, short};
 use super::json::{solved_j_tpf, status_name};
+use crate::assess::judge::Limit;
 use crate::assess::power::{Extreme, PowerUse};
-use crate::assess::{SafetyLimits, Verdict};
-use crate::config::Limits;
+use crate::assess::{Limits, SafetyLimits, Verdict};
 use crate::plan::Plan;
 use crate::units::DEG_PER_RAD;
 
@@ -21,7 +21,17 @@ pub(super) fn verdict_lines(
     limits: &Limits,
     misses_steady_flight: bool,
 ) -> Vec<[String; 5]> {
-    let (limits, beside, separation_m) = (&limits.safety, &limits.flight, limits.separation_m);
+    let Limits {
+        safety: limits,
+        j_tpf_below,
+        steady_within_m_s: _,
+        must_be_steady: _,
+        altitude_lost_m,
+        tilt_rad,
+        steady_after_s,
+        touch,
+        separation_m,
+    } = limits;
     let line = |quantity: &str, value: String, unit: &str, limit: &str, mark: &str| {
         [quantity.to_owned(), value, unit.to_owned(), limit.to_owned(), mark.to_owned()]
     };
@@ -32,16 +42,14 @@ pub(super) fn verdict_lines(
     let pitch = either_way(limits.pitch_rad * DEG_PER_RAD);
     let rate = either_way(limits.pitch_rate_rad_s * DEG_PER_RAD);
     let acceleration = either_way(limits.vertical_acceleration_m_s2);
-    // No part of J_TPF.
-    const BESIDE: [&str; 5] = ["impact", "separation", "altitude_lost", "tilt", "steady_after"];
-    let exceeded = verdict.limits_passed.iter().any(|name| !BESIDE.contains(name)) || !(verdict.j_tpf <= 1.0);
+    let exceeded = !(verdict.j_tpf < *j_tpf_below);
     let decided = format!("{}, decided by {}", mark(exceeded), verdict.decided_by.replace('_', " "));
     let theta = fixed(verdict.peak_pitch_rad * DEG_PER_RAD, 2);
     let q = fixed(verdict.peak_pitch_rate_rad_s * DEG_PER_RAD, 2);
     let phi = fixed(verdict.peak_roll_rad * DEG_PER_RAD, 2);
     let p = fixed(verdict.peak_roll_rate_rad_s * DEG_PER_RAD, 2);
     let mut lines = vec![
-        line("J_TPF", fixed(verdict.j_tpf, 4), "", "1", &decided),
+        line("J_TPF", fixed(verdict.j_tpf, 4), "", &short(*j_tpf_below, 6), &decided),
         line("peak speed", fixed(verdict.peak_speed_m_s, 2), "m/s", &speed, passed("speed")),
         line("peak pitch", theta, "deg", &pitch, passed("pitch")),
         line("peak pitch rate", q, "deg/s", &rate, passed("pitch_rate")),
@@ -54,17 +62,18 @@ pub(super) fn verdict_lines(
     let peak = fixed(verdict.peak_vertical_acceleration_m_s2, 2);
     lines.push(line("peak vertical acceleration", peak, "m/s^2", &acceleration, "not judged"));
     // Limit and mark of what is judged only where there is a limit.
-    let judged = |limit: Option<f64>, name: &str| {
-        limit.map_or((String::new(), ""), |limit| (short(limit, 6), passed(name)))
+    let judged = |limit: Option<f64>, which: Limit| {
+        let limit = limit.filter(|limit| limit.is_finite());
+        limit.map_or((String::new(), ""), |limit| (short(limit, 6), passed(which.name())))
     };
-    if let Some(limit) = beside.tilt_rad {
-        let (limit, mark) = judged(Some(limit * DEG_PER_RAD), "tilt");
+    if let Some(limit) = tilt_rad {
+        let (limit, mark) = judged(Some(limit * DEG_PER_RAD), Limit::Tilt);
         lines.push(line("peak tilt", fixed(verdict.peak_tilt_rad * DEG_PER_RAD, 2), "deg", &limit, mark));
     }
-    let (limit, mark) = judged(beside.altitude_lost_m, "altitude_lost");
+    let (limit, mark) = judged(*altitude_lost_m, Limit::AltitudeLost);
     lines.push(line("altitude lost", fixed(verdict.altitude_lost_m, 1), "m", &limit, mark));
     let (steady, unit) = verdict.steady_after_s.map_or(("never".to_owned(), ""), |t| (fixed(t, 2), "s"));
-    let (limit, mark) = judged(beside.steady_after_s, "steady_after");
+    let (limit, mark) = judged(*steady_after_s, Limit::SteadyAfter);
     let mark = if misses_steady_flight { "NOT STEADY" } else { mark };
     lines.push(line("steady after", steady, unit, &limit, mark));
     let velocity = verdict.final_v_ned.as_slice().iter().map(|v| fixed(*v, 2)).collect::<Vec<_>>();
@@ -75,11 +84,14 @@ pub(super) fn verdict_lines(
     if let Some(power) = &verdict.power {
         lines.extend(power_lines(power));
     }
-    if let Some(speed) = verdict.impact_speed_m_s {
-        lines.push(line("speed of impact", fixed(speed, 2), "m/s", "", passed("impact")));
+    if let (Some(speed_m_s), Some(tilt)) = (verdict.impact_speed_m_s, verdict.impact_tilt_rad) {
+        let (limit, mark) = judged(Some(touch.speed_m_s), Limit::TouchSpeed);
+        lines.push(line("speed of impact", fixed(speed_m_s, 2), "m/s", &limit, mark));
+        let (limit, mark) = judged(Some(touch.tilt_rad * DEG_PER_RAD), Limit::TouchTilt);
+        lines.push(line("tilt at the impact", fixed(tilt * DEG_PER_RAD, 2), "deg", &limit, mark));
     }
     if let Some(distance_m) = verdict.canopy_distance_m {
-        let (limit, mark) = judged(separation_m, "separation");
+        let (limit, mark) = judged(*separation_m, Limit::Separation);
         lines.push(line("least distance from canopy", fixed(distance_m, 2), "m", &limit, mark));
     }
     lines

@@ -22,6 +22,7 @@ use super::battery::Battery;
 use super::drop::{DropSimulation, Phase, ReleaseTrigger};
 use super::faults::course::FaultChange;
 use super::faults::{FaultKind, FaultOrder, FaultSpan};
+use super::ground::Grounded;
 use super::limits::{SafetyLimits, StateCost};
 use super::record::Sample;
 use super::rotor_start::{RotorStarted, StartChange, StartEvent};
@@ -135,7 +136,7 @@ pub enum DropEvent {
     },
     /// The vehicle has come to the ground.
     TouchedGround {
-        /// Speed of descent at the step before [m/s].
+        /// Whole speed over ground at the step before [m/s].
         speed_m_s: f64,
     },
 }
@@ -189,6 +190,9 @@ pub struct FlightRecord {
     /// Whether the autopilot was in a failsafe, armed, at any time after the release: then it was not the
     /// plan that was flown.
     pub failsafe: bool,
+    /// Whether the autopilot was in LAND or RETURN at any time after the release: then it may come to the
+    /// ground.
+    pub landing: bool,
     /// Faults that began, in the order in which they did.
     pub faults: Vec<FaultSpan>,
     /// How the rotors were started, where that is modelled.
@@ -231,6 +235,8 @@ struct AutopilotReport {
     /// Whether its mode is OFFBOARD; `None` while no mode has been reported.
     offboard: Option<bool>,
     failsafe: bool,
+    /// Whether its mode is LAND or RETURN.
+    landing: bool,
     /// How many of these reports are recorded.
     reports: usize,
 }
@@ -254,6 +260,8 @@ pub struct DropRun {
     reported_phase: Phase,
     /// Whether the vehicle was on the ground at the last step.
     on_ground: bool,
+    /// Whether the flight is over because the vehicle came to the ground.
+    grounded: Grounded,
     limits_passed: [bool; 5],
     /// What has asked the parachute to let go, and when [s], where it has not done so at once.
     asked: Option<(ReleaseCause, f64)>,
@@ -286,6 +294,7 @@ impl DropRun {
             polled: 0,
             reported_phase: initial.phase(),
             on_ground: simulation.on_ground(),
+            grounded: Grounded::default(),
             limits_passed: [false; 5],
             asked,
             faults_reported: 0,
@@ -400,6 +409,12 @@ impl DropRun {
         self.record_failsafe();
     }
 
+    /// The autopilot reports that it is in LAND or RETURN, or in another mode.
+    pub fn set_landing(&mut self, landing: bool) {
+        self.autopilot.landing = landing;
+        self.record_landing();
+    }
+
     /// Cuts the vehicle loose now; once it is loose, nothing more happens.
     pub fn release(&mut self, cause: ReleaseCause) {
         if self.simulation.phase() != Phase::Hanging {
@@ -484,12 +499,13 @@ impl DropRun {
         self.check_trigger();
         self.report_free_rotors();
         self.report_starts();
-        self.report_touch(before.state.body.v_ned.z);
-        self.check_limits();
+        let over = self.report_touch(&before.state.body.v_ned);
+        self.check_limits(over);
         if let Some(battery) = &mut self.battery {
             battery.discharge(&before, dt_s);
         }
         self.record_failsafe();
+        self.record_landing();
         if self.is_over() {
             self.log.push(self.simulation.sample(&self.throttle, self.v_sp_ned));
         }
@@ -557,18 +573,23 @@ impl DropRun {
         }
     }
 
-    /// Reports that the vehicle has come to the ground, sinking at `v_down_m_s` the step before.
-    fn report_touch(&mut self, v_down_m_s: f64) {
+    /// Reports that the vehicle has come to the ground, with this velocity [m/s] the step before; whether the
+    /// flight is over by that.
+    fn report_touch(&mut self, v_ned: &Vector3<f64>) -> bool {
         let on_ground = self.simulation.on_ground();
-        if on_ground && !self.on_ground {
-            self.report(DropEvent::TouchedGround { speed_m_s: v_down_m_s.max(0.0) });
+        let touched = on_ground && !self.on_ground;
+        if touched {
+            self.report(DropEvent::TouchedGround { speed_m_s: v_ned.norm() });
         }
         self.on_ground = on_ground;
+        self.grounded.observe(touched && v_ned.z > 0.0, self.simulation.state().body.p_ned.z)
     }
 
-    /// Looks at the state from the release on, as the verdict does.
-    fn check_limits(&mut self) {
-        let Some(limits) = self.config.limits.filter(|_| self.simulation.phase() != Phase::Hanging) else {
+    /// Looks at the state from the release until the flight is over by a touch of the ground, as the verdict
+    /// does.
+    fn check_limits(&mut self, over: bool) {
+        let judged = !over && self.simulation.phase() != Phase::Hanging;
+        let Some(limits) = self.config.limits.filter(|_| judged) else {
             return;
         };
         let cost = StateCost::of(&self.simulation.state().body, &limits);
@@ -579,6 +600,10 @@ impl DropRun {
                 self.report(DropEvent::LimitPassed { name });
             }
         }
+    }
+
+    fn record_landing(&mut self) {
+        self.record.landing |= self.autopilot.landing && self.simulation.phase() != Phase::Hanging;
     }
 
     fn record_failsafe(&mut self) {

@@ -82,6 +82,28 @@ impl Ground {
     }
 }
 
+/// A flight that comes to the ground is over there, whatever bounces and slides follow; it goes on where the
+/// vehicle is a metre above where it touched.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Grounded {
+    /// Position down at the touch [m].
+    at_down_m: Option<f64>,
+}
+
+/// Height above a touch from which a vehicle flies again [m].
+const FLIES_AGAIN_M: f64 = 1.0;
+
+impl Grounded {
+    /// Whether the flight is over, at a position down [m] where the vehicle may have come to the ground just now.
+    pub fn observe(&mut self, touched: bool, down_m: f64) -> bool {
+        if touched {
+            self.at_down_m.get_or_insert(down_m);
+        }
+        self.at_down_m = self.at_down_m.filter(|at_m| down_m > at_m - FLIES_AGAIN_M);
+        self.at_down_m.is_some()
+    }
+}
+
 /// Force on a foot by the mass that rests on it [m/s^2], NED.
 fn foot_acceleration(depth_m: f64, v_ned: &Vector3<f64>) -> Vector3<f64> {
     let w = CONTACT_FREQUENCY_RAD_S;

@@ -3,13 +3,11 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
-use samara::assess::{RandomRelease, SafetyStudy, StudyEntry, TrialOutcome, plan_j_tpf, tracking};
+use samara::assess::{Limits, RandomRelease, SafetyStudy, StudyEntry, TrialOutcome, plan_j_tpf, tracking};
 use samara::config::Mission;
 use samara::report::campaign::exact::MeasureValues;
 use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
-use samara::report::campaign::{
-    CampaignReport, CampaignSummary, Keep, TrialJudge, TrialRecord, json, tables,
-};
+use samara::report::campaign::{CampaignReport, CampaignSummary, Keep, TrialRecord, json, tables};
 use samara::report::study::campaign_csv::trial_columns;
 
 use super::plan::converged;
@@ -85,14 +83,21 @@ pub fn assess(
         let bounded = if bound == 1.0 { String::new() } else { format!(" --bound {bound}") };
         let begin = given.command(&mission);
         let commands = [format!("{begin} --trials {trials}{bounded}"), format!("{begin}{bounded}")];
-        fly_all(&mission, trials, TrialJudge::of(&mission, bound), &pool(threads)?, commands, stop)
+        fly_all(
+            &mission,
+            trials,
+            Limits { j_tpf_below: bound, ..mission.limits },
+            &pool(threads)?,
+            commands,
+            stop,
+        )
     })
 }
 
 fn fly_all(
     mission: &Mission,
     trials: u64,
-    judge: TrialJudge,
+    limits: Limits,
     pool: &rayon::ThreadPool,
     [command, alone]: [String; 2],
     stop: &Stop,
@@ -109,7 +114,7 @@ fn fly_all(
         let outcomes = fly(&study, entry, &releases, pool, stop)?;
         let (mut summary, mut values) = (CampaignSummary::default(), MeasureValues::default());
         for (release, outcome) in &outcomes {
-            let record = TrialRecord::of_flight(release.trial, outcome, &judge);
+            let record = TrialRecord::of_flight(release.trial, outcome, &limits);
             summary.push(&record);
             values.push(&record);
         }
@@ -120,7 +125,7 @@ fn fly_all(
     let cases: Vec<_> = (0..).zip(&mission.study.cases).collect();
     let along = &entries[0];
     let cases = pool.install(|| {
-        let case = |&numbered: &_| (!stop.raised()).then(|| fly_case(&study, along, &judge, numbered));
+        let case = |&numbered: &_| (!stop.raised()).then(|| fly_case(&study, along, &limits, numbered));
         cases.par_iter().map(case).collect::<Option<Vec<_>>>()
     });
     let report = CampaignReport {
@@ -128,7 +133,7 @@ fn fly_all(
         flown_by: FLOWN_BY.to_owned(),
         command,
         alone,
-        judge,
+        limits,
         plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
         cases: cases.ok_or_else(Fault::stopped)?,
         campaigns,

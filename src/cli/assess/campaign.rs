@@ -18,11 +18,12 @@ use crate::cli::results::OutputFolder;
 #[cfg(feature = "shards")]
 use samara::assess::BlockError;
 use samara::assess::{
-    RandomRelease, ReleaseDistribution, SafetyStudy, Selection, StudyEntry, Summary, Tally, TrialOutcome,
+    Limits, RandomRelease, ReleaseDistribution, SafetyStudy, Selection, StudyEntry, Summary, Tally,
+    TrialOutcome,
 };
 use samara::config::Mission;
 use samara::report::campaign::exact::{MeasurePasses, MeasureValues};
-use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialJudge, TrialRecord};
+use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
 use samara::report::study::campaign_csv::{file_name, header, parse_row, write_row};
 
 /// Trials between two looks at Ctrl-C and two writes to the disk.
@@ -40,7 +41,7 @@ pub struct TrialRunner<'a> {
     /// Trials of each campaign.
     pub trials: u64,
     /// What makes a trial fail.
-    pub judge: TrialJudge,
+    pub limits: Limits,
     /// The trials whose lines are kept.
     pub keep: Keep,
     pub folder: &'a OutputFolder,
@@ -111,9 +112,9 @@ impl Campaign {
 
     /// Takes the next trial; whether its line is kept.
     fn take(&mut self, release: RandomRelease, outcome: TrialOutcome, runner: &TrialRunner<'_>) -> bool {
-        let (judge, keep) = (&runner.judge, runner.keep);
-        let record = TrialRecord::of_flight(release.trial, &outcome, judge);
-        self.tally.push(outcome.j_tpf, judge.bound);
+        let (limits, keep) = (&runner.limits, runner.keep);
+        let record = TrialRecord::of_flight(release.trial, &outcome, limits);
+        self.tally.push(outcome.j_tpf, limits.j_tpf_below);
         self.summary.push(&record);
         if runner.sorts() {
             self.values.push(&record);
@@ -144,7 +145,7 @@ impl Campaign {
         runner: &TrialRunner<'_>,
     ) -> String {
         if runner.sorts() {
-            self.values.push(&TrialRecord::of_flight(release.trial, outcome, &runner.judge));
+            self.values.push(&TrialRecord::of_flight(release.trial, outcome, &runner.limits));
         }
         let mut text = String::new();
         write_row(&mut text, release, outcome);
@@ -163,7 +164,7 @@ impl Campaign {
                 let mut lines = self.lines(runner)?;
                 for trial in 0..summary.end() {
                     let (release, outcome) = next_line(&mut lines, runner, trial)?;
-                    passes.push(&TrialRecord::of_flight(release.trial, &outcome, &runner.judge));
+                    passes.push(&TrialRecord::of_flight(release.trial, &outcome, &runner.limits));
                 }
                 passes.end_pass();
             }

@@ -8,7 +8,8 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::conclusion::write_mcap;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
-use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder};
+use samara::assess::judge::words;
+use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder, judge_trial};
 use samara::config::Mission;
 use samara::report::campaign::own::OPTIMAL;
 use samara::report::study::campaign_csv::write_row;
@@ -25,7 +26,7 @@ pub fn run(
     trial: u64,
     args: &AssessArgs,
 ) -> Result<Answer, Failure> {
-    let TrialRunner { mission, folder, ref judge, .. } = *runner;
+    let TrialRunner { mission, folder, ref limits, .. } = *runner;
     let release = runner.draw(trial);
     let study = &runner.study;
     let results = runner.in_order(entries, |entry| {
@@ -41,7 +42,7 @@ pub fn run(
         rows.push((*entry, *outcome, row));
     }
     // Beside the manifest of the campaigns, which may be in the same folder.
-    let circumstances = [("only", trial.to_string()), ("bound", judge.bound.to_string())];
+    let circumstances = [("only", trial.to_string()), ("bound", limits.j_tpf_below.to_string())];
     folder.write_manifest("assess_only", mission, &circumstances)?;
     if args.mission.json {
         print(&only::only_json(mission, &release, &rows))?;
@@ -52,7 +53,7 @@ pub fn run(
     let failure = flown
         .iter()
         .filter(|(entry, _)| [OURS, OPTIMAL].contains(&entry.name))
-        .find_map(|(_, outcome)| judge.failure(outcome));
+        .find_map(|(_, outcome)| words(&judge_trial(outcome, limits)));
     if let (false, Some(why)) = (args.mission.json, &failure) {
         print(&format!("FAILED: {why}\n"))?;
     }
@@ -98,10 +99,7 @@ impl AloneFlight<'_> {
             samples.iter().try_for_each(|sample| csv.write(sample))?;
             csv.finish().map(|_| ())
         })?;
-        let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
-            .steady_within(mission.limits.steady_within_m_s)
-            .within(mission.limits.flight)
-            .to_plans_end(plan.end_s());
+        let mut verdict = VerdictBuilder::judging(mission.limits, mission.target_v_ned).along(plan);
         samples.iter().for_each(|sample| verdict.observe(sample));
         let verdict = verdict.finish();
         let shown = ShownDrop {

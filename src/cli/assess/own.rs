@@ -53,7 +53,7 @@ pub fn report(
         flown_by: FLOWN_BY.to_owned(),
         command: Command::of(args, mission).with_trials(runner.trials),
         alone: Command::of(args, mission).alone(),
-        judge: runner.judge,
+        limits: runner.limits,
         plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
         cases: cases(runner, &campaigns[0].entry),
         campaigns: campaigns.iter().map(|c| named(&c.entry, c.summary.clone(), runner.keep)).collect(),
@@ -74,9 +74,9 @@ pub fn report(
 }
 
 fn cases(runner: &TrialRunner<'_>, entry: &StudyEntry) -> Vec<CaseRecord> {
-    let (study, judge) = (&runner.study, &runner.judge);
+    let (study, limits) = (&runner.study, &runner.limits);
     let cases: Vec<(u64, &ReleaseCase)> = (0..).zip(&runner.mission.study.cases).collect();
-    runner.in_order(&cases, |&numbered| fly_case(study, entry, judge, numbered))
+    runner.in_order(&cases, |&numbered| fly_case(study, entry, limits, numbered))
 }
 
 /// Writes the page with the footprint and the figures: `names` are the page's and what the other files' names
@@ -113,7 +113,7 @@ fn distributions(report: &CampaignReport<'_>, file: &str) -> Result<Option<Figur
         let unit = if measure.unit.is_empty() { String::new() } else { format!(" [{}]", measure.unit) };
         Distribution {
             name: format!("{}{unit}", measure.name),
-            limit: (measure.limit)(&report.judge, report.mission),
+            limit: (measure.limit)(&report.limits),
             controllers: report.campaigns.iter().map(values).collect(),
         }
     };

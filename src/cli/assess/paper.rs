@@ -83,7 +83,7 @@ fn assessment<'a>(
         alone: Command::of(args, mission).alone(),
         plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
         plan_objective: plan.objective,
-        bound: runner.judge.bound,
+        bound: runner.limits.j_tpf_below,
         trials: runner.trials,
         is_the_papers: mission.is_the_papers_study(),
         pso_less_near_hover: campaign::paired_difference(runner, [&campaigns[1], &campaigns[2]])?,

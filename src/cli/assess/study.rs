@@ -12,11 +12,11 @@ use crate::cli::planning::{TimedPlan, plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
-use samara::assess::{FlightLimits, SafetyStudy};
+use samara::assess::{Limits, SafetyStudy};
 use samara::config::Mission;
 use samara::plan::{Plan, Status};
+use samara::report::campaign::Keep;
 use samara::report::campaign::own::own_entries;
-use samara::report::campaign::{Keep, TrialJudge};
 use samara::report::{plan_json, plan_text};
 
 /// Flies the campaigns, or one trial of each.
@@ -65,10 +65,13 @@ pub fn runner<'a>(
         study: if args.paper { SafetyStudy { settle_s: 0.0, ..whole } } else { whole },
         distribution: mission.releases(),
         trials,
-        judge: if args.paper {
-            TrialJudge { bound: args.bound, limits: FlightLimits::default(), steady_within_m_s: None }
-        } else {
-            TrialJudge::of(mission, args.bound)
+        limits: Limits {
+            j_tpf_below: args.bound,
+            ..if args.paper {
+                Limits::of_j_state(mission.limits.safety, mission.limits.steady_within_m_s)
+            } else {
+                mission.limits
+            }
         },
         // The paper's differences between campaigns are taken line by line.
         keep: if args.paper { Keep::All } else { args.rows_kept(trials) },

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use crate::assess::{Verdict, VerdictBuilder};
+use crate::assess::{Course, Verdict, VerdictBuilder, judge};
 use crate::config::mission::Mission;
 use crate::control::{Airframe, Cascade, Gains};
 use crate::model::{RotorLimits, Vehicle};
@@ -74,7 +74,7 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
     });
     let flown = rules.into_iter().chain(guessed).filter_map(|(gains, about)| {
         let verdict = flown(mission, plan, gains)?;
-        let safe = verdict.j_tpf < 1.0 && verdict.steady_after_s.is_some();
+        let safe = judge(Some(&verdict), &Course::WHOLE).is_empty();
         safe.then_some(FlownGains { gains, about, verdict })
     });
     flown.reduce(|best, next| {
@@ -92,9 +92,7 @@ fn flown(mission: &Mission, plan: &Trajectory, gains: Gains) -> Option<Verdict> 
     let reference = Reference::Plan { trajectory: plan, then_v_ned, feed_forward };
     let mut sim = mission.simulation();
     sim.schedule_release(mission.release.hang_s);
-    let mut verdict = VerdictBuilder::new(mission.limits.safety, mission.target_v_ned)
-        .steady_within(mission.limits.steady_within_m_s)
-        .to_plans_end(plan.end_s());
+    let mut verdict = VerdictBuilder::judging(mission.limits, mission.target_v_ned).along(plan);
     let _ = fly(
         &mut sim,
         &mut cascade,

@@ -1,9 +1,9 @@
 //! Numbers of a mission that its vehicle contradicts: they are no mistake of form, so that the mission loads,
 //! but whoever wrote them should know.
 
-use super::limits::Limits;
 use super::plan::PlanSettings;
 use super::release::Release;
+use crate::assess::Limits;
 use crate::frames::{LEVEL, Quaternion};
 use crate::math;
 use crate::model::rigid_body::BodyState;

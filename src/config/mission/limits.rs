@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::assess::{FlightLimits, SafetyLimits, steady_within_m_s};
+use crate::assess::judge::SAFE_BELOW;
+use crate::assess::{Limits, SafetyLimits, TouchLimits, steady_within_m_s};
 use crate::config::number::Positive;
 use crate::units::RAD_PER_DEG;
 
@@ -26,8 +27,10 @@ pub(super) struct LimitsJson {
     /// How close to the target velocity is steady [m/s]; when left out, 1 % of the target and at least 0.02
     /// m/s.
     steady_within_m_s: Option<Positive<100>>,
-    /// Speed of a touch of the ground [m/s]; 2.1 when left out.
+    /// Whole speed over ground at a touch of the ground [m/s]; 2.1 when left out.
     impact_speed_m_s: Option<Positive<1000>>,
+    /// Angle between the body's up axis and the vertical at a touch of the ground [deg]; 15 when left out.
+    impact_tilt_deg: Option<Positive<180>>,
     /// Way down from the release to the plan's end [m]; left out, it is reported and not judged.
     altitude_lost_m: Option<Positive<100_000>>,
     /// Angle between the body's up axis and the vertical, from the release on [deg]; left out, it is reported
@@ -40,43 +43,30 @@ pub(super) struct LimitsJson {
     separation_m: Option<Positive<1000>>,
 }
 
-/// Fastest touch that is no hard landing where the mission gives none [m/s]: three times PX4's landing speed.
-const IMPACT_M_S: f64 = 2.1;
-
-/// Limits that a flight is judged by.
-#[derive(Clone, Copy, Debug)]
-pub struct Limits {
-    /// Safety limits, Table 1.
-    pub safety: SafetyLimits,
-    /// How close to the target velocity is steady [m/s].
-    pub steady_within_m_s: f64,
-    /// Limits of altitude lost, tilt and time to steady flight, where they are given.
-    pub flight: FlightLimits,
-    /// Fastest touch of the ground that is within the limits [m/s].
-    pub impact_m_s: f64,
-    /// Least distance from the canopy to the centre of mass after the release that is within the limits [m].
-    pub separation_m: Option<f64>,
-}
-
-impl Limits {
-    pub(super) fn from_json(json: &LimitsJson, target_v_ned: &Vector3<f64>) -> Self {
-        Self {
+impl LimitsJson {
+    pub(super) fn limits(&self, target_v_ned: &Vector3<f64>) -> Limits {
+        Limits {
             safety: SafetyLimits {
-                speed_m_s: json.speed_m_s.get(),
-                pitch_rad: json.pitch_deg.get() * RAD_PER_DEG,
-                pitch_rate_rad_s: json.pitch_rate_deg_s.get() * RAD_PER_DEG,
-                vertical_acceleration_m_s2: json.vertical_acceleration_m_s2.get(),
+                speed_m_s: self.speed_m_s.get(),
+                pitch_rad: self.pitch_deg.get() * RAD_PER_DEG,
+                pitch_rate_rad_s: self.pitch_rate_deg_s.get() * RAD_PER_DEG,
+                vertical_acceleration_m_s2: self.vertical_acceleration_m_s2.get(),
             },
-            steady_within_m_s: json
+            j_tpf_below: SAFE_BELOW,
+            steady_within_m_s: self
                 .steady_within_m_s
                 .map_or_else(|| steady_within_m_s(target_v_ned), Positive::get),
-            flight: FlightLimits {
-                altitude_lost_m: json.altitude_lost_m.map(Positive::get),
-                tilt_rad: json.tilt_deg.map(|limit| limit.get() * RAD_PER_DEG),
-                steady_after_s: json.steady_after_s.map(Positive::get),
+            must_be_steady: true,
+            altitude_lost_m: self.altitude_lost_m.map(Positive::get),
+            tilt_rad: self.tilt_deg.map(|limit| limit.get() * RAD_PER_DEG),
+            steady_after_s: self.steady_after_s.map(Positive::get),
+            touch: TouchLimits {
+                speed_m_s: self.impact_speed_m_s.map_or(TouchLimits::USUAL.speed_m_s, Positive::get),
+                tilt_rad: self
+                    .impact_tilt_deg
+                    .map_or(TouchLimits::USUAL.tilt_rad, |limit| limit.get() * RAD_PER_DEG),
             },
-            impact_m_s: json.impact_speed_m_s.map_or(IMPACT_M_S, Positive::get),
-            separation_m: json.separation_m.map(Positive::get),
+            separation_m: self.separation_m.map(Positive::get),
         }
     }
 }

@@ -51,11 +51,11 @@ mod study_identity;
 mod vortex_ring;
 mod wind;
 
+pub use crate::assess::Limits;
 pub use control::Control;
 pub use effects::Effect;
 pub use faults::{Faults, UnfitFault};
 pub use inputs::Inputs;
-pub use limits::Limits;
 pub use made::{NoFreeFall, UnplannedError};
 pub use plan::{PlanInitial, PlanSettings};
 pub use px4::{Px4, Px4Clock};
@@ -261,7 +261,7 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
     let (battery, electric) = battery::battery(source, json.battery.as_ref(), &vehicle.vehicle)?;
     let gravity_m_s2 = site.environment.gravity_m_s2;
     let rotor_limits = || RotorLimits::of(&vehicle.vehicle, site.environment.density_kg_m3);
-    let limits = Limits::from_json(&json.limits, &target_v_ned);
+    let limits = json.limits.limits(&target_v_ned);
     let plan = PlanSettings::from_json(
         source,
         &json.plan,

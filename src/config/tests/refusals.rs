@@ -153,7 +153,7 @@ fn ground_and_battery_are_read_and_refused() {
     };
     let m = ground("700").loaded.unwrap();
     assert_eq!(
-        (m.site.ground.map(|g| g.down_m), m.release.standing, m.limits.impact_m_s),
+        (m.site.ground.map(|g| g.down_m), m.release.standing, m.limits.touch.speed_m_s),
         (Some(300.0), false, 2.1)
     );
     assert!(!m.simulation().on_ground());

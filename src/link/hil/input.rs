@@ -90,7 +90,9 @@ impl HilSession {
     }
 
     fn take_heartbeat(&mut self, m: &HEARTBEAT_DATA) {
-        let offboard = FlightMode::from_custom_mode(m.custom_mode) == Some(FlightMode::Offboard);
+        let mode = FlightMode::from_custom_mode(m.custom_mode);
+        let offboard = mode == Some(FlightMode::Offboard);
+        self.run.set_landing(matches!(mode, Some(FlightMode::AutoLand | FlightMode::AutoRtl)));
         self.run.set_mode((m.custom_mode != 0).then_some(offboard));
         let armed = m.base_mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
         if armed {

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::{CampaignReport, CaseRecord, MEASURES, NamedCampaign, TrialRecord};
-use crate::assess::CONFIDENCE;
+use crate::assess::{CONFIDENCE, Limits};
 use crate::report::json::{VERSION, object, text};
 use crate::units::DEG_PER_RAD;
 
@@ -40,7 +40,7 @@ fn campaign(report: &CampaignReport<'_>, campaign: &NamedCampaign) -> impl Seria
             p50: p50,
             p99: p99,
             quantiles_within: if s.exact.is_some() { 0.0 } else { 0.5 * measure.bin_width },
-            limit: (measure.limit)(&report.judge, report.mission),
+            limit: (measure.limit)(&report.limits),
         }
     });
     object! {
@@ -66,7 +66,18 @@ fn campaign(report: &CampaignReport<'_>, campaign: &NamedCampaign) -> impl Seria
 /// The object; `flights_per_s` for the terminal alone.
 pub fn json(report: &CampaignReport<'_>, flights_per_s: Option<f64>) -> String {
     let m = report.mission;
-    let limits = &report.judge.limits;
+    let Limits {
+        safety: _,
+        j_tpf_below,
+        steady_within_m_s,
+        must_be_steady,
+        altitude_lost_m,
+        tilt_rad,
+        steady_after_s,
+        touch,
+        separation_m,
+    } = report.limits;
+    let ground = m.site.ground.is_some();
     let cases = report.cases.iter().map(|CaseRecord { case, flight, tracking_rms }| {
         object! { case: case, tracking_rms: finite(*tracking_rms), #[serde(flatten)] flight: trial(flight) }
     });
@@ -80,12 +91,15 @@ pub fn json(report: &CampaignReport<'_>, flights_per_s: Option<f64>) -> String {
         gains: &m.control.gains_name,
         flown_by: &report.flown_by,
         trials: report.judged().map(|campaign| campaign.summary.flown()),
-        bound: report.judge.bound,
+        bound: j_tpf_below,
         limits: object! {
-            altitude_lost_m: limits.altitude_lost_m,
-            tilt_deg: limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
-            steady_after_s: limits.steady_after_s,
-            steady_within_m_s: report.judge.steady_within_m_s,
+            altitude_lost_m: altitude_lost_m,
+            tilt_deg: tilt_rad.map(|limit| limit * DEG_PER_RAD),
+            steady_after_s: steady_after_s,
+            steady_within_m_s: must_be_steady.then_some(steady_within_m_s),
+            impact_speed_m_s: ground.then_some(touch.speed_m_s),
+            impact_tilt_deg: ground.then_some(touch.tilt_rad * DEG_PER_RAD),
+            separation_m: separation_m,
         },
         safe: report.safe(),
         confidence: CONFIDENCE,

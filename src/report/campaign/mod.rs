@@ -23,9 +23,11 @@ use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
 use super::drops::{DropNumbers, DropTrial};
-use crate::assess::{BlockError, BlockSummary, FlightLimits, Histogram, Quantiles, Share, TrialOutcome};
+use crate::assess::judge::words;
+use crate::assess::{
+    BlockError, BlockSummary, Histogram, Limits, Quantiles, Share, TrialOutcome, judge_trial,
+};
 use crate::config::Mission;
-use crate::report::columns::{fixed, short};
 use crate::units::DEG_PER_RAD;
 
 /// Trials that a campaign keeps for its figures: the first ones.
@@ -52,54 +54,9 @@ pub struct TrialRecord {
     pub failure: Option<String>,
 }
 
-/// What makes a trial fail.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TrialJudge {
-    /// J_TPF that a safe trial stays below.
-    pub bound: f64,
-    /// Limits of altitude lost, tilt and time to steady flight, where they are given.
-    pub limits: FlightLimits,
-    /// How close to the target velocity is steady [m/s]; `None` where steady flight is not judged.
-    pub steady_within_m_s: Option<f64>,
-}
-
-impl TrialJudge {
-    /// What a mission asks of its trials.
-    pub fn of(mission: &Mission, bound: f64) -> Self {
-        let limits = &mission.limits;
-        Self { bound, limits: limits.flight, steady_within_m_s: Some(limits.steady_within_m_s) }
-    }
-
-    /// Why a flight counts as failed, if it does.
-    pub fn failure(&self, o: &TrialOutcome) -> Option<String> {
-        if !(o.j_tpf < self.bound) {
-            return Some(format!("J_TPF {:.3}, not below {}", o.j_tpf, self.bound));
-        }
-        let mut passed = self.limits.passed(o.way_ned_m.z, o.peak_tilt_rad, o.steady_after_s);
-        if let Some(name) = passed.next() {
-            let (value, limit, unit) = match name {
-                "altitude_lost" => (o.way_ned_m.z, self.limits.altitude_lost_m, "m"),
-                "tilt" => (
-                    o.peak_tilt_rad * DEG_PER_RAD,
-                    self.limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
-                    "deg",
-                ),
-                _ => (o.steady_after_s.unwrap_or(f64::NAN), self.limits.steady_after_s, "s"),
-            };
-            let limit = limit.unwrap_or(f64::NAN);
-            // Two decimals, or as many as were given.
-            let limit = [fixed(limit, 2), short(limit, 6)].into_iter().max_by_key(String::len);
-            let limit = limit.unwrap_or_default();
-            return Some(format!("{} {value:.2} {unit}, limit {limit}", name.replace('_', " ")));
-        }
-        let tolerance = self.steady_within_m_s.filter(|_| o.steady_after_s.is_none())?;
-        Some(format!("never steady within {} m/s of the target", short(tolerance, 4)))
-    }
-}
-
 impl TrialRecord {
     /// The record of a study's flight.
-    pub fn of_flight(trial: u64, o: &TrialOutcome, judge: &TrialJudge) -> Self {
+    pub fn of_flight(trial: u64, o: &TrialOutcome, limits: &Limits) -> Self {
         Self {
             trial,
             j_tpf: o.j_tpf,
@@ -107,7 +64,7 @@ impl TrialRecord {
             peak_tilt_rad: o.peak_tilt_rad,
             steady_after_s: o.steady_after_s,
             way_ned_m: o.way_ned_m,
-            failure: judge.failure(o),
+            failure: words(&judge_trial(o, limits)),
         }
     }
 
@@ -144,7 +101,7 @@ pub struct Measure {
     /// Width of a bin of its histogram, in the measure's unit.
     pub bin_width: f64,
     /// The limit that a mission gives, in the measure's unit.
-    pub limit: fn(&TrialJudge, &Mission) -> Option<f64>,
+    pub limit: fn(&Limits) -> Option<f64>,
 }
 
 /// The quantities of a campaign.
@@ -156,7 +113,7 @@ pub const MEASURES: [Measure; 5] = [
         without: "lost",
         of: |t| Some(t.j_tpf).filter(|x| x.is_finite()),
         bin_width: 1e-5,
-        limit: |judge, _| Some(judge.bound),
+        limit: |limits| Some(limits.j_tpf_below),
     },
     Measure {
         key: "steady_after_s",
@@ -165,7 +122,7 @@ pub const MEASURES: [Measure; 5] = [
         without: "never",
         of: |t| t.steady_after_s,
         bin_width: 1e-3,
-        limit: |judge, _| judge.limits.steady_after_s,
+        limit: |limits| limits.steady_after_s,
     },
     Measure {
         key: "altitude_lost_m",
@@ -174,7 +131,7 @@ pub const MEASURES: [Measure; 5] = [
         without: "lost",
         of: |t| Some(t.way_ned_m.z).filter(|x| x.is_finite()),
         bin_width: 1e-3,
-        limit: |judge, _| judge.limits.altitude_lost_m,
+        limit: |limits| limits.altitude_lost_m,
     },
     Measure {
         key: "peak_tilt_deg",
@@ -183,7 +140,7 @@ pub const MEASURES: [Measure; 5] = [
         without: "lost",
         of: |t| Some(t.peak_tilt_rad * DEG_PER_RAD).filter(|x| x.is_finite()),
         bin_width: 1e-3,
-        limit: |judge, _| judge.limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
+        limit: |limits| limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
     },
     Measure {
         key: "peak_speed_m_s",
@@ -192,7 +149,7 @@ pub const MEASURES: [Measure; 5] = [
         without: "lost",
         of: |t| Some(t.peak_speed_m_s).filter(|x| x.is_finite()),
         bin_width: 1e-4,
-        limit: |_, mission| Some(mission.limits.safety.speed_m_s),
+        limit: |limits| Some(limits.safety.speed_m_s),
     },
 ];
 
@@ -362,7 +319,7 @@ pub struct CampaignReport<'a> {
     /// The command that, with `--only K`, flies trial K alone.
     pub alone: String,
     /// What makes a trial fail.
-    pub judge: TrialJudge,
+    pub limits: Limits,
     /// J_TPF of the plan.
     pub plan_j_tpf: f64,
     /// The campaigns; the first is judged, the others stand beside it.
@@ -512,43 +469,5 @@ mod tests {
         }
         assert_eq!([0, 1, 2].map(|place| summary.greatest(place)), [None, None, Some(3.0)]);
         assert_eq!(CampaignSummary::default().greatest(0), None);
-    }
-
-    /// Each limit alone, at it and a hair beyond; what is never steady fails only where that is judged.
-    #[test]
-    fn a_failure_names_what_it_failed() {
-        let o = TrialOutcome {
-            j_tpf: 0.5,
-            peak_tilt_rad: 30.0 / DEG_PER_RAD,
-            way_ned_m: Vector3::new(0.0, 0.0, 20.0),
-            steady_after_s: Some(4.0),
-            ..TrialOutcome::default()
-        };
-        let given = |altitude: f64, tilt_deg: f64, steady: f64| TrialJudge {
-            bound: 1.0,
-            limits: FlightLimits {
-                altitude_lost_m: Some(altitude),
-                tilt_rad: Some(tilt_deg / DEG_PER_RAD),
-                steady_after_s: Some(steady),
-            },
-            steady_within_m_s: Some(0.1),
-        };
-        assert_eq!(given(20.0, 30.0, 4.0).failure(&o), None);
-        for (judge, expected) in [
-            (given(19.99, 30.0, 4.0), "altitude lost 20.00 m, limit 19.99"),
-            (given(20.0, 29.99, 4.0), "tilt 30.00 deg, limit 29.99"),
-            (given(20.0, 30.0, 3.99), "steady after 4.00 s, limit 3.99"),
-            (given(20.0, 30.0, 3.995), "steady after 4.00 s, limit 3.995"),
-            (given(19.5, 30.0, 4.0), "altitude lost 20.00 m, limit 19.50"),
-            (TrialJudge { bound: 0.5, ..given(20.0, 30.0, 4.0) }, "J_TPF 0.500, not below 0.5"),
-        ] {
-            assert_eq!(judge.failure(&o).as_deref(), Some(expected));
-        }
-        let restless = TrialOutcome { steady_after_s: None, ..o };
-        let judge = given(20.0, 30.0, 4.0);
-        assert_eq!(judge.failure(&restless).as_deref(), Some("never steady within 0.1 m/s of the target"));
-        assert_eq!(TrialJudge { steady_within_m_s: None, ..judge }.failure(&restless), None);
-        let lost = TrialOutcome { j_tpf: f64::NAN, ..o };
-        assert!(judge.failure(&lost).is_some(), "what is no number is not safe");
     }
 }

@@ -1,6 +1,7 @@
 //! Campaigns of a mission's own gains, along the plan and, beside it, with the target velocity as a step.
 
-use super::{CampaignSummary, CaseRecord, Keep, NamedCampaign, TrialJudge, TrialRecord};
+use super::{CampaignSummary, CaseRecord, Keep, NamedCampaign, TrialRecord};
+use crate::assess::Limits;
 use crate::assess::coordinates::TrialSpace;
 use crate::assess::{SafetyStudy, StudyEntry, StudyReference};
 use crate::config::Mission;
@@ -65,13 +66,13 @@ pub fn named(entry: &StudyEntry, summary: CampaignSummary, keep: Keep) -> NamedC
 pub fn fly_case(
     study: &SafetyStudy,
     entry: &StudyEntry,
-    judge: &TrialJudge,
+    limits: &Limits,
     (number, case): (u64, &ReleaseCase),
 ) -> CaseRecord {
     let start = case.state();
     CaseRecord {
         case: case.name.clone(),
-        flight: TrialRecord::of_flight(number, &study.outcome(entry, &start), judge),
+        flight: TrialRecord::of_flight(number, &study.outcome(entry, &start), limits),
         tracking_rms: study.tracking_rms(entry, &start),
     }
 }

@@ -61,7 +61,7 @@ pub fn measures(report: &CampaignReport<'_>, campaign: &NamedCampaign) -> Grid {
         let quantiles = QUANTILES.iter().zip(all.quantiles(place));
         let unit = if measure.unit.is_empty() { String::new() } else { format!(" [{}]", measure.unit) };
         let decimals = if measure.unit.is_empty() { 4 } else { 3 };
-        let limit = (measure.limit)(&report.judge, report.mission);
+        let limit = (measure.limit)(&report.limits);
         grid.row(
             &format!("{}{unit}", measure.name),
             [s.mean(), s.std(), s.min()]
@@ -158,7 +158,6 @@ pub fn text(report: &CampaignReport<'_>) -> String {
 mod tests {
     use super::*;
     use crate::config::load_mission;
-    use crate::report::campaign::TrialJudge;
     use nalgebra::Vector3;
 
     /// By hand, of 100 trials: one lost is the worst J_TPF and altitude, two without a time to steady flight
@@ -186,7 +185,7 @@ mod tests {
             flown_by: String::new(),
             command: String::new(),
             alone: String::new(),
-            judge: TrialJudge::of(&mission, 1.0),
+            limits: mission.limits,
             plan_j_tpf: 0.5,
             campaigns: vec![campaign],
             cases: Vec::new(),

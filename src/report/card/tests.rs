@@ -66,7 +66,7 @@ fn piece(kind: Kind, choices: &[(&str, &str)], found: Finding) -> Evidence {
 
 fn drop(choices: &[(&str, &str)]) -> Evidence {
     let found = json!({
-        "autopilot": "reference", "completed": true, "j_tpf": 0.4, "limits_passed": [], "failsafe": false,
+        "autopilot": "reference", "safe": true, "objections": [], "j_tpf": 0.4,
     });
     piece(Kind::Drop, choices, Finding::Drop(serde_json::from_value(found).unwrap()))
 }

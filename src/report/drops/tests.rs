@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::*;
-use crate::assess::{DropOutcome, Verdict};
+use crate::assess::{DropOutcome, StateCost, Verdict};
 use crate::config::load_mission;
 use crate::model::parachute::TipOff;
 
@@ -40,6 +40,10 @@ fn outcome(j_tpf: f64, steady_after_s: f64) -> DropOutcome {
         limits_passed: Vec::new(),
         final_v_ned: Vector3::zeros(),
         impact_speed_m_s: None,
+        impact_tilt_rad: None,
+        on_the_ground: None,
+        limits: mission().limits,
+        peak_cost: StateCost::default(),
         canopy_distance_m: None,
         vortex_ring_s: Vec::new(),
         power: None,

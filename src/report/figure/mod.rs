@@ -111,15 +111,13 @@ pub fn drop_figure(drop: &ShownDrop<'_>) -> Result<String, FigureError> {
     }
     if let Some(verdict) = verdict {
         sheet.peak(verdict.j_tpf);
-        if !(verdict.j_tpf <= 1.0) {
-            sheet.headline += ", over the limit";
+        // The cause: what else there is stands in the verdict.
+        if let Some(cause) = drop.run.objections(Some(verdict)).first() {
+            sheet.headline += &format!(", not safe: {cause}");
         }
-        match verdict.steady_after_s {
-            Some(t_s) => {
-                sheet.event(t_s, &format!("steady from {} s", number(t_s, 1)), false);
-                sheet.headline += &format!(", steady after {} s", number(t_s, 1));
-            }
-            None => sheet.headline += ", not steady",
+        if let Some(t_s) = verdict.steady_after_s {
+            sheet.event(t_s, &format!("steady from {} s", number(t_s, 1)), false);
+            sheet.headline += &format!(", steady after {} s", number(t_s, 1));
         }
         sheet.headline += &format!(", {} m of altitude lost", number(verdict.altitude_lost_m, 0));
     }

@@ -1,6 +1,7 @@
 //! Verdict, numbers and circumstances of a drop in words, as HTML.
 
 use super::data;
+use crate::assess::judge;
 use crate::report::columns::{fixed, short};
 use crate::report::json::VERSION;
 use crate::report::shown_drop::ShownDrop;
@@ -40,41 +41,23 @@ pub(super) fn verdict(drop: &ShownDrop<'_>) -> Words {
         let reason = run.reason(None).unwrap_or_else(|| "the vehicle was never released".to_owned());
         return Words { text: format!("No verdict: {}.", escape(&reason)), class: "open" };
     };
-    let safe = verdict.limits_passed.is_empty() && verdict.j_tpf <= 1.0;
-    let mut text = if safe {
-        let decided_by = spaced(verdict.decided_by);
-        let share = fixed(100.0 * verdict.j_tpf, 0);
-        format!("Safe: at most {share} % of a safety limit is used, that of {}.", escape(&decided_by))
-    } else {
-        let passed: Vec<String> = verdict.limits_passed.iter().map(|name| spaced(name)).collect();
-        let passed = if passed.is_empty() { spaced(verdict.decided_by) } else { passed.join(", ") };
-        format!("Not safe: past its limit: {}.", escape(&passed))
+    let share = fixed(100.0 * verdict.j_tpf, 0);
+    let used = format!("at most {share} % of a safety limit is used, that of {}", spaced(verdict.decided_by));
+    let why = judge::words(&run.objections(Some(verdict)));
+    let mut text = match &why {
+        None => format!("Safe: {}.", escape(&used)),
+        Some(why) => format!("Not safe: {}.", escape(why)),
     };
-    text += &match verdict.steady_after_s {
-        Some(t_s) => format!(" Steady {} s after the rotors were freed.", fixed(t_s, 2)),
-        None if run.must_be_steady => " Not steady by the end.".to_owned(),
-        None => String::new(),
-    };
-    if run.failsafe {
-        text += " A failsafe flew part of the manoeuvre.";
+    if let Some(t_s) = verdict.steady_after_s {
+        text += &format!(" Steady {} s after the rotors were freed.", fixed(t_s, 2));
     }
-    let reason = run.reason(Some(verdict)).filter(|reason| reason != "not steady");
-    if let Some(reason) = &reason {
-        text += &format!(" {}.", escape(&capital(reason)));
-    }
-    let well = safe && !run.failsafe && run.reason(Some(verdict)).is_none();
-    Words { text, class: if well { "" } else { "no" } }
-}
-
-fn capital(text: &str) -> String {
-    let mut chars = text.chars();
-    chars.next().map_or(String::new(), |first| first.to_uppercase().chain(chars).collect())
+    Words { text, class: if why.is_none() { "" } else { "no" } }
 }
 
 /// The numbers that matter most, each with its limit.
 pub(super) fn numbers(drop: &ShownDrop<'_>) -> String {
     let Some(v) = drop.verdict else { return String::new() };
-    let limits = &drop.mission.limits.safety;
+    let (limits, run) = (&v.limits.safety, drop.run);
     let mut html = String::new();
     let mut add = |name: &str, value: String, rest: String, passed: bool| {
         let class = if passed { " class=\"no\"" } else { "" };
@@ -82,7 +65,8 @@ pub(super) fn numbers(drop: &ShownDrop<'_>) -> String {
     };
     let passed = |name: &str| v.limits_passed.contains(&name);
     let of = |limit: f64, unit: &str| format!(" of {}{unit}", short(limit, 2));
-    add("J<sub>TPF</sub>", fixed(v.j_tpf, 3), " of 1".to_owned(), !(v.j_tpf <= 1.0));
+    let below = v.limits.j_tpf_below;
+    add("J<sub>TPF</sub>", fixed(v.j_tpf, 3), of(below, ""), !(v.j_tpf < below));
     add("peak speed", fixed(v.peak_speed_m_s, 2), of(limits.speed_m_s, " m/s"), passed("speed"));
     let pitch_limit = of(limits.pitch_rad * DEG_PER_RAD, " deg");
     let pitch = signed(v.peak_pitch_rad * DEG_PER_RAD, 1);
@@ -91,9 +75,10 @@ pub(super) fn numbers(drop: &ShownDrop<'_>) -> String {
     if roll != "0.0" {
         add("peak roll", roll, pitch_limit, passed("roll"));
     }
-    add("altitude lost", fixed(v.altitude_lost_m, 1), " m".to_owned(), false);
+    add("altitude lost", fixed(v.altitude_lost_m, 1), " m".to_owned(), passed("altitude_lost"));
     if let Some(speed) = v.impact_speed_m_s {
-        add("impact", fixed(speed, 2), " m/s".to_owned(), passed("impact"));
+        let class = passed("impact") || passed("impact_tilt") || v.on_the_ground.is_some() && !run.may_land;
+        add("impact", fixed(speed, 2), " m/s".to_owned(), class);
     }
     html
 }

@@ -131,10 +131,10 @@ fn prop_drops_are_read_as_they_were_written() {
 #[test]
 fn prop_a_summary_is_read_as_it_was_written() {
     let (mission, rows) = study_of(10..900);
-    let judge = crate::report::campaign::TrialJudge::of(&mission, 1.0);
+    let limits = mission.limits;
     let mut summary = CampaignSummary::from_trial(10);
     for row in &rows {
-        summary.push(&TrialRecord::of_flight(row.release.trial, &row.outcome, &judge));
+        summary.push(&TrialRecord::of_flight(row.release.trial, &row.outcome, &limits));
     }
     let text = serde_json::to_string(&SummaryRecord::of(&summary)).unwrap();
     let read: SummaryRecord = serde_json::from_str(&text).unwrap();

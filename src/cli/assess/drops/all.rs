@@ -21,9 +21,7 @@ use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::{plan_j_tpf, tracking};
 use samara::report::campaign::exact::MeasureValues;
-use samara::report::campaign::{
-    CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialJudge, TrialRecord, json,
-};
+use samara::report::campaign::{CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialRecord, json};
 use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
 
 /// Where the files of flights go.
@@ -187,7 +185,7 @@ impl Campaign<'_> {
             flown_by: format!("{by}, whole drops from the hang to the end, with wind and sensor noise drawn"),
             command: command.with_trials(trials),
             alone: command.alone(),
-            judge: TrialJudge::of(mission, 1.0),
+            limits: mission.limits,
             plan_j_tpf: plan_j_tpf(&self.planned.trajectory, &mission.limits.safety),
             campaigns: vec![NamedCampaign {
                 name: name.clone(),

@@ -27,13 +27,14 @@ use crate::cli::pilot::{Flight, Flown, Pilot, pilot_and_mission};
 use crate::cli::planning::{Planned, TimedPlan, plan_mission, write_plan};
 use crate::cli::results::{OutputFolder, gone};
 use crate::cli::terminal::{print, print_err};
-use samara::assess::{DropMeasure, DropOutcome, RandomDrop};
+use samara::assess::judge::words;
+use samara::assess::{DropOutcome, RandomDrop};
 use samara::config::Mission;
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{Speed, Wiring};
 use samara::plan::Status;
 use samara::report::drops::DropTrial;
-use samara::report::{DropRun, plan_json, plan_text};
+use samara::report::{plan_json, plan_text};
 
 /// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for
 /// each other.
@@ -162,42 +163,13 @@ impl<'a> Campaign<'a> {
         })
     }
 
-    /// Measures a flight and says why it counts as failed, if it does.
+    /// Measures a flight and says why it was not safe, if it was not.
     fn judge(&self, drawn: &RandomDrop, conclusion: &Conclusion<'_>, flown: &Flown) -> DropTrial {
-        let mission = conclusion.mission;
-        let measure = DropMeasure {
-            limits: mission.limits.safety,
-            target_v_ned: mission.target_v_ned,
-            steady_within_m_s: mission.limits.steady_within_m_s,
-            flight_limits: mission.limits.flight,
-            separation_m: mission.limits.separation_m,
-            plan: &self.planned.trajectory,
-        };
-        let outcome = measure.of(&flown.log);
-        let failure = match (&outcome, &flown.trouble) {
-            (None, None) => Some("never released".to_owned()),
-            (None, Some(trouble)) => Some(format!("never released: {trouble}")),
-            (Some(_), Some(trouble)) => Some(trouble.clone()),
-            (Some(o), None) => failure_of(o, &conclusion.run),
-        };
+        let verdict = conclusion.verdict.clone();
+        let outcome = verdict.and_then(|v| DropOutcome::of(v, &self.planned.trajectory, &flown.log));
+        let failure = words(&conclusion.run.objections(conclusion.verdict.as_ref()));
         DropTrial { drawn: *drawn, outcome: outcome.as_ref().map(Into::into), failure }
     }
-}
-
-/// Why a drop that came to its end counts as failed, if it does.
-fn failure_of(outcome: &DropOutcome, run: &DropRun) -> Option<String> {
-    let DropOutcome { verdict, .. } = outcome;
-    if !verdict.limits_passed.is_empty() {
-        return Some(format!("limits passed: {}", verdict.limits_passed.join(", ")));
-    }
-    let reasons = [
-        (run.released_unarmed, "released while the autopilot was not armed"),
-        (run.failsafe, "a failsafe flew"),
-        (!run.completed, "stopped before the mission's end"),
-        (run.plan_cut, "the mission's duration_s ended before the plan"),
-        (verdict.steady_after_s.is_none(), "never steady"),
-    ];
-    reasons.into_iter().find(|(holds, _)| *holds).map(|(_, reason)| reason.to_owned())
 }
 
 /// The number of drops of a pilot that are flown side by side; each PX4 needs the ports of an instance.

@@ -73,7 +73,7 @@ fn fly(
         let releases: Vec<RandomRelease> =
             (next..head.end.min(next + BLOCK)).map(|trial| runner.draw(trial)).collect();
         for (release, outcome) in releases.iter().zip(runner.fly(entry, &releases)) {
-            let record = TrialRecord::of_flight(release.trial, &outcome, &runner.judge);
+            let record = TrialRecord::of_flight(release.trial, &outcome, &runner.limits);
             summary.push(&record);
             if release.trial < SHOWN as u64 {
                 let mut line = String::new();

@@ -9,8 +9,8 @@ pub struct DropFound {
     pub autopilot: Option<String>,
     /// Version of the autopilot.
     pub autopilot_version: Option<String>,
-    completed: bool,
-    reason: Option<String>,
+    safe: bool,
+    objections: Vec<String>,
     /// J_TPF; none where nothing was released.
     pub j_tpf: Option<f64>,
     /// The quantity that it is the share of.
@@ -21,8 +21,6 @@ pub struct DropFound {
     pub peak_tilt_deg: Option<f64>,
     /// Time to steady flight, from t = 0 [s].
     pub steady_after_s: Option<f64>,
-    limits_passed: Option<Vec<String>>,
-    failsafe: bool,
     /// J_TPF of the plan.
     pub plan_j_tpf: Option<f64>,
 }
@@ -44,16 +42,9 @@ pub(super) struct CasesFile {
 }
 
 impl DropFound {
-    /// Why it was not safe, if it was not: `samara drop` answers by the same.
+    /// Why it was not safe, if it was not, in the judge's words: `samara drop` answers by the same.
     pub fn fault(&self) -> Option<String> {
-        match &self.limits_passed {
-            None => Some(self.reason.clone().unwrap_or_else(|| "never released".to_owned())),
-            Some(passed) if !passed.is_empty() => {
-                Some(format!("limits passed: {}", passed.join(", ").replace('_', " ")))
-            }
-            Some(_) if self.failsafe => Some("a failsafe flew part of it".to_owned()),
-            Some(_) => self.reason.clone().or_else(|| (!self.completed).then(|| "not completed".to_owned())),
-        }
+        (!self.safe).then(|| self.objections.join("; "))
     }
 
     /// The pilot, in words.

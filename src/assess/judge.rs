@@ -1,0 +1,422 @@
+//! The judge: whether a flight was safe, and if not, why not.
+//!
+//! Whatever says "safe" or "NOT safe" of a flight - terminal, page, figure, campaign, effects, renewed plans,
+//! design, draft, card, JUnit, Python - goes by the [`Objection`]s that are stated here, and shows their words. A
+//! flight is safe when there is none.
+//!
+//! A new limit is a field of [`Limits`]: [`Limits::objections`] and all that lists limits take that struct
+//! apart, so that what forgets the field does not compile; so does what forgets a new kind of [`Objection`].
+
+use std::fmt;
+
+use super::safety::{TrialOutcome, Verdict};
+use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
+use crate::units::DEG_PER_RAD;
+
+/// J_state that a safe flight stays below, as the paper asks of it (V).
+pub const SAFE_BELOW: f64 = 1.0;
+
+/// Everything that a flight is judged by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Safety limits, Table 1: where J_state is 1.
+    pub safety: SafetyLimits,
+    /// J_TPF that a safe flight stays below.
+    pub j_tpf_below: f64,
+    /// How close to the target velocity is steady [m/s].
+    pub steady_within_m_s: f64,
+    /// Whether a flight that is not steady at its end is not safe.
+    pub must_be_steady: bool,
+    /// Way down from the release to the plan's end [m].
+    pub altitude_lost_m: Option<f64>,
+    /// Angle between the body's up axis and the vertical [rad].
+    pub tilt_rad: Option<f64>,
+    /// Time after t = 0 by which the flight is steady [s].
+    pub steady_after_s: Option<f64>,
+    /// Fastest that a vehicle may come to the ground, and its largest tilt there.
+    pub touch: TouchLimits,
+    /// Least distance from the canopy to the vehicle's centre of mass after the release [m].
+    pub separation_m: Option<f64>,
+}
+
+/// Limits of a touch of the ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TouchLimits {
+    /// Whole speed over ground at the touch [m/s].
+    pub speed_m_s: f64,
+    /// Angle between the body's up axis and the vertical at the touch [rad].
+    pub tilt_rad: f64,
+}
+
+impl TouchLimits {
+    /// Limits of a touch where a mission gives none: three times PX4's landing speed; 15 deg, from which feet
+    /// of a quarter of the height of the centre of mass apart still come to stand.
+    pub const USUAL: Self = Self { speed_m_s: 2.1, tilt_rad: 15.0 / DEG_PER_RAD };
+}
+
+impl Limits {
+    /// J_state alone is judged, by these limits; steady is what is so close [m/s] to the target velocity.
+    pub fn of_j_state(safety: SafetyLimits, steady_within_m_s: f64) -> Self {
+        Self {
+            safety,
+            j_tpf_below: SAFE_BELOW,
+            steady_within_m_s,
+            must_be_steady: false,
+            altitude_lost_m: None,
+            tilt_rad: None,
+            steady_after_s: None,
+            touch: TouchLimits { speed_m_s: f64::INFINITY, tilt_rad: f64::INFINITY },
+            separation_m: None,
+        }
+    }
+
+    /// Why a flight with these numbers was not safe, as far as numbers tell it; the touch first, which ended
+    /// the flight.
+    fn objections(&self, flown: &Numbers) -> Vec<Objection> {
+        let Self {
+            safety: _,
+            j_tpf_below,
+            steady_within_m_s,
+            must_be_steady,
+            altitude_lost_m,
+            tilt_rad,
+            steady_after_s,
+            touch,
+            separation_m,
+        } = *self;
+        let mut all = Vec::new();
+        let mut over = |limit: Limit, value: Option<f64>, most: Option<f64>| {
+            if let Some((value, most)) = value.zip(most).filter(|(value, most)| value > most) {
+                all.push(Objection::Passed { limit, value, allowed: most });
+            }
+        };
+        over(Limit::TouchSpeed, flown.touch.map(|(speed_m_s, _)| speed_m_s), Some(touch.speed_m_s));
+        over(Limit::TouchTilt, flown.touch.map(|(_, tilt_rad)| tilt_rad), Some(touch.tilt_rad));
+        over(Limit::AltitudeLost, Some(flown.altitude_lost_m), altitude_lost_m);
+        over(Limit::Tilt, Some(flown.peak_tilt_rad), tilt_rad);
+        over(Limit::SteadyAfter, flown.steady_after_s, steady_after_s);
+        if let Some((value, allowed)) =
+            flown.canopy_distance_m.zip(separation_m).filter(|(d, least)| d < least)
+        {
+            all.push(Objection::Passed { limit: Limit::Separation, value, allowed });
+        }
+        if flown.j_tpf == f64::INFINITY || flown.j_tpf.is_nan() {
+            all.insert(0, Objection::NotFinite);
+        } else if flown.j_tpf >= j_tpf_below {
+            // The parts are over 1 where J_TPF is; by another bound nobody can name the one.
+            let parts = flown.cost.map_or(Vec::new(), |cost| {
+                let over = cost.parts().into_iter().filter(|(_, share)| *share >= j_tpf_below);
+                over.map(|(name, _)| name).collect()
+            });
+            let (j_tpf, below) = (flown.j_tpf, j_tpf_below);
+            all.insert(0, Objection::JTpf { j_tpf, below, parts });
+        }
+        if must_be_steady && flown.must_be_steady && flown.steady_after_s.is_none() {
+            all.push(Objection::NeverSteady { within_m_s: steady_within_m_s });
+        }
+        all
+    }
+}
+
+/// The numbers of a flight that are judged.
+struct Numbers {
+    j_tpf: f64,
+    /// The parts of J_state, each at its peak, where they are known.
+    cost: Option<StateCost>,
+    altitude_lost_m: f64,
+    peak_tilt_rad: f64,
+    steady_after_s: Option<f64>,
+    /// Speed [m/s] and tilt [rad] at a touch of the ground.
+    touch: Option<(f64, f64)>,
+    canopy_distance_m: Option<f64>,
+    must_be_steady: bool,
+}
+
+/// A limit beside those of J_state.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Limit {
+    /// Speed at a touch of the ground [m/s].
+    TouchSpeed,
+    /// Tilt at a touch of the ground [rad].
+    TouchTilt,
+    /// Altitude lost to the plan's end [m].
+    AltitudeLost,
+    /// Tilt [rad].
+    Tilt,
+    /// Time to steady flight, from t = 0 [s].
+    SteadyAfter,
+    /// Least distance from the canopy [m].
+    Separation,
+}
+
+impl Limit {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::TouchSpeed => "impact",
+            Self::TouchTilt => "impact_tilt",
+            Self::AltitudeLost => "altitude_lost",
+            Self::Tilt => "tilt",
+            Self::SteadyAfter => "steady_after",
+            Self::Separation => "separation",
+        }
+    }
+
+    /// Words for people, the unit there, and what a value in SI is multiplied by to have it.
+    fn words(self) -> (&'static str, &'static str, f64) {
+        match self {
+            Self::TouchSpeed => ("impact", "m/s", 1.0),
+            Self::TouchTilt => ("tilt at the impact", "deg", DEG_PER_RAD),
+            Self::AltitudeLost => ("altitude lost", "m", 1.0),
+            Self::Tilt => ("tilt", "deg", DEG_PER_RAD),
+            Self::SteadyAfter => ("steady after", "s", 1.0),
+            Self::Separation => ("distance from the canopy", "m", 1.0),
+        }
+    }
+}
+
+/// Why a flight was not safe.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Objection {
+    /// There was no drop: the vehicle was not released, for this reason where it is known.
+    NeverReleased {
+        /// Whether the flight went on to the mission's end.
+        completed: bool,
+        /// Why the autopilot did not fly to the end.
+        trouble: Option<String>,
+    },
+    /// It was released while the autopilot was not armed.
+    ReleasedUnarmed,
+    /// No rotor was commanded to turn from the release to the end.
+    MotorsNeverStarted,
+    /// It came to the ground before the plan's end, and neither LAND nor RETURN had been commanded.
+    OnTheGround(OnTheGround),
+    /// A failsafe of the autopilot flew part of it.
+    Failsafe {
+        /// What brought it about, where that is known.
+        cause: Option<String>,
+    },
+    /// The autopilot left or refused before the flight's end.
+    Trouble(String),
+    /// A state was no number.
+    NotFinite,
+    /// J_TPF, (51), was not below what is asked for.
+    JTpf {
+        /// J_TPF.
+        j_tpf: f64,
+        /// What it had to stay below.
+        below: f64,
+        /// Names of the parts of J_state that were not below it, where they are known.
+        parts: Vec<&'static str>,
+    },
+    /// A limit beside those of J_state was passed.
+    Passed {
+        /// The limit.
+        limit: Limit,
+        /// The value, SI.
+        value: f64,
+        /// The largest value that is allowed, or the least distance, SI.
+        allowed: f64,
+    },
+    /// It was stopped before the mission's end, for this reason where it is known.
+    Stopped(Option<String>),
+    /// The mission ended before the plan did.
+    PlanCut,
+    /// It was not steady at the end.
+    NeverSteady {
+        /// How close to the target velocity is steady [m/s].
+        within_m_s: f64,
+    },
+}
+
+/// A touch of the ground before the plan's end.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OnTheGround {
+    /// Time from the release to the touch [s].
+    pub after_s: f64,
+    /// Way down from the release to the ground [m].
+    pub height_m: f64,
+    /// Way down from the release that the plan needs at the most [m], and whether it pulls out: ends level or
+    /// climbing. `None` where there is no plan, or the touch came before the rotors were freed.
+    pub needed: Option<(f64, bool)>,
+}
+
+impl Objection {
+    /// Names of the limits that were passed, as files have them: of a part of J_state "speed", "pitch",
+    /// "pitch_rate", "roll", "roll_rate"; [`Limit::name`]; [`NOT_FINITE`]. None for what is no limit.
+    pub fn limits_passed(&self) -> Vec<&'static str> {
+        match self {
+            Self::NotFinite => vec![NOT_FINITE],
+            Self::JTpf { parts, .. } => parts.clone(),
+            Self::Passed { limit, .. } => vec![limit.name()],
+            Self::NeverReleased { .. }
+            | Self::ReleasedUnarmed
+            | Self::MotorsNeverStarted
+            | Self::OnTheGround(_)
+            | Self::Failsafe { .. }
+            | Self::Trouble(_)
+            | Self::Stopped(_)
+            | Self::PlanCut
+            | Self::NeverSteady { .. } => Vec::new(),
+        }
+    }
+
+    /// Whether it is about how the flight went, not about a limit.
+    pub fn is_of_the_course(&self) -> bool {
+        !matches!(self, Self::NotFinite | Self::JTpf { .. } | Self::Passed { .. })
+    }
+}
+
+impl fmt::Display for Objection {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let with = |f: &mut fmt::Formatter<'_>, text: &str, more: &Option<String>| match more {
+            Some(more) => write!(f, "{text}: {more}"),
+            None => f.write_str(text),
+        };
+        match self {
+            Self::NeverReleased { completed: true, trouble } => {
+                with(f, "the vehicle was never released", trouble)
+            }
+            Self::NeverReleased { completed: false, trouble } => {
+                with(f, "stopped before the release", trouble)
+            }
+            Self::ReleasedUnarmed => f.write_str("released while the autopilot was not armed"),
+            Self::MotorsNeverStarted => f.write_str("the motors were never started"),
+            Self::OnTheGround(OnTheGround { after_s, height_m, needed }) => {
+                write!(f, "on the ground after {after_s:.1} s")?;
+                match needed {
+                    Some((needed_m, pulls_out)) if needed_m > height_m => {
+                        let what = if *pulls_out { "pull-out" } else { "plan" };
+                        write!(f, ": the {what} needs {:.0} m, there were {height_m:.0}", needed_m.ceil())
+                    }
+                    Some(_) => f.write_str(", before the plan's end"),
+                    None => f.write_str(", before the rotors were freed"),
+                }
+            }
+            Self::Failsafe { cause } => with(f, "a failsafe flew", cause),
+            Self::Trouble(trouble) => f.write_str(trouble),
+            Self::NotFinite => f.write_str(NOT_FINITE),
+            Self::JTpf { j_tpf, below, parts } => {
+                write!(f, "J_TPF {j_tpf:.3}, not below {below}")?;
+                if parts.is_empty() {
+                    return Ok(());
+                }
+                write!(f, ": {}", parts.join(", ").replace('_', " "))
+            }
+            Self::Passed { limit, value, allowed } => {
+                let (what, unit, scale) = limit.words();
+                // Two decimals, or as many as were given.
+                let allowed = (scale * allowed * 1e6).round() / 1e6;
+                let (two, given) = (format!("{allowed:.2}"), format!("{allowed}"));
+                let allowed = if two.len() >= given.len() { two } else { given };
+                write!(f, "{what} {:.2} {unit}, limit {allowed}", scale * value)
+            }
+            Self::Stopped(trouble) => with(f, "stopped before the mission's end", trouble),
+            Self::PlanCut => f.write_str("the mission's duration_s ended before the plan"),
+            Self::NeverSteady { within_m_s } => {
+                let within_m_s = (within_m_s * 1e6).round() / 1e6;
+                write!(f, "never steady within {within_m_s} m/s of the target")
+            }
+        }
+    }
+}
+
+/// Objections in one line; `None` where there is none: the flight was safe.
+pub fn words(objections: &[Objection]) -> Option<String> {
+    let all: Vec<String> = objections.iter().map(ToString::to_string).collect();
+    (!all.is_empty()).then(|| all.join("; "))
+}
+
+/// How a flight went, beside its numbers.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Course {
+    /// Whether it went on to the mission's end.
+    pub completed: bool,
+    /// Whether the mission ended before the plan that was flown.
+    pub plan_cut: bool,
+    /// Whether the vehicle was released while the autopilot was not armed.
+    pub released_unarmed: bool,
+    /// Whether no rotor was commanded to turn from the release to the end.
+    pub motors_never_started: bool,
+    /// Whether it may come to the ground before the plan's end: LAND or RETURN was commanded, it began on the
+    /// ground, or a script flew it, whose plan nobody knows.
+    pub may_land: bool,
+    /// Whether steady flight at the target was to be reached.
+    pub must_be_steady: bool,
+    /// Whether a failsafe of the autopilot flew part of it.
+    pub failsafe: bool,
+    /// What brought the failsafe about, where that is known.
+    pub failsafe_cause: Option<String>,
+    /// Why the autopilot did not fly to the end, if it left or refused.
+    pub trouble: Option<String>,
+}
+
+impl Course {
+    /// A flight along its plan to its end, without an autopilot that could do anything else.
+    pub const WHOLE: Self = Self {
+        completed: true,
+        plan_cut: false,
+        released_unarmed: false,
+        motors_never_started: false,
+        may_land: false,
+        must_be_steady: true,
+        failsafe: false,
+        failsafe_cause: None,
+        trouble: None,
+    };
+}
+
+/// Why a drop was not safe, the cause first; empty where it was. Without a verdict nothing was released.
+pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
+    let Course {
+        completed,
+        plan_cut,
+        released_unarmed,
+        motors_never_started,
+        may_land,
+        must_be_steady,
+        failsafe,
+        ref failsafe_cause,
+        ref trouble,
+    } = *course;
+    let Some(verdict) = verdict else {
+        return vec![Objection::NeverReleased { completed, trouble: trouble.clone() }];
+    };
+    let to_the_end = completed && !plan_cut && trouble.is_none();
+    let ground = verdict.on_the_ground.filter(|_| !may_land);
+    let numbers = Numbers {
+        j_tpf: verdict.j_tpf,
+        cost: Some(verdict.peak_cost),
+        altitude_lost_m: verdict.altitude_lost_m,
+        peak_tilt_rad: verdict.peak_tilt_rad,
+        steady_after_s: verdict.steady_after_s,
+        touch: verdict.impact_speed_m_s.zip(verdict.impact_tilt_rad),
+        canopy_distance_m: verdict.canopy_distance_m,
+        must_be_steady: must_be_steady && to_the_end && ground.is_none(),
+    };
+    let mut all = Vec::new();
+    let mut note = |holds: bool, objection: Objection| all.extend(holds.then_some(objection));
+    note(released_unarmed, Objection::ReleasedUnarmed);
+    note(motors_never_started, Objection::MotorsNeverStarted);
+    all.extend(ground.map(Objection::OnTheGround));
+    all.extend(failsafe.then(|| Objection::Failsafe { cause: failsafe_cause.clone() }));
+    all.extend(trouble.clone().filter(|_| completed).map(Objection::Trouble));
+    all.extend(verdict.limits.objections(&numbers));
+    all.extend((!completed).then(|| Objection::Stopped(trouble.clone())));
+    all.extend(plan_cut.then_some(Objection::PlanCut));
+    all
+}
+
+/// Why a flight from t = 0, which knows neither ground nor canopy, was not safe; empty where it was.
+pub fn judge_trial(flown: &TrialOutcome, limits: &Limits) -> Vec<Objection> {
+    limits.objections(&Numbers {
+        j_tpf: flown.j_tpf,
+        cost: None,
+        altitude_lost_m: flown.way_ned_m.z,
+        peak_tilt_rad: flown.peak_tilt_rad,
+        steady_after_s: flown.steady_after_s,
+        touch: None,
+        canopy_distance_m: None,
+        must_be_steady: true,
+    })
+}
