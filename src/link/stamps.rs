@@ -7,9 +7,9 @@
 //! heard 3 255 190 37000000000000
 //! ```
 //!
-//! `latest` is the latest stamp that was used or believed (a minute ahead of our clock at most), `forgotten` that of the senders that are
-//! remembered no more, and each `heard` that of one sender: its link, system and component first. Stamps
-//! count 10 us since 2015.
+//! `latest` is the latest stamp that was used or believed (a minute ahead of our clock at most), `forgotten`
+//! that of the senders that are remembered no more, and each `heard` that of one sender: its link, system and
+//! component first. Stamps count 10 us since 2015.
 
 /// The last stamp there is: they have 48 bits.
 pub(super) const LAST_STAMP: u64 = (1 << 48) - 1;
