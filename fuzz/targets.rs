@@ -7,22 +7,30 @@ use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 use mavlink::Message as _;
-use mavlink::dialects::common::{HIL_SENSOR_DATA, MavMessage};
+use mavlink::dialects::common::{ATTITUDE_DATA, HEARTBEAT_DATA, HIL_SENSOR_DATA, MavMessage};
 use samara::autopilot::parameters::Parameters;
 use samara::checksum::crc32_iso;
 use samara::config::{
     Mission, decode_plan_grid, load_gains, load_mission, load_parameters, load_vehicle, read_trajectory_csv,
 };
 use samara::control::{Airframe, ControlSettings};
-use samara::link::{AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _};
+use samara::link::px4_events::{Event, EventTexts};
+use samara::link::streamer::Procedure;
+use samara::link::{
+    AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _, StreamerConfig,
+    StreamerSession,
+};
+use samara::trajectory::{Node, Trajectory};
 
 /// A target: takes any bytes, and panics where something is wrong.
 pub type Target = fn(&[u8]);
 
 /// The targets by name.
-pub const TARGETS: [(&str, Target); 8] = [
+pub const TARGETS: [(&str, Target); 10] = [
     ("decoder", decoder),
     ("services", services),
+    ("streamer", streamer),
+    ("events", events),
     ("mission", mission),
     ("vehicle", vehicle),
     ("gains", gains),
@@ -85,6 +93,45 @@ pub fn services(data: &[u8]) {
                 }
             };
             decoder.datagram(&sent.bytes, check);
+        }
+    }
+}
+
+/// Frames of any content, soundly framed, at the streamer in the names of its autopilot and its parachute: who, message number,
+/// length, payload, and so on. What it reports acts on no terminal and is bounded, and so is what it sends.
+pub fn streamer(data: &[u8]) {
+    static MET: LazyLock<StreamerSession> = LazyLock::new(met_streamer);
+    let mut session = MET.clone();
+    let mut decoder = Decoder::new();
+    let mut encoders = [Encoder::new(1, 1), Encoder::new(1, 161)];
+    let (mut rest, mut time_boot_ms) = (data, 1_000);
+    while let [who, low, high, len, tail @ ..] = rest {
+        let payload = &tail[..tail.len().min(usize::from(*len))];
+        rest = &tail[payload.len()..];
+        let id = u32::from(u16::from_le_bytes([*low, *high]));
+        let bytes = encoders[usize::from(*who % 2)].encode_payload(id, MavMessage::extra_crc(id), payload);
+        decoder.datagram(&bytes, |frame| session.handle_input(Link::Api, &frame));
+        time_boot_ms += 4;
+        let clock = MavMessage::ATTITUDE(ATTITUDE_DATA { time_boot_ms, ..Default::default() });
+        decoder.datagram(&encoders[0].encode(&clock), |frame| session.handle_input(Link::Api, &frame));
+        while let Some(event) = session.poll_event() {
+            let text = event.to_string();
+            assert!(!text.contains(char::is_control) && text.len() < 200_000, "{text:?}");
+        }
+        let sent = std::iter::from_fn(|| session.poll_output()).count();
+        assert!(sent < 100, "{sent} frames at once");
+    }
+}
+
+/// Metadata of PX4's events: what is taken has texts for all events, which act on no terminal and are bounded.
+pub fn events(data: &[u8]) {
+    let Ok(texts) = EventTexts::parse(data) else { return };
+    for id in (0..=0xFF).flat_map(|number| [number, 1 << 24 | number]) {
+        for byte in [0, 1, 0xFF] {
+            let event = Event { id, sequence: 0, level: 0, arguments: [byte; 40] };
+            if let Some(text) = texts.text(&event) {
+                assert!(!text.contains(char::is_control) && text.len() <= 10_000, "{text:?}");
+            }
         }
     }
 }
@@ -165,6 +212,28 @@ fn put(name: &str, data: &[u8]) -> PathBuf {
 fn project() -> &'static Path {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     if here.ends_with("fuzz") { here.parent().unwrap_or(here) } else { here }
+}
+
+/// A streamer that has met its vehicle.
+fn met_streamer() -> StreamerSession {
+    let node = |t_s: f64, down_m_s: f64| Node {
+        t_s,
+        q_ned_from_body: samara::frames::LEVEL,
+        v_ned: nalgebra::Vector3::new(0.0, 0.0, down_m_s),
+        omega_body: nalgebra::Vector3::zeros(),
+        thrust_n: Default::default(),
+        a_ned: nalgebra::Vector3::zeros(),
+    };
+    let nodes = vec![node(0.0, 9.0), node(2.0, 1.0)];
+    let config = StreamerConfig { procedure: Some(Procedure::default()), ..StreamerConfig::default() };
+    let mut session = StreamerSession::new(config, Trajectory::new(nodes, 4).unwrap());
+    let mut vehicle = Encoder::new(1, 1);
+    let beat = MavMessage::HEARTBEAT(HEARTBEAT_DATA::default());
+    let clock = MavMessage::ATTITUDE(ATTITUDE_DATA { time_boot_ms: 1_000, ..Default::default() });
+    for message in [beat, clock] {
+        Decoder::new().datagram(&vehicle.encode(&message), |frame| session.handle_input(Link::Api, &frame));
+    }
+    session
 }
 
 fn autopilot() -> AutopilotSession {

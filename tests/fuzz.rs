@@ -75,6 +75,16 @@ fn prop_services() {
 }
 
 #[test]
+fn prop_streamer() {
+    replay("streamer");
+}
+
+#[test]
+fn prop_events() {
+    replay("events");
+}
+
+#[test]
 fn prop_mission() {
     replay("mission");
 }

@@ -538,6 +538,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         trouble: None,
         autopilot: Some(FlownBy { name: "px4", version: Some("v1.12.0".to_owned()) }),
         faults: Vec::new(),
+        commanded: Vec::new(),
         rotor_starts: Vec::new(),
         replans: Vec::new(),
         free_fall: None,

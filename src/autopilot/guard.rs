@@ -70,10 +70,12 @@ impl Autopilot {
     /// Takes the sticks of a source. Moved, they may take over from an automatic mode or OFFBOARD
     /// (COM_RC_OVERRIDE); before any mode was chosen they bring POSCTL, as PX4's
     /// Commander::manualControlCheck (v1.14). A failsafe is left by choosing a mode, not by moving a stick:
-    /// as in PX4 with COM_FAIL_ACT_T 0, since failsafes act at once here.
-    pub fn take_sticks(&mut self, now_us: u64, source: StickSource, sticks: Sticks) {
+    /// as in PX4 with COM_FAIL_ACT_T 0, since failsafes act at once here. Whether it is this source that
+    /// counts.
+    pub fn take_sticks(&mut self, now_us: u64, source: StickSource, sticks: Sticks) -> bool {
         let settings = self.settings.sticks;
-        match self.stick_receiver.take(now_us, source, sticks, &settings) {
+        let taken = self.stick_receiver.take(now_us, source, sticks, &settings);
+        match taken {
             Taken::Ignored => {}
             _ if self.terminated => {}
             Taken::Resting | Taken::Moving if !self.armed && !self.mode_chosen => {
@@ -86,6 +88,7 @@ impl Autopilot {
             }
             Taken::Resting | Taken::Moving => {}
         }
+        taken != Taken::Ignored
     }
 
     /// The sticks that count; `None`: there are none, or they are lost.

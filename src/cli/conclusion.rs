@@ -177,8 +177,11 @@ impl<'a> Conclusion<'a> {
         }
         if let Some(sentence) = run.sentence(self.verdict.as_ref()) {
             narrator.say(&format!("{sentence}\n"));
-        } else if let Some(faults) = run.fault_words() {
-            narrator.say(&format!("faults: {faults}\n"));
+        } else {
+            let words = [("faults", run.fault_words()), ("commanded", run.command_words())];
+            for (name, words) in words.into_iter().filter_map(|(name, words)| Some((name, words?))) {
+                narrator.say(&format!("{name}: {words}\n"));
+            }
         }
         narrator.check()
     }

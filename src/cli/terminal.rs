@@ -5,19 +5,32 @@ use std::io::{self, Write as _};
 use std::process::ExitCode;
 
 use super::answer::{Answer, BadInput, Failure};
+use samara::printable::printable;
 
 /// Prints to stdout; a reader that has gone away (`samara plan | head`) is no error. A device that cannot be
 /// written to is one: results that nobody gets are no success.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
     let object = text.starts_with('{');
-    let painted = (!object && colored(&out)).then(|| painted(text));
-    match out.write_all(painted.as_deref().unwrap_or(text).as_bytes()).and_then(|()| out.flush()) {
+    let shown = if object { text.to_owned() } else { lines(text) };
+    let painted = if !object && colored(&out) { painted(&shown) } else { shown };
+    match out.write_all(painted.as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
             Err(anyhow::Error::from(e).context("cannot write to stdout")).bad_input()
         }
         _ => Ok(()),
     }
+}
+
+/// The text with what would act on the terminal written as words, line by line: paths and names may hold
+/// anything.
+fn lines(text: &str) -> String {
+    text.split_inclusive('\n')
+        .map(|line| match line.strip_suffix('\n') {
+            Some(line) => format!("{}\n", printable(line)),
+            None => printable(line).into_owned(),
+        })
+        .collect()
 }
 
 /// Whether words of a verdict are coloured: on a terminal alone, and not where NO_COLOR is set
@@ -59,7 +72,7 @@ fn painted(text: &str) -> String {
 
 /// Prints to stderr. When that is gone or full nobody is left to read, and there is no reason to end.
 pub fn print_err(text: &str) {
-    let _ = io::stderr().lock().write_all(text.as_bytes());
+    let _ = io::stderr().lock().write_all(lines(text).as_bytes());
 }
 
 /// Prints remarks to stderr, each behind what it is of: a parameter file, gains or a mission.
@@ -86,7 +99,13 @@ pub fn exit_code(result: Result<Answer, Failure>) -> ExitCode {
 
 #[cfg(test)]
 mod tests {
-    use super::painted;
+    use super::{lines, painted};
+
+    #[test]
+    fn what_acts_on_a_terminal_is_written_as_a_word_line_by_line() {
+        assert_eq!(lines("a\u{1b}[2Jb\r\nc\u{202e}"), "a\\x1b[2Jb\\x0d\nc\\u{202e}");
+        assert_eq!(lines("J_TPF 0.46\n\nsteady \u{b2}\n"), "J_TPF 0.46\n\nsteady \u{b2}\n");
+    }
 
     /// Whole words alone, one a line, and no before yes.
     #[test]

@@ -223,3 +223,14 @@ proptest! {
         prop_assert_eq!(bits, (vx, vy, yaw, t));
     }
 }
+
+/// Somebody who is not listened to in time: the oldest bytes go, and are counted.
+#[test]
+fn a_stream_that_nobody_reads_is_bounded() {
+    let mut decoder = Decoder::new();
+    for _ in 0..1_000 {
+        decoder.push(&[0xFD; 4096]);
+        assert!(decoder.pending() <= 65_536);
+    }
+    assert_eq!(decoder.faults().skipped_bytes as usize + decoder.pending(), 1_000 * 4096);
+}

@@ -4,22 +4,20 @@
 //! UTC, and the first 6 bytes of SHA-256 over key, frame (from the start marker to the checksum), link id and
 //! time (<https://mavlink.io/en/guide/message_signing.html>).
 //!
-//! Time comes as an argument. The protocol wants the real time there: a receiver that does not know a sender
-//! yet takes nothing from it that is more than a minute behind its own clock, and nobody's that is more than
-//! a day ahead.
+//! Time comes as an argument. The protocol wants the real time there: a receiver takes nobody's stamps that
+//! are more than a minute ahead of its own clock, and those of a sender that it does not know yet only if they
+//! are not more than a minute behind. Its own clock is the measure, and not the latest stamp that it has
+//! believed, as in the protocol's C library: there one sender that is ahead locks out all others.
 
 use sha2::{Digest, Sha256};
 
 use super::frame::{Frame, SIGNATURE_LEN};
-use super::stamps::{LAST_STAMP, MAX_STREAMS, Stamps, Stream};
+use super::stamps::{AHEAD, LAST_STAMP, MAX_STREAMS, Stamps, Stream};
 
 /// 2015-01-01 00:00 UTC in Unix microseconds.
 const EPOCH_UNIX_US: u64 = 1_420_070_400_000_000;
-/// One minute, the age up to which a new sender is believed.
-const NEW_STREAM_WINDOW: u64 = 6_000_000;
-/// A stamp that is further ahead of our clock than a day is not believed, and never followed: our own would
-/// run to the end of their 48 bits.
-const MOST_AHEAD: u64 = 8_640_000_000;
+/// One minute: by so much a stamp may be ahead of our clock, and that of a new sender behind.
+const WINDOW: u64 = 6_000_000;
 /// Bytes of the digest that are sent.
 const DIGEST_LEN: usize = 6;
 
@@ -101,8 +99,7 @@ pub enum Refusal {
     /// It is not newer than what came before.
     Replayed,
     /// It is signed by our key, but this many seconds ahead of our clock, or (negative), by a sender that is
-    /// new, behind our clock or the latest stamp that was believed: the clocks of the machines differ, or it
-    /// was recorded.
+    /// new, behind it: the clocks of the machines differ, or it was recorded.
     Clock(i64),
 }
 
@@ -112,7 +109,8 @@ pub enum ClockError {
     /// It says a time before the stamps begin.
     #[error("this machine's clock is before 2015, when the stamps of signed frames begin: set it")]
     BeforeEpoch,
-    /// It is this many seconds behind the last stamp of an earlier run, more than a day.
+    /// It is this many seconds behind the last stamp of an earlier run, more than a minute: nobody whose clock
+    /// is right would believe what follows.
     #[error(
         "this machine's clock is {0} s behind the last stamp there: set it, or remove the file if the clock was \
          wrong then"
@@ -144,7 +142,7 @@ impl Signing {
         if now_unix_us < EPOCH_UNIX_US {
             return Err(ClockError::BeforeEpoch);
         }
-        if ahead > MOST_AHEAD {
+        if ahead > WINDOW + AHEAD {
             return Err(ClockError::Behind(ahead / 100_000));
         }
         self.kept = stamps.clone();
@@ -211,7 +209,7 @@ impl Signing {
         stamp[..6].copy_from_slice(&bytes[at + 1..at + 7]);
         let stamp = u64::from_le_bytes(stamp);
         let clock = protocol_time(now_unix_us);
-        if stamp > clock + MOST_AHEAD {
+        if stamp > clock + WINDOW {
             return Err(Refusal::Clock(seconds_ahead(stamp, clock)));
         }
         let (system_id, component_id) = (frame.system_id, frame.component_id);
@@ -221,16 +219,14 @@ impl Signing {
         match self.stamps.streams.iter_mut().find(|s| sender(s)) {
             Some(stream) if stamp <= stream.newest => return Err(Refusal::Replayed),
             Some(stream) => stream.newest = stamp,
-            None if stamp + NEW_STREAM_WINDOW < self.stamps.latest => {
-                return Err(Refusal::Clock(seconds_ahead(stamp, self.stamps.latest)));
-            }
+            None if stamp + WINDOW < clock => return Err(Refusal::Clock(seconds_ahead(stamp, clock))),
             None if stamp <= self.stamps.forgotten => return Err(Refusal::Replayed),
             None => {
                 self.make_room();
                 self.stamps.streams.push(Stream { link_id, system_id, component_id, newest: stamp });
             }
         }
-        // Who is ahead of us by his clock shall not take us for a replay.
+        // Who is a little ahead of us by his clock shall not take us for a replay.
         self.stamps.latest = self.stamps.latest.max(stamp);
         Ok(())
     }

@@ -7,9 +7,9 @@
 //! heard 3 255 190 37000000000000
 //! ```
 //!
-//! `latest` is the latest stamp that was used or believed, `forgotten` that of the senders that are
-//! remembered no more, and each `heard` that of one sender: its link, system and component first. Stamps
-//! count 10 us since 2015.
+//! `latest` is the latest stamp that was used or believed (a minute ahead of our clock at most), `forgotten`
+//! that of the senders that are remembered no more, and each `heard` that of one sender: its link, system and
+//! component first. Stamps count 10 us since 2015.
 
 /// The last stamp there is: they have 48 bits.
 pub(super) const LAST_STAMP: u64 = (1 << 48) - 1;
@@ -17,7 +17,7 @@ pub(super) const LAST_STAMP: u64 = (1 << 48) - 1;
 pub(super) const MAX_STREAMS: usize = 256;
 /// How far the stamps that are kept run ahead of those that were heard: ten seconds. They are renewed only
 /// when they are reached, and who ends without warning starts on the safe side.
-const AHEAD: u64 = 1_000_000;
+pub(super) const AHEAD: u64 = 1_000_000;
 
 /// A text that holds no time stamps.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

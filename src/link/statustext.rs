@@ -10,6 +10,8 @@ use std::collections::BTreeMap;
 
 use mavlink::dialects::common::{MavSeverity, STATUSTEXT_DATA};
 
+use crate::printable::printable;
+
 /// Bytes of text in one message.
 const PIECE: usize = 50;
 
@@ -59,38 +61,62 @@ fn pieces(text: &str) -> Vec<[u8; PIECE]> {
     }
 }
 
-/// Puts the pieces of several senders together.
+/// Most senders whose texts are put together at a time.
+const MOST_SENDERS: usize = 16;
+/// Stands where pieces of a text have not come.
+const GAP: &[u8] = b"...";
+
+/// A text whose end has not come.
+#[derive(Clone, Debug)]
+struct Unfinished {
+    id: u16,
+    /// The number of the latest piece.
+    piece: u8,
+    bytes: Vec<u8>,
+}
+
+/// Puts the pieces of several senders together. What it holds is bounded: a text has 256 pieces at most, and
+/// 16 senders have one under way.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TextReader {
-    unfinished: BTreeMap<(u8, u8), (u16, Vec<u8>)>,
+    unfinished: BTreeMap<(u8, u8), Unfinished>,
 }
 
 impl TextReader {
-    /// The texts that are known with this message of `sender` (system, component): mostly one, none while
-    /// pieces are missing. One whose end has not come (lost, or a full last piece without the empty one after
-    /// it) is returned with the next.
+    /// The texts that are known with this message of `sender` (system, component), made [`printable`]: mostly
+    /// one, none while pieces are missing. One whose end has not come (lost, or a full last piece without the
+    /// empty one after it) is returned with the next, and so is one whose pieces begin anew. A piece that has
+    /// come twice counts once.
     pub(super) fn take(&mut self, sender: (u8, u8), message: &STATUSTEXT_DATA) -> Vec<String> {
-        let readable = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+        let readable = |bytes: &[u8]| printable(&String::from_utf8_lossy(bytes)).into_owned();
         let length = message.text.iter().position(|&c| c == 0);
         let piece = &message.text[..length.unwrap_or(PIECE)];
         let mut texts = Vec::new();
-        if let Some((id, text)) = self.unfinished.remove(&sender) {
-            if id == message.id {
-                self.unfinished.insert(sender, (id, text));
+        let mut text = Vec::new();
+        if let Some(earlier) = self.unfinished.remove(&sender) {
+            let goes_on = earlier.id == message.id && message.chunk_seq >= earlier.piece;
+            if goes_on && message.chunk_seq == earlier.piece {
+                self.unfinished.insert(sender, earlier);
+                return texts;
+            }
+            if goes_on {
+                text = earlier.bytes;
+                text.extend_from_slice(if message.chunk_seq - earlier.piece > 1 { GAP } else { &[] });
             } else {
-                texts.push(readable(&text));
+                texts.push(readable(&earlier.bytes));
             }
         }
-        if message.id == 0 {
-            texts.push(readable(piece));
+        text.extend_from_slice(piece);
+        if message.id == 0 || length.is_some() || message.chunk_seq == u8::MAX {
+            texts.push(readable(&text));
             return texts;
         }
-        let (_, text) = self.unfinished.entry(sender).or_insert((message.id, Vec::new()));
-        text.extend_from_slice(piece);
-        if length.is_some() || message.chunk_seq == u8::MAX {
-            texts.push(readable(text));
-            self.unfinished.remove(&sender);
+        if self.unfinished.len() == MOST_SENDERS
+            && let Some((_, other)) = self.unfinished.pop_first()
+        {
+            texts.push(readable(&other.bytes));
         }
+        self.unfinished.insert(sender, Unfinished { id: message.id, piece: message.chunk_seq, bytes: text });
         texts
     }
 }
@@ -153,6 +179,50 @@ mod tests {
         assert!(reader.take((1, 1), &numbered(7, &"x".repeat(50))).is_empty());
         assert_eq!(reader.take((1, 1), &numbered(8, "short")), ["x".repeat(50), "short".to_owned()]);
         assert!(reader.unfinished.is_empty());
+    }
+
+    /// Full pieces of one text over and over, by many: 92 MB a second were kept of them.
+    #[test]
+    fn regress_a_text_without_an_end_is_bounded() {
+        let full = |id, chunk_seq| STATUSTEXT_DATA { id, chunk_seq, ..sent(&"x".repeat(50))[0].clone() };
+        let mut reader = TextReader::default();
+        let held = |reader: &TextReader| -> usize { reader.unfinished.values().map(|u| u.bytes.len()).sum() };
+        for i in 0..20_000_u32 {
+            let sender = ((i % 7) as u8, (i % 5) as u8);
+            // The same piece, pieces that count up, and every second one.
+            let chunk_seq = [3, i as u8, (2 * i) as u8][i as usize / 7_000];
+            for text in reader.take(sender, &full(7, chunk_seq)) {
+                assert!(text.len() <= 256 * 53, "{}", text.len());
+            }
+            assert!(reader.unfinished.len() <= MOST_SENDERS && held(&reader) <= MOST_SENDERS * 256 * 53);
+        }
+        let mut reader = TextReader::default();
+        let whole: Vec<String> = (0..=255).flat_map(|piece| reader.take((1, 1), &full(7, piece))).collect();
+        assert_eq!(whole, ["x".repeat(256 * 50)], "the last piece that can be numbered ends it");
+        assert!(reader.unfinished.is_empty());
+    }
+
+    /// MAVLink's description of STATUSTEXT: pieces are numbered, and some may be lost.
+    #[test]
+    fn a_lost_piece_leaves_a_gap_and_a_doubled_one_counts_once() {
+        let pieces = sent(&["a", "b", "c", "d"].map(|c| c.repeat(50)).concat());
+        let read = |order: &[usize]| {
+            let mut reader = TextReader::default();
+            order.iter().flat_map(|i| reader.take((1, 1), &pieces[*i])).collect::<Vec<_>>()
+        };
+        let [a, b, c, d] = ["a", "b", "c", "d"].map(|c| c.repeat(50));
+        assert_eq!(read(&[0, 0, 1, 2, 2, 3, 4]), [format!("{a}{b}{c}{d}")]);
+        assert_eq!(read(&[0, 1, 3, 4]), [format!("{a}{b}...{d}")]);
+        assert_eq!(read(&[0, 1, 0, 1, 2, 3, 4]), [format!("{a}{b}"), format!("{a}{b}{c}{d}")]);
+    }
+
+    /// What would act on a terminal is written as a word: an earlier version cleared the screen and wrote
+    /// lines of its own.
+    #[test]
+    fn regress_a_text_acts_on_no_terminal() {
+        let mut reader = TextReader::default();
+        let raw = "\u{1b}[2J\u{1b}[1;1Hgood\r evil\u{202e}\n";
+        assert_eq!(reader.take((1, 1), &sent(raw)[0]), [r"\x1b[2J\x1b[1;1Hgood\x0d evil\u{202e}\x0a"]);
     }
 
     #[test]

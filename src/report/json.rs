@@ -118,6 +118,15 @@ pub struct FlownStart {
     pub running: bool,
 }
 
+/// What somebody commanded the armed autopilot to do, otherwise than by setpoints.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct FlownCommand {
+    /// When, since the simulation began [s].
+    pub t_s: f64,
+    /// What, and by whom.
+    pub text: String,
+}
+
 /// An attempt to renew the plan of a drop. Times are since the rotors were freed.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FlownReplan {
@@ -182,6 +191,8 @@ pub struct DropRun {
     pub real_time_factor: Option<f64>,
     /// Faults that it had, in order of their beginnings.
     pub faults: Vec<FlownFault>,
+    /// What others commanded the armed autopilot to do otherwise than by setpoints, in order of time.
+    pub commanded: Vec<FlownCommand>,
     /// How its rotors were started, where that is modelled.
     pub rotor_starts: Vec<FlownStart>,
     /// Attempts to renew the plan, in order of time.
@@ -276,6 +287,8 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
         failsafe: run.failsafe,
         events: &run.events,
+        #[serde(flatten)] commanded: (!run.commanded.is_empty())
+            .then(|| object! { commanded: &run.commanded }),
         #[serde(flatten)] ring: verdict.filter(|v| !v.vortex_ring_s.is_empty())
             .map(|v| object! { vortex_ring_s: &v.vortex_ring_s }),
         #[serde(flatten)] power: verdict.and_then(|v| v.power.as_ref()).map(|power| object! {

@@ -1,7 +1,7 @@
 //! A drop that is over, judged: the verdict, what else there is to say of the run, and whether it was safe.
 
 use super::columns::fixed;
-use super::json::{DropEvent, DropRun, FlownBy, FlownFault, FlownStart, FlownTrajectory};
+use super::json::{DropEvent, DropRun, FlownBy, FlownCommand, FlownFault, FlownStart, FlownTrajectory};
 use crate::assess::judge::words;
 use crate::assess::{Objection, Verdict, VerdictBuilder, plan_j_tpf};
 use crate::config::{Mission, TrajectoryFile};
@@ -66,6 +66,7 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         failsafe: flown.record.failsafe,
         events: flown.record.events.iter().map(event).collect(),
         faults: flown.record.faults.iter().map(FlownFault::from).collect(),
+        commanded: flown.record.commanded.iter().map(FlownCommand::from).collect(),
         rotor_starts: flown.record.starts.iter().map(FlownStart::from).collect(),
         plan_j_tpf: flown.plan.map(|plan| plan_j_tpf(plan, &mission.limits.safety)),
         ..DropRun::default()
@@ -104,6 +105,18 @@ impl DropRun {
         (!all.is_empty()).then(|| all.join(", "))
     }
 
+    /// What others commanded while it was armed, in words: `mode HOLD by system 255, component 190 at 20.512
+    /// s`; the first three. `None`: nobody did.
+    pub fn command_words(&self) -> Option<String> {
+        const SHOWN: usize = 3;
+        let words = |c: &FlownCommand| format!("{} at {:.3} s", c.text, c.t_s);
+        let mut all: Vec<String> = self.commanded.iter().take(SHOWN).map(words).collect();
+        if let Some(more) = self.commanded.len().checked_sub(SHOWN).filter(|more| *more > 0) {
+            all.push(format!("and {more} more"));
+        }
+        (!all.is_empty()).then(|| all.join("; "))
+    }
+
     /// The rotors that were commanded to turn and never were caught, in words: `rotor 3 did not catch (10
     /// tries, from -31.2 rad/s)`, `rotors 1, 2 did not catch`. `None`: there are none.
     pub fn start_words(&self) -> Option<String> {
@@ -130,6 +143,9 @@ impl DropRun {
         }
         if let Some(missed) = self.start_words() {
             sentence += &format!("; {missed}");
+        }
+        if let Some(commanded) = self.command_words() {
+            sentence += &format!("; commanded: {commanded}");
         }
         Some(sentence)
     }
@@ -163,6 +179,12 @@ impl From<&FaultSpan> for FlownFault {
             until_s: span.until_s,
             by: if span.ordered { "command" } else { "mission" },
         }
+    }
+}
+
+impl From<&Timed<String>> for FlownCommand {
+    fn from(command: &Timed<String>) -> Self {
+        Self { t_s: seconds(command.at), text: command.event.clone() }
     }
 }
 

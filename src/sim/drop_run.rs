@@ -49,6 +49,9 @@ pub struct DropRunConfig {
 /// what it says beyond is not.
 pub(super) const MOST_REPORTS: usize = 100;
 
+/// Most characters of what it says of a command.
+const LONGEST_WORDS: usize = 200;
+
 impl Default for DropRunConfig {
     /// PX4's IMU period for 45 s, release by command.
     fn default() -> Self {
@@ -197,6 +200,9 @@ pub struct FlightRecord {
     pub faults: Vec<FaultSpan>,
     /// How the rotors were started, where that is modelled.
     pub starts: Vec<RotorStarted>,
+    /// What others commanded the armed autopilot to do otherwise than by setpoints, and who: `mode HOLD by
+    /// system 255, component 190`.
+    pub commanded: Vec<Timed<String>>,
 }
 
 impl FlightRecord {
@@ -413,6 +419,14 @@ impl DropRun {
     pub fn set_landing(&mut self, landing: bool) {
         self.autopilot.landing = landing;
         self.record_landing();
+    }
+
+    /// The autopilot reports what somebody has commanded it to do, in words.
+    pub fn note_command(&mut self, words: &str) {
+        if self.record.commanded.len() < MOST_REPORTS {
+            let event = words.chars().take(LONGEST_WORDS).collect();
+            self.record.commanded.push(Timed { at: self.now, event });
+        }
     }
 
     /// Cuts the vehicle loose now; once it is loose, nothing more happens.

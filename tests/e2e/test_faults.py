@@ -1,9 +1,12 @@
 """What goes wrong around a drop: said in words, and nothing lost."""
 
 import json
+import os
 import random
 import signal
 import socket
+import threading
+import time
 
 import pytest
 
@@ -261,3 +264,68 @@ def test_ctrl_c_while_waiting(samara, number):
         program.says(text)
         program.interrupt(number)
         assert program.ends() == code, program.transcript()
+
+
+# Heeded within a second; the rest is the machine's.
+HEEDED_S = 5.0
+
+
+def pour(send, until):
+    """Sends without a pause until it is over, or the other side has had enough."""
+    junk = os.urandom(40_000)
+    try:
+        while not until.is_set():
+            send(junk)
+    except OSError:
+        pass
+
+
+def serve_junk(server, until):
+    """Serves one autopilot, as a simulator that never pauses."""
+    peer, _ = server.accept()
+    with peer:
+        pour(peer.sendall, until)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("verb", ["sim", "autopilot", "stream", "drop"])
+def test_ctrl_c_is_heeded_whatever_a_peer_sends(samara, verb, number):
+    ports, until = samara.ports, threading.Event()
+    udp = socket.socket(type=socket.SOCK_DGRAM)
+    threads = []
+
+    def flood_udp(port):
+        threads.append(threading.Thread(target=pour, args=(lambda b: udp.sendto(b, ("127.0.0.1", port)), until)))
+
+    with socket.socket() as server, udp:
+        if verb == "autopilot":
+            server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, True)
+            server.bind(("127.0.0.1", ports.simulator))
+            server.listen()
+            threads.append(threading.Thread(target=serve_junk, args=(server, until)))
+            flood_udp(ports.autopilot_ground)
+        program = getattr(samara, verb)(*{"drop": ("--speed", 0.5), "sim": ("--speed", 0.5)}.get(verb, ()))
+        if verb == "sim":
+            program.says("open (simulator")
+            peer = tcp_peer(ports.simulator)
+            threads.append(threading.Thread(target=pour, args=(peer.sendall, until)))
+            flood_udp(ports.parachute)
+        if verb == "stream":
+            flood_udp(ports.api)
+        if verb == "drop":
+            flood_udp(ports.autopilot_ground)
+            flood_udp(ports.parachute)
+        for thread in threads:
+            thread.start()
+        program.says("dropped", "bytes that are no frames")
+        time.sleep(0.5)
+        program.interrupt(number)
+        since = time.monotonic()
+        try:
+            program.ends()
+            took_s = time.monotonic() - since
+        finally:
+            until.set()
+            for thread in threads:
+                thread.join()
+        assert took_s < HEEDED_S, took_s

@@ -166,3 +166,26 @@ fn regress_the_gripper_button_releases() {
     let mut wire = Wire::on_ground(None);
     assert_eq!(wire.command(MavCmd::MAV_CMD_DO_GRIPPER, &[0.0, 0.0]), 1, "it hangs from no parachute");
 }
+
+/// Whose command it was stands in the flight's record, as the autopilot tells on the simulator's link.
+#[test]
+fn who_commands_the_armed_vehicle_is_recorded() {
+    let mut wire = Wire::armed_in(3.0);
+    wire.fly_with([0, 0, 1000, 0], 6.0);
+    assert!(wire.simulator.run().record().commanded.is_empty(), "before it was armed, and sticks as such");
+    wire.set_real("MPC_VEL_MANUAL", 4.0);
+    assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]), 0);
+    wire.fly(2.0);
+    let commanded = &wire.simulator.run().record().commanded;
+    let texts: Vec<&str> = commanded.iter().map(|c| c.event.as_str()).collect();
+    let who = "system 255, component 190";
+    assert_eq!(
+        texts,
+        [
+            &format!("parameter MPC_VEL_MANUAL set to 4 by {who}"),
+            &format!("mode HOLD by {who}"),
+            &format!("manual control lost: sticks of {who}"),
+        ]
+    );
+    assert!(commanded.windows(2).all(|c| c[0].at <= c[1].at));
+}

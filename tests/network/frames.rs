@@ -157,14 +157,39 @@ pub fn radio_status() -> Vec<u8> {
 /// A HEARTBEAT of somebody who has the key and a clock that shows the last moment that stamps can.
 pub fn far_stamp(unix_us: u64) -> Vec<u8> {
     // 48 bits of 10 us, since 2015.
-    let far_us = 1_420_070_400_000_000 + ((1 << 48) - 2) * 10;
+    stamped(unix_us, 1_420_070_400_000_000 + ((1 << 48) - 2) * 10)
+}
+
+/// A HEARTBEAT of somebody who has the key, and whose clock shows `stamp_us`.
+pub fn stamped(unix_us: u64, stamp_us: u64) -> Vec<u8> {
     let config = HubConfig { own: (254, 190), memory_us: u64::MAX, forwards: false, key: Some(key()) };
     let (mut hub, mut signed) = (Hub::new(config), Vec::new());
     let endpoint = hub.add_endpoint(Link::GroundStation);
     hub.keep(unix_us, endpoint, ());
     let beat = Transmit::to_all(Link::GroundStation, station_heartbeat(254));
-    hub.send(far_us, &beat, |_, (), bytes| signed = bytes.to_vec());
+    hub.send(stamp_us, &beat, |_, (), bytes| signed = bytes.to_vec());
     signed
+}
+
+/// Pieces of a text that does not end, in the vehicle's name, and would act on a terminal.
+pub fn endless_text(pieces: usize) -> Vec<u8> {
+    let mut vehicle = Encoder::new(VEHICLE.0, VEHICLE.1);
+    let piece = |i: usize| {
+        let (id, chunk_seq) = (7, (i % 200) as u8);
+        let text = "\u{1b}[2J\u{1b}[1;1Hreleased\r\n\u{9b}31m and all is well, and so on ".into();
+        vehicle.encode(&MavMessage::STATUSTEXT(STATUSTEXT_DATA { id, chunk_seq, text, ..Default::default() }))
+    };
+    (0..pieces).flat_map(piece).collect()
+}
+
+/// Nobody's bytes, with the starts of frames among them.
+pub fn junk(dice: &mut Stream) -> Vec<u8> {
+    (0..1 + dice.below(300)).map(|_| [0xFD, 0xFE, dice.below(256) as u8][dice.below(3)]).collect()
+}
+
+/// SET_MESSAGE_INTERVAL of a stranger: ATTITUDE every microsecond.
+pub fn every_microsecond() -> Vec<u8> {
+    command(66, MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, VEHICLE, [30.0, 1.0, 0.0])
 }
 
 /// An autopilot's commands on the simulator's link, with no motor running.

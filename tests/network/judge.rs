@@ -36,6 +36,7 @@ pub fn broken(trouble: &Trouble, seen: &Outcome) -> Vec<String> {
     must(seen.reports.into_iter().all(|n| n <= MOST_REPORTS), "reports are bounded");
     must(seen.most_served <= MOST_SERVED, "peers are bounded");
     must(seen.most_connections <= MOST_CONNECTIONS, "connections are bounded");
+    must(seen.acting.is_none(), "no report acts on a terminal");
     must(seen.strangers_heard == 0, "with a key nobody is heard who has not signed now");
     must(seen.strangers_told == 0, "with a key nothing goes to who has not signed");
     must(!seen.other_armed, "the streamer commands no other vehicle than the one that it met");
@@ -65,14 +66,18 @@ pub fn broken(trouble: &Trouble, seen: &Outcome) -> Vec<String> {
     // A drop that must bear its trouble.
     let in_time = trouble.clocks_differ_s() < CLOCKS_DIFFER_S;
     let borne = match trouble.kind {
-        Kind::Calm | Kind::Misled | Kind::Twin => true,
+        Kind::Calm | Kind::Misled | Kind::Twin | Kind::Wordy => true,
         Kind::Clocks => in_time,
         _ => false,
     };
-    let served = matches!(trouble.kind, Kind::Crowded | Kind::Held | Kind::Doors | Kind::Keyless);
+    let served = matches!(
+        trouble.kind,
+        Kind::Crowded | Kind::Held | Kind::Doors | Kind::Keyless | Kind::Ahead | Kind::Flooded
+    );
     let wishes = served && trouble.kind != Kind::Doors;
     let good = seen.simulator_yes && seen.streamer_yes;
     must(trouble.kind != Kind::Clocks || good || seen.other_clock, "clocks that differ are told");
+    must(trouble.kind != Kind::Ahead || seen.other_clock, "who is ahead is told");
     must(!(borne || served) || seen.simulator_yes, "the drop is good in spite of it");
     must(!(borne || served) || seen.streamer_yes, "the streamer's exit is 0 in spite of it");
     must(!served || seen.unserved_s < UNSERVED_S, "an operator who speaks is served");

@@ -63,6 +63,8 @@ pub struct Outcome {
     /// Longest silence of the vehicle to an operator who speaks, wall time [s].
     pub unserved_s: f64,
     pub story: Vec<String>,
+    /// A report that would act on a terminal.
+    pub acting: Option<String>,
 }
 
 impl Outcome {
@@ -116,6 +118,9 @@ impl Outcome {
     }
 
     pub fn tell(&mut self, now: u64, what: &str) {
+        if what.contains(char::is_control) {
+            self.acting.get_or_insert_with(|| what.to_owned());
+        }
         if self.story.len() < MOST_TOLD {
             self.story.push(format!("{:10.6} {what}", now as f64 * 1e-6));
         }

@@ -69,7 +69,7 @@ fn regress_one_forged_datagram_spoils_no_drop() {
 /// | TCP clients that have not spoken give way, or wait (`link/hub`) | 42 |
 /// | stamps survive a restart (`link/signing.rs`) | 20 |
 /// | clocks that differ are told (`link/hub`) | 3 |
-/// | no stamp is followed that is more than a day ahead (`link/signing.rs`) | 24 |
+/// | no stamp is followed that is more than a minute ahead (`link/signing.rs`) | 24 |
 /// | uploads that stand still give way (`link/autopilot/missions`) | 10 |
 /// | reports of the autopilot are bounded (`sim/drop_run.rs`) | 23 |
 #[test]

@@ -246,6 +246,17 @@ impl<'a> World<'a> {
                 let mad = frames::far_stamp(self.unix(Host::Operator));
                 self.datagram(Datagram { to, from: 50_020, bytes: mad, forged: false });
             }
+            Act::Ahead(to, ahead_us) => {
+                let unix = self.unix(Host::Operator);
+                let bytes = frames::stamped(unix, unix + ahead_us);
+                self.datagram(Datagram { to, from: 50_020, bytes, forged: false });
+            }
+            Act::Flood { to, datagrams } => {
+                for _ in 0..datagrams {
+                    let bytes = frames::junk(&mut self.dice);
+                    self.datagram(Datagram { to, from: 50_040, bytes, forged: true });
+                }
+            }
             Act::Pause(long_us) => self.operator.pause(self.now + long_us),
             Act::Wish(wish) => {
                 self.seen.wishes[0] += 1;

@@ -11,8 +11,8 @@ use crate::units::US_PER_S;
 /// Why a parameter is not changed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// There is no such parameter.
-    #[error("unknown parameter {0}")]
+    /// There is no such parameter; what is not printable ASCII in the name is written as bytes.
+    #[error("unknown parameter {}", .0.as_bytes().escape_ascii())]
     Unknown(String),
     /// An integer where a float is expected, or the other way round.
     #[error("{name} refused: {expected} expected")]

@@ -10,6 +10,7 @@ use crate::config::source::Source;
 use crate::config::trajectory_csv::{TrajectoryFile, load_trajectory};
 use crate::params::compatibility::written_for;
 use crate::params::{ParameterFile, import};
+use crate::printable::printable;
 
 impl Mission {
     /// Puts other gains in: those of the file `name_or_path`, or of that name beside the mission's own gains
@@ -118,6 +119,7 @@ impl Mission {
     }
 }
 
+/// The name of a file as a label: fit to be printed.
 fn file_name(path: &Path) -> String {
-    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+    printable(&path.file_name().unwrap_or_default().to_string_lossy()).into_owned()
 }

@@ -9,6 +9,7 @@
 //! | `hil`, `sensing`, `home` | the simulator's messages as a state and as the estimator's samples; home |
 //! | `clock` | simulated time, TIMESYNC and PING |
 //! | `commands`, `outcome` | COMMAND_LONG and COMMAND_INT, and who obeys each; what becomes of them |
+//! | `commanded` | whose command has changed what flies, for the simulator |
 //! | `relay` | the commands that are the simulator's or the parachute's |
 //! | `refusals` | what is not there, refused in words |
 //! | `flight_commands`, `mission_commands` | modes, arming, the commands about where to fly; about missions |
@@ -27,6 +28,7 @@
 //! backwards the simulator has started over, and so does the autopilot.
 
 mod clock;
+mod commanded;
 mod commands;
 mod files;
 mod flight_commands;
@@ -52,6 +54,7 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use self::clock::Clock;
+use self::commanded::Standing;
 use self::files::FileServer;
 use self::logging::record;
 use self::missions::{Missions, Reports};
@@ -65,6 +68,7 @@ use self::telemetry::Telemetry;
 use self::vehicle::{Facts, Vehicle};
 use crate::autopilot::Autopilot;
 use crate::autopilot::estimator::{Estimator, EstimatorSettings};
+use crate::autopilot::failsafe::Condition;
 use crate::autopilot::flight_log::LogEntry;
 use crate::autopilot::parameters::Parameters;
 use crate::control::{ControlSettings, Controller, FreeFallSettings};
@@ -74,6 +78,7 @@ use crate::model::{Environment, PerRotor};
 use crate::params::ParameterFile;
 use crate::time::TimeUs;
 
+pub use self::commanded::COMMANDED;
 pub use crate::params::file::AUTOPILOT_COMPONENT;
 
 /// What an autopilot session is built from.
@@ -113,6 +118,8 @@ pub struct AutopilotSession {
     relay: Relay,
     refusals: Refusals,
     outbox: Outbox,
+    /// Whose sticks counted last.
+    pilot: Option<Peer>,
 }
 
 impl AutopilotSession {
@@ -138,6 +145,7 @@ impl AutopilotSession {
             relay: Relay::default(),
             refusals: Refusals::default(),
             outbox: Outbox::new(system_id),
+            pilot: None,
         };
         session.greet_simulator();
         session
@@ -236,6 +244,7 @@ impl AutopilotSession {
         self.vehicle.start_over(now, self.parameters.parameters.gps_delay_us());
         self.restart_services();
         self.refusals = Refusals::default();
+        self.pilot = None;
         self.streams.restart();
     }
 
@@ -274,7 +283,10 @@ impl AutopilotSession {
             }
         } else if let Some((target, request)) = parameters::Request::read(frame) {
             if self.is_for_us(target) {
-                self.parameters.handle(peer, request, &mut self.vehicle.autopilot, &mut self.outbox);
+                let Self { parameters, vehicle, outbox, .. } = &mut *self;
+                if let Some(index) = parameters.handle(peer, request, &mut vehicle.autopilot, outbox) {
+                    self.tell_parameter(index, peer);
+                }
             }
         } else if let Some((target, setpoint)) = setpoints::read(frame, &self.vehicle) {
             if self.is_for_us(target) {
@@ -296,7 +308,9 @@ impl AutopilotSession {
                 (Link::GroundStation | Link::Api, MavMessage::MANUAL_CONTROL(m)) => {
                     if let Some(sticks) = manual_control::sticks_of(m) {
                         let source = manual_control::source(peer);
-                        self.vehicle.autopilot.take_sticks(now, source, sticks);
+                        if self.vehicle.autopilot.take_sticks(now, source, sticks) {
+                            self.pilot = Some(peer);
+                        }
                     }
                 }
                 (link, message) => {
@@ -408,7 +422,11 @@ impl AutopilotSession {
 
     fn report_events(&mut self) {
         while let Some(event) = self.vehicle.autopilot.take_event() {
+            let sticks_lost = event.text == Condition::SticksLost.text();
             self.outbox.report(self.clock.now(), event);
+            if sticks_lost {
+                self.tell_lost_sticks();
+            }
         }
     }
 }
@@ -421,7 +439,9 @@ impl Session for AutopilotSession {
         if is_echo || !LINKS.contains(&link) {
             return;
         }
-        self.route(Peer::of(link, frame), frame);
+        let (before, peer) = (Standing::of(&self.vehicle.autopilot), Peer::of(link, frame));
+        self.route(peer, frame);
+        self.tell_change(before, peer);
         self.report_events();
     }
 

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 
 use mavlink::Message as _;
-use mavlink::dialects::common::{MavMessage, MavSeverity};
+use mavlink::dialects::common::{MavMessage, MavSeverity, STATUSTEXT_DATA};
 use num_traits::FromPrimitive as _;
 
 use super::logging::LogQueue;
@@ -117,6 +117,11 @@ impl Outbox {
             self.broadcast(&MavMessage::STATUSTEXT(message));
         }
         self.log.push(LogEntry::Said(now, event));
+    }
+
+    /// The messages of a notice.
+    pub(super) fn notices(&mut self, text: &str) -> Vec<STATUSTEXT_DATA> {
+        self.texts.messages(MavSeverity::MAV_SEVERITY_NOTICE, text)
     }
 
     /// Answers that nobody fetches as fast as they are asked for are not kept without end; the simulator's

@@ -90,14 +90,14 @@ impl ParameterServer {
         Self { parameters, lists: VecDeque::new(), keeps_file, saved: None }
     }
 
-    /// Takes a request of a peer.
+    /// Takes a request of a peer; the index of the parameter that has another value by it.
     pub(super) fn handle(
         &mut self,
         peer: Peer,
         request: Request,
         autopilot: &mut Autopilot,
         outbox: &mut Outbox,
-    ) {
+    ) -> Option<usize> {
         match request {
             Request::List => self.begin_list(peer),
             Request::Read { index, name } => self.answer_read(peer, index, &name, outbox),
@@ -105,8 +105,11 @@ impl ParameterServer {
             Request::Set { name, .. } if name == HASH => {
                 self.lists.retain(|(p, _)| (p.link, p.id) != (peer.link, peer.id));
             }
-            Request::Set { name, kind, bits } => self.set(peer, &name, (kind, bits), autopilot, outbox),
+            Request::Set { name, kind, bits } => {
+                return self.set(peer, &name, (kind, bits), autopilot, outbox);
+            }
         }
+        None
     }
 
     /// One list at a time for a peer; asked for again, it starts over, without the checksum.
@@ -163,7 +166,7 @@ impl ParameterServer {
         (kind, bits): (u8, u32),
         autopilot: &mut Autopilot,
         outbox: &mut Outbox,
-    ) {
+    ) -> Option<usize> {
         let value = match MavParamType::from_u8(kind) {
             Some(MavParamType::MAV_PARAM_TYPE_INT32) => Ok(Value::Int(bits as i32)),
             Some(MavParamType::MAV_PARAM_TYPE_REAL32) => Ok(Value::Real(f32::from_bits(bits))),
@@ -174,10 +177,14 @@ impl ParameterServer {
             None => Err(MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED),
         };
         let (reason, error) = match value.map(|value| self.parameters.set(name, value, autopilot)) {
-            Ok(Ok(changed)) => return self.publish(&changed, outbox),
+            Ok(Ok(changed)) => {
+                self.publish(&changed, outbox);
+                return changed.first().copied();
+            }
             Ok(Err(refusal)) => (refusal.to_string(), error_of(&refusal)),
             Err(error) => {
                 let known = "only 6 (INT32) and 9 (REAL32) are known";
+                let name = name.as_bytes().escape_ascii();
                 (format!("{name} refused: type {kind}, {known}"), error)
             }
         };
@@ -186,6 +193,7 @@ impl ParameterServer {
             self.send_value(peer, index, outbox);
         }
         outbox.reply(peer, &param_error(peer, name, -1, error));
+        None
     }
 
     /// PREFLIGHT_STORAGE, parameter 1: 1 keep the parameters, 2 back to those of the start. Not in flight, as
@@ -276,4 +284,32 @@ fn param_error(peer: Peer, name: &str, param_index: i16, error: MavParamError) -
     let (target_system, target_component, param_id) = (peer.system, peer.component, name.into());
     let data = PARAM_ERROR_DATA { param_index, target_system, target_component, param_id, error };
     MavMessage::PARAM_ERROR(data)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::control::{ControlLimits, Gains};
+    use crate::link::{Link, PeerId};
+    use crate::params::Subject;
+    use crate::sim::test_site;
+
+    /// Peers are renewed for nothing: a list that nobody hears has no end of its own.
+    #[test]
+    fn more_lists_than_there_is_room_for_are_not_begun() {
+        let subject = Subject {
+            vehicle: &test_site::vehicle(),
+            environment: &test_site::environment(),
+            gains: &Gains::longitudinal([8.0, 2.0, 4.0, 3.0, 1.0, 1.5, 0.2]),
+            limits: &ControlLimits::default(),
+            speed_m_s: 9.0,
+        };
+        let mut server = ParameterServer::new(Parameters::of(&subject, 1).unwrap(), false);
+        for link in [Link::GroundStation, Link::Api] {
+            for id in 0..3 * MAX_LISTS as u32 {
+                server.begin_list(Peer { link, id: PeerId(id), system: 66, component: 190 });
+            }
+        }
+        assert_eq!(server.lists.len(), 2 * MAX_LISTS);
+    }
 }

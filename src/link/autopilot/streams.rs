@@ -90,7 +90,7 @@ impl Schedule {
         if let Some(stream) = due {
             let interval = stream.interval_us.unwrap_or(1);
             // At the end of time there is no next one.
-            match (now / interval + 1).checked_mul(interval) {
+            match (now / interval).checked_add(1).and_then(|next| next.checked_mul(interval)) {
                 Some(next_us) => stream.next_us = next_us,
                 None => stream.interval_us = None,
             }
@@ -144,9 +144,18 @@ mod tests {
 
     #[test]
     fn prop_the_end_of_time_ends_the_streams() {
-        let mut schedule = Schedule::new(Link::Api);
-        let sent = std::iter::from_fn(|| schedule.take_due(TimeUs::MAX)).take(1000).count();
-        assert!(sent < 100, "{sent}");
+        let sent = |schedule: &mut Schedule| {
+            std::iter::from_fn(|| schedule.take_due(TimeUs::MAX)).take(1000).count()
+        };
+        let streams = sent(&mut Schedule::new(Link::Api));
+        assert!(streams < 100, "{streams}");
+        // With an interval of 1 us there was always a next one: the autopilot never left the step.
+        for interval_us in [1.0, 2.0, 3.0, 1e6, 1e18, f32::MAX] {
+            let mut schedule = Schedule::new(Link::Api);
+            let params = [ATTITUDE_DATA::ID as f32, interval_us, 0.0, 0.0, 0.0, 0.0, 0.0];
+            let outcome = schedule.set_interval(&Command { params, ..Command::default() });
+            assert_eq!((outcome, sent(&mut schedule)), (Outcome::Accepted, streams), "{interval_us}");
+        }
     }
 
     #[test]

@@ -6,6 +6,7 @@
 
 use mavlink::dialects::common::*;
 
+use super::super::autopilot::COMMANDED;
 use super::super::frame::{Command, CommandAck, Frame};
 use super::super::injection::{INJECT_FAILURE, orders};
 use super::super::parachute::PARACHUTE_COMPONENT;
@@ -23,6 +24,13 @@ impl HilSession {
             Some(MavMessage::HEARTBEAT(m)) => {
                 self.peer.mode_on_link |= m.custom_mode != 0;
                 self.take_heartbeat(m);
+            }
+            Some(MavMessage::STATUSTEXT(m)) if !matches!(self.pace, Pace::NoPeer | Pace::Done) => {
+                for text in self.texts.take((frame.system_id, frame.component_id), m) {
+                    if let Some(words) = text.strip_prefix(COMMANDED) {
+                        self.run.note_command(words);
+                    }
+                }
             }
             _ => {
                 if let Some(command) = frame.command() {

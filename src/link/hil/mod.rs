@@ -35,6 +35,7 @@ use super::encoder::Encoder;
 use super::frame::Frame;
 use super::parachute::ParachuteComponent;
 use super::session::{Link, Session, Transmit};
+use super::statustext::TextReader;
 use crate::sim::faults::FaultCourse;
 use crate::sim::{DropEvent, DropRun, DropSimulation, Phase, ReleaseCause};
 use crate::time::{TimeUs, Timed};
@@ -86,6 +87,8 @@ pub struct HilSession {
     pace: Pace,
     peer: Peer,
     companion: Option<CompanionPace>,
+    /// What the autopilot says on the link.
+    texts: TextReader,
     next_report: Duration,
     next_call: Duration,
 }
@@ -123,6 +126,7 @@ impl HilSession {
             companion: config.companion.map(CompanionPace::new),
             next_report: FIRST_REPORT,
             next_call: Duration::ZERO,
+            texts: TextReader::default(),
             run,
             config,
         }

@@ -75,9 +75,9 @@ pub enum HubEvent<A> {
     Heard(EndpointId, A),
     /// There is no room for a peer; reported once until there is.
     Crowded(EndpointId, A),
-    /// It signs by our key, but is so many seconds ahead of our clock (negative: behind) and not believed;
-    /// reported once.
-    OtherClock(EndpointId, A, i64),
+    /// A system and component there signs by our key, but is so many seconds ahead of our clock (negative:
+    /// behind) and not believed; each is reported once.
+    OtherClock(EndpointId, A, (u8, u8), i64),
 }
 
 /// A connection whose peer has not spoken yet.
@@ -111,7 +111,8 @@ pub struct Hub<A> {
     reserved: Option<(u8, u8)>,
     last_id: PeerId,
     crowded_reported: bool,
-    clock_reported: bool,
+    /// Systems and components whose clocks have been reported.
+    clocks_reported: Vec<(u8, u8)>,
     /// Connections whose peers have not spoken, the earliest first.
     waiting: Vec<Waiting<A>>,
     /// Connections that are to be closed.
@@ -138,7 +139,7 @@ impl<A: Copy + PartialEq> Hub<A> {
             reserved: None,
             last_id: PeerId::ONLY,
             crowded_reported: false,
-            clock_reported: false,
+            clocks_reported: Vec::new(),
             waiting: Vec::new(),
             to_close: VecDeque::new(),
             doubles: None,
@@ -344,7 +345,7 @@ impl<A: Copy + PartialEq> Hub<A> {
             }
         }
         if let Err(refusal) = verified {
-            return self.refuse(endpoint, from, refusal);
+            return self.refuse(endpoint, from, frame, refusal);
         }
         // What came by two ways has one stamp.
         if self.doubles.as_mut().is_some_and(|d| d.holds(now, (endpoint, from), frame.bytes())) {
@@ -352,7 +353,7 @@ impl<A: Copy + PartialEq> Hub<A> {
             return false;
         }
         if let Some(Err(refusal)) = self.signing.as_mut().map(|s| s.check_stamp(frame, now)) {
-            return self.refuse(endpoint, from, refusal);
+            return self.refuse(endpoint, from, frame, refusal);
         }
         let sender = (frame.system_id, frame.component_id);
         if sender == self.config.own {
@@ -400,11 +401,14 @@ impl<A: Copy + PartialEq> Hub<A> {
     }
 
     /// Counts a frame that is not let in; false.
-    fn refuse(&mut self, endpoint: EndpointId, from: A, refusal: Refusal) -> bool {
+    fn refuse(&mut self, endpoint: EndpointId, from: A, frame: &Frame, refusal: Refusal) -> bool {
+        let sender = (frame.system_id, frame.component_id);
         if let Refusal::Clock(ahead_s) = refusal
-            && !std::mem::replace(&mut self.clock_reported, true)
+            && !self.clocks_reported.contains(&sender)
+            && self.clocks_reported.len() < MAX_PEERS
         {
-            self.events.push_back(HubEvent::OtherClock(endpoint, from, ahead_s));
+            self.clocks_reported.push(sender);
+            self.events.push_back(HubEvent::OtherClock(endpoint, from, sender, ahead_s));
         }
         self.count(endpoint, |faults| match refusal {
             Refusal::Unsigned => faults.unsigned += 1,

@@ -479,3 +479,15 @@ fn regress_listeners_give_way_to_who_speaks() {
     assert_eq!((closed(&mut hub, NOW + 60 * S), hub.faults(ground).crowded), (15, 19));
     assert_eq!(hub.served(NOW + 60 * S), 1, "a connection that has spoken is kept");
 }
+
+/// One peer in the names of more components than are remembered: all are heard, and what is kept of them is
+/// bounded.
+#[test]
+fn a_peer_in_many_names_fills_no_table() {
+    let (mut hub, ground, _) = hub(config());
+    for component in 1..=200 {
+        let frames = hear(&mut hub, NOW, ground, 7, &Encoder::new(66, component).encode(&heartbeat()));
+        assert_eq!(frames.len(), 1);
+    }
+    assert_eq!(hub.peers[0].components().count(), 16);
+}

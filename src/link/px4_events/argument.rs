@@ -1,6 +1,7 @@
 //! The kinds of an event's arguments.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 /// A kind of argument.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -8,11 +9,12 @@ pub(super) enum Argument {
     Unsigned(u8),
     Signed(u8),
     Float,
-    /// One of the names, or where `bits` all whose bits are set; so many bytes.
+    /// One of the names, or where `bits` all whose bits are set; so many bytes. All arguments of an enum share
+    /// its names.
     Named {
         bytes: u8,
         bits: bool,
-        names: BTreeMap<u64, String>,
+        names: Arc<BTreeMap<u64, String>>,
     },
 }
 

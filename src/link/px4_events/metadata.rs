@@ -1,11 +1,12 @@
 //! Events' metadata, from libevents' JSON.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use serde::Deserialize;
 
 use super::argument::Argument;
-use super::{Description, EventTexts, Role};
+use super::{ARGUMENTS, Description, EventTexts, Role};
 
 /// Why metadata of events cannot be used.
 #[derive(Debug, thiserror::Error)]
@@ -67,6 +68,10 @@ struct ArgumentJson {
 
 /// Groups of events whose first argument has the modes that a check is for.
 const CHECKS: [&str; 2] = ["arming_check", "health"];
+/// Most entries of an enum: PX4's have some dozen.
+const MOST_ENTRIES: usize = 256;
+/// Most bytes of an event's message: PX4's have some hundred.
+const LONGEST_MESSAGE: usize = 2000;
 /// The event that a report begins with: of two summaries the first.
 const SUMMARY: &str = "arming_check";
 
@@ -75,23 +80,43 @@ impl EventTexts {
     /// known are left out.
     ///
     /// # Errors
-    /// [`EventsError`] where the JSON is none, or not of events.
+    /// [`EventsError`] where the JSON is none, or not of events, or holds more than events can: arguments of
+    /// more than 40 bytes, enums of more than 256 entries, messages of more than 2000 bytes.
     pub fn parse(json: &[u8]) -> Result<Self, EventsError> {
         let file: File = serde_json::from_slice(json).map_err(|e| EventsError(e.to_string()))?;
-        let mut kinds = BTreeMap::new();
+        let mut enums = BTreeMap::new();
         for component in file.components.values() {
             for (name, of) in &component.enums {
-                kinds.insert(format!("{}::{name}", component.namespace), of);
+                let full = format!("{}::{name}", component.namespace);
+                if of.entries.len() > MOST_ENTRIES {
+                    return Err(too_many(&full, of.entries.len(), "entries", MOST_ENTRIES));
+                }
+                if let Some(argument) = named(of) {
+                    enums.insert(full, argument);
+                }
             }
         }
         let mut texts = BTreeMap::new();
         for (id, component) in &file.components {
             for (group, events) in &component.event_groups {
                 for (number, event) in &events.events {
-                    let of = |argument: &ArgumentJson| kind(&argument.kind, &component.namespace, &kinds);
+                    let what = || format!("event {number} of {}", component.namespace);
+                    if event.message.len() > LONGEST_MESSAGE {
+                        let bytes = event.message.len();
+                        return Err(too_many(&what(), bytes, "bytes of message", LONGEST_MESSAGE));
+                    }
+                    // Each has a byte at the least.
+                    if event.arguments.len() > ARGUMENTS {
+                        return Err(too_many(&what(), event.arguments.len(), "arguments", ARGUMENTS));
+                    }
+                    let of = |argument: &ArgumentJson| kind(&argument.kind, &component.namespace, &enums);
                     let Some(arguments) = event.arguments.iter().map(of).collect::<Option<Vec<_>>>() else {
                         continue;
                     };
+                    let bytes = arguments.iter().map(Argument::bytes).sum();
+                    if bytes > ARGUMENTS {
+                        return Err(too_many(&what(), bytes, "bytes of arguments", ARGUMENTS));
+                    }
                     let role = match event.kind.as_deref() {
                         Some("summary") if group == SUMMARY => Role::Summary,
                         None if CHECKS.contains(&group.as_str()) => Role::Check,
@@ -106,19 +131,27 @@ impl EventTexts {
     }
 }
 
-fn kind(name: &str, namespace: &str, enums: &BTreeMap<String, &Enum>) -> Option<Argument> {
+fn too_many(what: &str, number: usize, of: &str, most: usize) -> EventsError {
+    EventsError(format!("{what} has {number} {of}, {most} at most are expected"))
+}
+
+fn kind(name: &str, namespace: &str, enums: &BTreeMap<String, Argument>) -> Option<Argument> {
     if let Some(plain) = plain(name) {
         return Some(plain);
     }
     let full = if name.contains("::") { name.to_owned() } else { format!("{namespace}::{name}") };
-    let of = enums.get(&full)?;
+    enums.get(&full).cloned()
+}
+
+/// The kind of an enum's arguments; `None` where it is of a type that is not known.
+fn named(of: &Enum) -> Option<Argument> {
     let bytes = plain(&of.kind)?.bytes() as u8;
     let shown = |entry: &Entry| match entry.description.as_str() {
         "" => entry.name.clone(),
         words => words.to_owned(),
     };
     let names = of.entries.iter().map(|(value, entry)| (*value, shown(entry))).collect();
-    Some(Argument::Named { bytes, bits: of.is_bitfield, names })
+    Some(Argument::Named { bytes, bits: of.is_bitfield, names: Arc::new(names) })
 }
 
 fn plain(name: &str) -> Option<Argument> {
@@ -207,5 +240,47 @@ mod tests {
             let error = EventTexts::parse(json.as_bytes()).unwrap_err().to_string();
             assert!(error.starts_with("metadata of PX4's events: "), "{error}");
         }
+    }
+
+    /// 8 kB of xz, and 3 GB once each argument had a copy of its enum's entries: the process was aborted.
+    #[test]
+    fn regress_metadata_that_hold_more_than_events_can_are_refused_by_the_bound() {
+        let file = |entries: usize, message: usize, arguments: &[&str]| {
+            let entries: Vec<String> = (0..entries).map(|i| format!(r#""{i}":{{"name":"n"}}"#)).collect();
+            let arguments: Vec<String> = arguments.iter().map(|of| format!(r#"{{"type":"{of}"}}"#)).collect();
+            let json = format!(
+                r#"{{"components":{{"1":{{"namespace":"px4",
+                "enums":{{"e":{{"type":"uint32_t","entries":{{{}}}}}}},
+                "event_groups":{{"g":{{"events":{{"7":{{"message":"{}","arguments":[{}]}}}}}}}}}}}}}}"#,
+                entries.join(","),
+                "m".repeat(message),
+                arguments.join(","),
+            );
+            EventTexts::parse(json.as_bytes()).map(|texts| texts.len()).map_err(|e| e.to_string())
+        };
+        assert_eq!(file(256, 2000, &["e"; 10]), Ok(1), "as much as fits");
+        for (entries, message, arguments, why) in [
+            (20_000, 0, vec!["e"; 20_000], "px4::e has 20000 entries, 256 at most"),
+            (256, 0, vec!["e"; 20_000], "event 7 of px4 has 20000 arguments, 40 at most"),
+            (256, 0, vec!["e"; 11], "event 7 of px4 has 44 bytes of arguments, 40 at most"),
+            (256, 2001, vec![], "event 7 of px4 has 2001 bytes of message, 2000 at most"),
+        ] {
+            let refusal = file(entries, message, &arguments).unwrap_err();
+            assert_eq!(refusal, format!("metadata of PX4's events: {why} are expected"));
+        }
+    }
+
+    /// However many arguments are of one enum, its entries are there once.
+    #[test]
+    fn arguments_of_one_enum_share_its_entries() {
+        let texts = EventTexts::parse(JSON.as_bytes()).unwrap();
+        assert_eq!(texts.len(), 4);
+        let twice = JSON.replace(
+            r#""type": "navigation_mode_group_t" },"#,
+            r#""type": "navigation_mode_group_t" }, { "name": "too", "type": "navigation_mode_group_t" },"#,
+        );
+        let texts = EventTexts::parse(twice.as_bytes()).unwrap();
+        let Argument::Named { names, .. } = &texts.0[&(1 << 24 | 9)].arguments[1] else { panic!() };
+        assert_eq!(Arc::strong_count(names), 2);
     }
 }

@@ -10,6 +10,7 @@ use std::collections::{BTreeMap, VecDeque};
 
 use self::argument::Argument;
 use crate::link::frame::Payload;
+use crate::printable::printable;
 
 #[cfg_attr(not(feature = "files"), expect(dead_code, reason = "made of metadata, which are files"))]
 mod argument;
@@ -72,10 +73,11 @@ struct Description {
 pub struct EventTexts(BTreeMap<u32, Description>);
 
 impl EventTexts {
-    /// The event in words; `None`: its text is not known.
+    /// The event in words, [`printable`]; `None`: its text is not known.
     pub fn text(&self, event: &Event) -> Option<String> {
         let description = self.0.get(&event.id)?;
-        Some(text::filled(&description.message, &description.arguments, &event.arguments))
+        let text = text::filled(&description.message, &description.arguments, &event.arguments);
+        Some(printable(&text).into_owned())
     }
 
     /// How many events have a text.

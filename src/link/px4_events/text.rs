@@ -2,12 +2,17 @@
 
 use super::argument::Argument;
 
+/// A text is cut when it is longer than this [bytes]: PX4's have some hundred.
+const LONGEST: usize = 1000;
+
 /// The message with the arguments put in. Tags go, what they enclose stays; a backslash takes the meaning
 /// from what follows it. A place that is none is left as it is.
 pub(super) fn filled(message: &str, kinds: &[Argument], packed: &[u8]) -> String {
     let mut text = String::new();
     let mut rest = message;
-    while let Some(at) = rest.find(['\\', '<', '{']) {
+    while let Some(at) = rest.find(['\\', '<', '{'])
+        && text.len() <= LONGEST
+    {
         text.push_str(&rest[..at]);
         let (mark, after) = rest[at..].split_at(1);
         let end = |close: char| after.find(close);
@@ -32,6 +37,8 @@ pub(super) fn filled(message: &str, kinds: &[Argument], packed: &[u8]) -> String
         };
     }
     text.push_str(rest);
+    let end = (0..=LONGEST.min(text.len())).rev().find(|at| text.is_char_boundary(*at));
+    text.truncate(end.unwrap_or(0));
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
@@ -84,13 +91,23 @@ fn placed(place: &str, kinds: &[Argument], packed: &[u8]) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use std::collections::BTreeMap;
+    use std::sync::Arc;
 
     use super::*;
+
+    /// A long name in many places would make gigabytes of one event.
+    #[test]
+    fn regress_a_text_is_cut_where_it_is_longer_than_a_thousand_bytes() {
+        let names = Arc::new(BTreeMap::from([(0, "\u{e9}".repeat(100_000))]));
+        let kinds = [Argument::Named { bytes: 1, bits: false, names }];
+        let text = filled(&"{1}".repeat(100_000), &kinds, &[0]);
+        assert_eq!(text, "\u{e9}".repeat(LONGEST / 2));
+    }
 
     /// The forms that libevents' documentation lists, and what PX4's metadata have.
     #[test]
     fn places_take_their_arguments_digits_and_units() {
-        let names = BTreeMap::from([(1, "x".to_owned()), (2, "y".to_owned())]);
+        let names = Arc::new(BTreeMap::from([(1, "x".to_owned()), (2, "y".to_owned())]));
         let kinds = [
             Argument::Unsigned(2),
             Argument::Signed(1),

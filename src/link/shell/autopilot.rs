@@ -25,6 +25,9 @@ use crate::time::TimeUs;
 /// From one try to connect to the next.
 const RETRY: Duration = Duration::from_millis(250);
 
+/// What connects to a loopback port takes no longer.
+const DECIDED: Duration = Duration::from_millis(50);
+
 /// For so long after the simulator has left, what the parachute has said last is passed on: the end of one
 /// socket may be seen before what came earlier by another.
 const LAST_WORDS: Duration = Duration::from_millis(100);
@@ -88,7 +91,11 @@ pub async fn run_autopilot<O: Observer>(
         if shell.connection.as_ref().is_some_and(Connection::is_held_up) {
             pause = pause.min(WATCH_PERIOD);
         }
+        // A peer that always has something to be read must not keep the runtime from its signals, timers and
+        // other sockets: what is ready at once takes nothing of anybody's turn.
+        tokio::task::yield_now().await;
         tokio::select! {
+            biased;
             () = &mut stop => break,
             () = Connection::ready(shell.connection.as_ref()) => {}
             () = shell.links.readable() => {}
@@ -128,8 +135,8 @@ impl Dialler {
             return None;
         }
         self.tried = Some(Since::now());
-        // On the loopback interface this is decided at once.
-        if let Ok(stream) = TcpStream::connect(self.at).await {
+        // On the loopback interface this is decided at once, unless whoever listens there accepts nobody.
+        if let Ok(Ok(stream)) = tokio::time::timeout(DECIDED, TcpStream::connect(self.at)).await {
             self.reported = false;
             observer.notice(Notice::Connected(self.at, "simulator".into()));
             return Some(Connection::new(stream, self.at, "simulator link"));
@@ -180,6 +187,7 @@ impl<O: Observer> Shell<'_, O> {
         let since = Since::now();
         while let Some(left) = LAST_WORDS.checked_sub(since.elapsed()) {
             _ = tokio::time::timeout(left, self.links.readable()).await;
+            tokio::task::yield_now().await;
             self.take_turn();
         }
     }

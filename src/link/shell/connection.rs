@@ -170,3 +170,35 @@ impl Connection {
         !self.outgoing.is_empty()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use tokio::net::TcpListener;
+
+    use super::super::tests::block_on;
+    use super::*;
+
+    /// More than the system's own buffers take, all at once: the patience of five seconds has not begun.
+    #[test]
+    fn who_reads_nothing_is_gone_once_a_mebibyte_waits() {
+        block_on(async {
+            let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+            let (far, near) =
+                tokio::join!(TcpStream::connect(listener.local_addr().unwrap()), listener.accept());
+            let ((near, peer), _far) = (near.unwrap(), far.unwrap());
+            let mut connection = Connection::new(near, peer, "a test's link");
+            connection.stream.writable().await.unwrap();
+            let mut queued = 0;
+            let why = loop {
+                connection.queue(&[0; 1 << 16]);
+                queued += 1 << 16;
+                if let Err(why) = connection.flush() {
+                    break why;
+                }
+                assert!(queued < 256 << 20, "everything is kept");
+            };
+            assert!(why.contains("1024 kB wait for it"), "{why}");
+            assert!(connection.outgoing.len() <= MAX_WAITING + (1 << 16));
+        });
+    }
+}

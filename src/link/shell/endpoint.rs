@@ -19,10 +19,12 @@ use super::url::{Kind, LinkUrl};
 const DATAGRAM_LEN: usize = 65_536;
 /// Longest datagram that several frames share [bytes]: it travels whole over Ethernet, with room for tunnels.
 const SHARED_LEN: usize = 1400;
-/// Most datagrams that are taken at a time: a flood must not keep the rest from running.
+/// Most datagrams that are taken at a time: a flood must not keep the rest from running. A datagram may hold
+/// thousands of frames: once so many bytes have come, no further one is taken.
 const DATAGRAMS_AT_A_TIME: usize = 64;
+const BYTES_AT_A_TIME: usize = 1 << 16;
 /// Most reads of a connection at a time, for the same reason.
-const READS_AT_A_TIME: usize = 16;
+const READS_AT_A_TIME: usize = 4;
 /// Most bytes that wait for a connection's peer; at telemetry's rates more than ten seconds of it.
 const MAX_WAITING: usize = 1 << 18;
 /// A connection's peer that takes nothing for this long, while something waits for it, is gone.
@@ -137,9 +139,14 @@ impl Endpoint {
     pub(super) fn receive(&mut self, each: &mut impl FnMut(Arrival<'_>) -> bool) -> bool {
         match self {
             Self::Udp { socket, remote, buffer, .. } => {
+                let mut bytes = 0;
                 for _ in 0..DATAGRAMS_AT_A_TIME {
+                    if bytes > BYTES_AT_A_TIME {
+                        break;
+                    }
                     match socket.try_recv_from(buffer) {
                         Ok((len, from)) if remote.is_none_or(|remote| remote == from) => {
+                            bytes += len;
                             each(Arrival::Datagram(from, &buffer[..len]));
                         }
                         Ok(_) => {}

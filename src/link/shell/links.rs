@@ -8,6 +8,7 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::HEARTBEAT_DATA;
 
 use super::super::autopilot::AUTOPILOT_COMPONENT;
+use super::super::faults::Faults;
 use super::super::frame::{Frame, message_id};
 use super::super::hub::{EndpointId, Hub, HubConfig, HubEvent};
 use super::super::session::{Link, Transmit};
@@ -235,7 +236,9 @@ impl Links {
             observer.notice(match event {
                 HubEvent::Heard(id, peer) => Notice::Heard(peer, what(id)),
                 HubEvent::Crowded(id, peer) => Notice::Crowded(peer, what(id)),
-                HubEvent::OtherClock(id, peer, ahead_s) => Notice::OtherClock(peer, what(id), ahead_s),
+                HubEvent::OtherClock(id, peer, sender, ahead_s) => {
+                    Notice::OtherClock(peer, what(id), sender, ahead_s)
+                }
             });
         }
         while let Some((id, to, bytes)) = self.hub.poll_forward() {
@@ -271,6 +274,13 @@ impl Links {
             let beat = Transmit::to_all(Link::Parachute, transmit.bytes.clone());
             hub.send(now, &beat, &mut out);
         }
+    }
+
+    /// What has come by all endpoints, by kind.
+    pub(super) fn faults(&self) -> Faults {
+        let mut sum = Faults::default();
+        (0..self.endpoints.len()).for_each(|i| sum.add(&self.hub.faults(EndpointId(i as u8))));
+        sum
     }
 
     /// At the end: keeps the time stamps, and tells what came by each endpoint, if anything was wrong there.

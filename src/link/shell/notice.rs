@@ -107,9 +107,11 @@ pub enum Notice {
     Heard(SocketAddr, What),
     /// There is no room for this further peer on the socket of this purpose.
     Crowded(SocketAddr, What),
-    /// This peer on the socket of this purpose signs by our key, but this many seconds ahead of our clock
-    /// (negative: behind), and is not believed.
-    OtherClock(SocketAddr, What, i64),
+    /// By this peer on the socket of this purpose a system and component signs by our key, but this many
+    /// seconds ahead of our clock (negative: behind), and is not believed.
+    OtherClock(SocketAddr, What, (u8, u8), i64),
+    /// While something is waited for: frames have come and been refused, by kind.
+    RefusedMeanwhile(Faults),
     /// The time stamps of signed frames can no longer be kept at this place, for this reason.
     StampsLost(String, String),
     /// At the end: everything that came by the socket of this purpose, by kind.
@@ -143,11 +145,21 @@ impl fmt::Display for Notice {
             Self::NobodyThere(at, what) => write!(f, "no {what} at {at} yet; trying on"),
             Self::Heard(peer, what) => write!(f, "heard {peer} ({what})"),
             Self::Crowded(peer, what) => write!(f, "no room for {peer} ({what}): too many peers"),
-            Self::OtherClock(peer, what, ahead_s) => {
+            Self::OtherClock(peer, what, (system, component), ahead_s) => {
                 let way = if *ahead_s < 0 { "behind" } else { "ahead of" };
                 let s = ahead_s.unsigned_abs();
-                write!(f, "refused {peer} ({what}): rightly signed, but {s} s {way} our clock: ")?;
+                write!(f, "refused system {system}, component {component} at {peer} ({what}): ")?;
+                write!(f, "rightly signed, but {s} s {way} our clock: ")?;
                 f.write_str("the clocks of the two machines differ, or it was recorded")
+            }
+            Self::RefusedMeanwhile(faults) => {
+                write!(f, "meanwhile {} frames have come and been refused ({faults})", faults.refused())?;
+                if faults.replayed > 0 {
+                    let why =
+                        "; replayed: not later than what was believed before, by the .stamps beside the key";
+                    f.write_str(why)?;
+                }
+                Ok(())
             }
             Self::StampsLost(place, reason) => {
                 write!(f, "{place}: cannot keep the time stamps of signed frames: {reason}")

@@ -228,6 +228,7 @@ impl<'a, O: Observer> Shell<'a, O> {
     ) -> Option<String> {
         let mut gone = None;
         let mut stop = std::pin::pin!(stop);
+        let mut looked = Since::now();
         while self.session.pace() != Pace::Done {
             let pace = self.session.pace();
             let hurries = speed == Speed::Max && pace == Pace::Ready && !self.starts();
@@ -243,7 +244,10 @@ impl<'a, O: Observer> Shell<'a, O> {
             if pause.is_zero() {
                 self.step().await;
             } else if !answered || self.busy_wait.others_are_due() {
+                // Whoever always has something to be read keeps the runtime from nothing else.
+                tokio::task::yield_now().await;
                 tokio::select! {
+                    biased;
                     () = &mut stop => {
                         self.session.stop();
                         break;
@@ -253,10 +257,12 @@ impl<'a, O: Observer> Shell<'a, O> {
                     () = self.parachute.readable() => {}
                     () = Self::heard(&mut self.companion) => {}
                     () = tokio::task::yield_now(), if answered => {}
-                    () = tokio::time::sleep(pause) => {
-                        gone = guest.gone(self.session.now(), self.session.pace());
-                    }
+                    () = tokio::time::sleep(pause) => {}
                 }
+            }
+            if looked.elapsed() >= WATCH_PERIOD {
+                looked = Since::now();
+                gone = guest.gone(self.session.now(), self.session.pace());
             }
             self.receive();
             if let Some((stream, peer)) = accepted {

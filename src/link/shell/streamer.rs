@@ -4,7 +4,7 @@ use std::future::Future;
 use std::time::Duration;
 
 use super::super::session::{Link, Session as _};
-use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerSession};
+use super::super::streamer::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerEvent, StreamerSession};
 use super::clock::{Since, WATCH_PERIOD};
 use super::event_texts::read_fetched;
 use super::links::Links;
@@ -38,11 +38,13 @@ pub async fn run_streamer<O: Observer>(
     let mut solver = session.host_renewal().map(Solver::start);
     let mut stop = std::pin::pin!(stop);
     while !session.is_over() {
+        tokio::task::yield_now().await;
         tokio::select! {
+            biased;
             () = &mut stop => break,
+            (answer, took) = Solver::answer(&mut solver) => session.handle_replanned(answer, took),
             () = socket.readable() => {}
             () = tokio::time::sleep(WATCH_PERIOD) => {}
-            (answer, took) = Solver::answer(&mut solver) => session.handle_replanned(answer, took),
         }
         let before = session.now();
         let is_empty = socket.receive(observer, |observer, link, frame| {
@@ -62,7 +64,12 @@ pub async fn run_streamer<O: Observer>(
             solver.ask(request);
         }
         while let Some(event) = session.poll_event() {
+            let waits = matches!(event.event, StreamerEvent::Waiting { .. });
             observer.notice(Notice::Streamer(event));
+            let faults = socket.faults();
+            if waits && faults.refused() > 0 {
+                observer.notice(Notice::RefusedMeanwhile(faults));
+            }
         }
         while let Some(sent) = session.poll_output() {
             observer.frame(session.now(), sent.link, &sent.bytes);

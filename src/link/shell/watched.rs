@@ -60,6 +60,7 @@ pub async fn run_watched_drop<O: Observer>(
             (Speed::Factor(_), Some(at)) => pacer.until(at),
             (Speed::Max, _) | (_, None) => Duration::ZERO,
         };
+        tokio::task::yield_now().await;
         tokio::select! {
             biased;
             () = &mut stop => {
@@ -73,7 +74,7 @@ pub async fn run_watched_drop<O: Observer>(
             () = sockets.vehicle.readable(), if !pause.is_zero() => {}
             () = sockets.parachute.readable(), if !pause.is_zero() => {}
             () = tokio::time::sleep(pause), if !pause.is_zero() => {}
-            () = tokio::task::yield_now(), if pause.is_zero() => {}
+            () = std::future::ready(()), if pause.is_zero() => {}
         }
         sockets.receive(&mut wire, observer);
         if !pause.is_zero() {

@@ -103,11 +103,58 @@ fn stamps_only_grow_and_follow_the_peers_clock() {
     let first = send(&mut signing, NOW);
     assert_eq!(send(&mut signing, NOW), first + 1);
     assert_eq!(send(&mut signing, NOW - 1_000_000), first + 2, "a clock set back");
-    // A peer a day ahead of us.
-    let mut ahead = bytes(HEARTBEAT)[..21].to_vec();
-    titan().append(&mut ahead, 3, NOW + 86_400_000_000);
-    assert_eq!(signing.check(&frame(&ahead), NOW), Ok(()));
-    assert!(send(&mut signing, NOW) > first + 8_640_000_000 - 1);
+    // A peer a minute ahead of us.
+    let ahead = stamped(3, NOW + 60_000_000);
+    assert_eq!(signing.check(&ahead, NOW), Ok(()));
+    assert!(send(&mut signing, NOW) > first + 6_000_000 - 1);
+}
+
+/// A HEARTBEAT as pymavlink's, by its key, signed on a link at a time.
+fn stamped(link_id: u8, now: u64) -> Frame {
+    let mut signed = bytes(HEARTBEAT)[..21].to_vec();
+    titan().append(&mut signed, link_id, now);
+    frame(&signed)
+}
+
+/// One frame whose stamp was 13 hours ahead, and every station that was not yet known was refused: in this
+/// run, and in all others until then.
+#[test]
+fn regress_who_is_ahead_locks_nobody_else_out() {
+    for ahead_s in [61, 600, 13 * 3_600, 23 * 3_600] {
+        let mut signing = titan();
+        assert_eq!(signing.check(&stamped(3, NOW + ahead_s * 1_000_000), NOW), refused(ahead_s));
+        for mut run in [signing.clone(), resumed(&signing, NOW + 1_000_000)] {
+            // By a minute either way.
+            assert_eq!(run.check(&stamped(4, NOW - 58_000_000), NOW + 1_000_000), Ok(()), "{ahead_s}");
+            assert_eq!(run.check(&stamped(5, NOW + 1_000_000), NOW + 1_000_000), Ok(()), "{ahead_s}");
+            assert_eq!(run.check(&stamped(3, NOW + 2_000_000), NOW + 1_000_000), Ok(()), "its clock is set");
+        }
+    }
+    // Nor does one who is ahead by less.
+    let mut signing = titan();
+    assert_eq!(signing.check(&stamped(3, NOW + 60_000_000), NOW), Ok(()));
+    for mut run in [signing.clone(), resumed(&signing, NOW)] {
+        assert_eq!(run.check(&stamped(4, NOW - 60_000_000), NOW), Ok(()));
+    }
+}
+
+fn refused(ahead_s: u64) -> Result<(), Refusal> {
+    Err(Refusal::Clock(ahead_s.cast_signed()))
+}
+
+/// The next run of a party, by what it keeps.
+fn resumed(signing: &Signing, now: u64) -> Signing {
+    let mut next = titan();
+    next.resume(Stamps::parse(&signing.stamps().to_text()).unwrap(), now).unwrap();
+    next
+}
+
+/// What is kept runs ten seconds ahead of those who are a minute ahead: a start at once goes on from it.
+#[test]
+fn who_is_a_minute_ahead_lets_us_start_anew() {
+    let mut signing = titan();
+    assert_eq!(signing.check(&stamped(3, NOW + 60_000_000), NOW), Ok(()));
+    assert_eq!(titan().resume(signing.poll_stamps().unwrap(), NOW), Ok(()));
 }
 
 #[test]
@@ -193,13 +240,22 @@ fn stamps_survive_a_restart() {
     assert_eq!(killed.check(&later(11), NOW), Ok(()));
 }
 
+/// A file of stamps is somebody's to write: it fills no more than the table has room for.
+#[test]
+fn a_file_of_stamps_holds_no_more_senders_than_are_remembered() {
+    let lines = |n: usize| (0..n).map(|i| format!("heard 0 {} {} 1\n", i / 200, i % 200)).collect::<String>();
+    assert_eq!(Stamps::parse(&lines(MAX_STREAMS)).unwrap().streams.len(), MAX_STREAMS);
+    let error = Stamps::parse(&lines(MAX_STREAMS + 1)).unwrap_err().to_string();
+    assert!(error.starts_with("line 257: "), "{error}");
+}
+
 #[test]
 fn stamps_that_no_clock_follows_are_named() {
-    let day = 86_400_000_000;
+    let most = 70_000_000;
     let stamps = Stamps::parse("latest 36000000000000\n").unwrap();
     let resume = |now| Signing::new(Key::from_passphrase("titan")).resume(stamps.clone(), now);
-    assert_eq!(resume(NOW - day), Ok(()));
-    assert_eq!(resume(NOW - day - 1_000_000), Err(ClockError::Behind(86_401)));
+    assert_eq!(resume(NOW - most), Ok(()));
+    assert_eq!(resume(NOW - most - 1_000_000), Err(ClockError::Behind(71)));
     assert_eq!(resume(EPOCH_UNIX_US - 1), Err(ClockError::BeforeEpoch));
     for (line, text) in [(1, "latest 281474976710656"), (2, "latest 1\nheard 1 2 3"), (1, "key"), (1, "\n")] {
         let error = Stamps::parse(text).unwrap_err().to_string();

@@ -172,4 +172,19 @@ mod tests {
         assert!(download.take(&nak, 1).is_none());
         assert_eq!(download.outcome(), Some(Err("refused")));
     }
+
+    /// A file that goes on and on, as of a vehicle that means harm.
+    #[test]
+    fn a_file_that_does_not_end_is_given_up() {
+        let mut server = Server { file: vec![7; 2 * LONGEST], asked: Vec::new() };
+        let (mut download, wire) = (Download::of("/x"), Wire::default());
+        for tick in 0..2 * LONGEST as u64 / 239 {
+            let Some(message) = download.poll(tick * 200_000, &wire, 1) else { break };
+            download.take(&server.answer(&message), 1);
+            assert!(download.bytes.len() <= LONGEST);
+        }
+        assert_eq!(download.outcome(), Some(Err("it does not end")));
+        // The answers go on counting up: `u16` is enough for a file of this length.
+        assert!(LONGEST / 239 < usize::from(u16::MAX));
+    }
 }

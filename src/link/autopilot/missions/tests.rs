@@ -342,3 +342,16 @@ proptest! {
         }
     }
 }
+
+/// Of more peers than there is room for, the one that was silent for longest makes room.
+#[test]
+fn more_downloads_than_there_is_room_for_end_the_oldest() {
+    let mut missions = Missions::default();
+    for who in 0..3 * MOST_DOWNLOADS {
+        let peer = Peer { system: who as u8, ..GROUND };
+        assert_eq!(send(&mut missions, who as u64, peer, Request::List { kind: 0 }).len(), 1);
+        assert!(missions.downloads.len() <= MOST_DOWNLOADS);
+    }
+    let oldest = missions.downloads.iter().map(|d| usize::from(d.peer.system)).min();
+    assert_eq!(oldest, Some(2 * MOST_DOWNLOADS));
+}

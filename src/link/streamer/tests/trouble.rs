@@ -1,11 +1,13 @@
 //! The streamer against a scripted vehicle in drops that go otherwise: refusals, silence, late arming, other
 //! triggers, new starts, early ends.
 
-use mavlink::dialects::common::{EXTENDED_SYS_STATE_DATA, MavLandedState, MavMessage};
+use mavlink::dialects::common::{
+    EXTENDED_SYS_STATE_DATA, LOCAL_POSITION_NED_DATA, MavLandedState, MavMessage,
+};
 
 use super::scripted_vehicle::{Answers, ScriptedVehicle, WILLING};
 use super::*;
-use crate::link::CommandAck;
+use crate::link::{CommandAck, Decoder, Encoder};
 
 #[test]
 fn a_refusal_is_reported_with_the_vehicles_own_text_and_tried_again() {
@@ -265,4 +267,23 @@ fn silence_names_what_is_missing() {
     script.streamer.handle_silence(Duration::from_secs(2));
     let Some(event) = script.streamer.poll_event() else { panic!() };
     assert!(event.to_string().contains("ATTITUDE"), "{event}");
+}
+
+/// A velocity that is no number is none: the setpoint of least thrust would be made of it.
+#[test]
+fn a_velocity_that_is_no_number_is_not_taken() {
+    let mut script = ScriptedVehicle::new(WILLING, |_| ());
+    script.run(1_000_000);
+    let tell = |script: &mut ScriptedVehicle, v: [f32; 3]| {
+        let [vx, vy, vz] = v;
+        let position = LOCAL_POSITION_NED_DATA { time_boot_ms: 1_000, vx, vy, vz, ..Default::default() };
+        let bytes = Encoder::new(1, 1).encode(&MavMessage::LOCAL_POSITION_NED(position));
+        Decoder::new().datagram(&bytes, |frame| script.streamer.handle_input(Link::Api, &frame));
+        script.streamer.flight.vehicle.velocity_ned
+    };
+    let known = tell(&mut script, [1.0, 2.0, 3.0]);
+    assert_eq!(known, Some((1_000_000, Vector3::new(1.0, 2.0, 3.0))));
+    for v in [[f32::NAN, 0.0, 0.0], [0.0, f32::INFINITY, 0.0], [0.0, 0.0, f32::NEG_INFINITY]] {
+        assert_eq!(tell(&mut script, v), known, "{v:?}");
+    }
 }
