@@ -15,7 +15,7 @@ use mavlink::dialects::common::{MavCmd, MavLandedState, MavMessage};
 
 use super::download::Download;
 use super::event::StreamerEvent;
-use super::parameters::{Exchange, Outcome, RETRY_US, TRIES};
+use super::parameters::{Exchange, Outcome, RETRY_US, Refusal};
 use super::request::{Progress, Request};
 use super::{AutopilotVersion, StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
@@ -54,6 +54,19 @@ const EVENTS_PATH: &str = "/etc/extras/all_events.json.xz";
 /// PX4's `NAVIGATION_STATE_OFFBOARD`.
 const NAV_STATE_OFFBOARD: u8 = 14;
 const ON_GROUND: u8 = MavLandedState::MAV_LANDED_STATE_ON_GROUND as u8;
+/// Most parameters that are named; the others are counted.
+const NAMED: usize = 4;
+
+/// That the vehicle was to have values and has not, and why.
+fn not_taken(refused: &[(String, Value, Refusal)]) -> String {
+    let words = |(name, value, why): &(String, Value, Refusal)| format!("{name} = {value} ({why})");
+    let named: Vec<String> = refused.iter().take(NAMED).map(words).collect();
+    let more = match refused.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("the vehicle does not take {}{more}: it would not fly what was meant", named.join(", "))
+}
 
 impl StreamerSession {
     /// Finds out which PX4 it is, then uploads and reads; on to the stream when all is answered.
@@ -143,11 +156,8 @@ impl StreamerSession {
         if set > 0 || !absent.is_empty() {
             self.report(StreamerEvent::Uploaded { set, absent });
         }
-        if let Some((name, wanted, has)) = outcome.refused.first() {
-            let count = outcome.refused.len();
-            return self.fail(format!(
-                "{count} parameters were not taken: {name} = {has} after PARAM_SET {wanted}, {TRIES} times"
-            ));
+        if !outcome.refused.is_empty() {
+            return self.fail(not_taken(&outcome.refused));
         }
         if outcome.values.is_empty() {
             return self.fail("no PARAM_VALUE has come: the vehicle's parameters are not known".to_owned());
