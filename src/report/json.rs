@@ -157,6 +157,8 @@ pub struct DropRun {
     pub plan_cut: bool,
     /// Whether the vehicle was released while the autopilot was not armed.
     pub released_unarmed: bool,
+    /// Whether no motor was commanded to turn from the release on.
+    pub motors_stood: bool,
     /// Whether steady flight at the target was to be reached.
     pub must_be_steady: bool,
     /// Why the autopilot did not fly to the end, if it left or refused.
@@ -210,6 +212,7 @@ impl DropRun {
             (None, true) => Some("the vehicle was never released"),
             (None, false) => Some("stopped before the release"),
             (Some(_), true) if self.released_unarmed => Some("released while the autopilot was not armed"),
+            (Some(_), true) if self.motors_stood => Some("the motors were never started"),
             (Some(_), true) if self.plan_cut => Some("the mission's duration_s ended before the plan"),
             (Some(verdict), true) if self.misses_steady_flight(verdict) => Some("not steady"),
             (Some(_), true) => None,

@@ -54,6 +54,8 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
             .events
             .iter()
             .any(|e| e.event == crate::sim::DropEvent::ReleasedUnarmed),
+        // What begins on the ground may stay there.
+        motors_stood: flown.record.motors_stood && !mission.release.standing,
         must_be_steady: flown.plan.is_some() || !(mission.release.standing || landed),
         trouble: flown.trouble.map(str::to_owned),
         autopilot: flown.by.cloned(),
@@ -142,7 +144,8 @@ impl DropRun {
         let j_tpf = format!("J_TPF {:.3}", verdict.j_tpf);
         if !verdict.limits_passed.is_empty() {
             let passed = verdict.limits_passed.join(", ").replace('_', " ");
-            return format!("NOT safe: {j_tpf}, limits passed: {passed}");
+            let stood = if self.motors_stood { ", the motors were never started" } else { "" };
+            return format!("NOT safe: {j_tpf}, limits passed: {passed}{stood}");
         }
         if self.failsafe {
             return format!("NOT safe: {j_tpf}, a failsafe flew");

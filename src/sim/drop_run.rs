@@ -193,6 +193,8 @@ pub struct FlightRecord {
     pub faults: Vec<FaultSpan>,
     /// How the rotors were started, where that is modelled.
     pub starts: Vec<RotorStarted>,
+    /// Whether the vehicle was cut loose and no motor was commanded to turn from then on: it fell.
+    pub motors_stood: bool,
 }
 
 impl FlightRecord {
@@ -261,6 +263,8 @@ pub struct DropRun {
     faults_reported: usize,
     /// How many changes of the rotors' starts have been reported.
     starts_reported: usize,
+    /// Whether a motor has been commanded to turn since the release.
+    motors_turned: bool,
 }
 
 impl DropRun {
@@ -290,6 +294,7 @@ impl DropRun {
             asked,
             faults_reported: 0,
             starts_reported: 0,
+            motors_turned: false,
             simulation,
             initial,
             config,
@@ -490,6 +495,7 @@ impl DropRun {
             battery.discharge(&before, dt_s);
         }
         self.record_failsafe();
+        self.record_motors();
         if self.is_over() {
             self.log.push(self.simulation.sample(&self.throttle, self.v_sp_ned));
         }
@@ -579,6 +585,12 @@ impl DropRun {
                 self.report(DropEvent::LimitPassed { name });
             }
         }
+    }
+
+    fn record_motors(&mut self) {
+        let loose = self.simulation.phase() != Phase::Hanging;
+        self.motors_turned |= loose && self.throttle.iter().any(|&u| u > 0.0);
+        self.record.motors_stood = loose && !self.motors_turned;
     }
 
     fn record_failsafe(&mut self) {

@@ -192,6 +192,7 @@ fn failure_of(outcome: &DropOutcome, run: &DropRun) -> Option<String> {
     }
     let reasons = [
         (run.released_unarmed, "released while the autopilot was not armed"),
+        (run.motors_stood, "the motors were never started"),
         (run.failsafe, "a failsafe flew"),
         (!run.completed, "stopped before the mission's end"),
         (run.plan_cut, "the mission's duration_s ended before the plan"),
