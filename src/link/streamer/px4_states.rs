@@ -24,7 +24,7 @@ use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::control::px4::versions::Refusals;
 use crate::link::px4_events::EventTexts;
 use crate::params::Value;
-use crate::params::px4_required::{RULES, Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken, other_name};
+use crate::params::px4_required::{Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken, looked_at, other_name};
 use crate::time::{TimeUs, microseconds};
 use crate::units::RAD_PER_DEG;
 
@@ -73,6 +73,13 @@ impl StreamerSession {
     pub(super) fn exchange_parameters(&mut self) {
         let Some(procedure) = &self.config.procedure else { return self.enter(StreamerState::Streaming) };
         let Some(px4) = self.flight.readiness.px4 else { return self.find_px4_version() };
+        if procedure.canopy_moves && !self.config.commands_release && !px4.is_armed_in_motion {
+            let number = px4.number;
+            return self.fail(format!(
+                "PX4 {number} is not armed in time under a canopy that moves, and the release does not wait for it: fly v1.16 or later, or \
+                 let it be released by command (release.trigger)"
+            ));
+        }
         let Some(upload) = procedure.uploads.of(px4.allocation) else {
             let number = px4.number;
             return self.fail(format!(
@@ -80,8 +87,8 @@ impl StreamerSession {
             ));
         };
         if self.flight.readiness.exchange.is_none() {
-            let looked_at = RULES.iter().map(|rule| rule.name).chain([TILT_LND, TILT_AIR]);
-            self.flight.readiness.exchange = Some(Exchange::new(upload, looked_at));
+            let names = looked_at(px4.number).chain([TILT_LND, TILT_AIR]);
+            self.flight.readiness.exchange = Some(Exchange::new(upload, names));
         }
         if let Some(outcome) = self.exchange() {
             self.judge_parameters(outcome);
