@@ -273,9 +273,10 @@ fn the_page_on_flying_px4_says_what_is_set_and_why() {
 /// The page's table of PX4's versions is the program's: to be pasted from this test's message when stale.
 #[test]
 fn the_page_on_flying_px4_has_the_table_of_versions() {
-    use samara::control::px4::versions::{Allocation, ChecksReport, Refusals, VERSIONS};
+    use samara::control::px4::versions::{Allocation, ChecksReport, Refusals, ToldBy, VERSIONS};
     let mut table = "| PX4 from | read in | rotors by | checks before arming (SYS_STATUS) | refusals by | velocity control within | \
-                     EKF2_GPS_DELAY in simulation | throw launch | known by |\n|---|---|---|---|---|---|---|---|---|\n"
+                     EKF2_GPS_DELAY in simulation | throw launch | told at its start by | armed in motion | known by |\n\
+                     |---|---|---|---|---|---|---|---|---|---|---|\n"
         .to_owned();
     for v in &VERSIONS {
         let rotors = match v.allocation {
@@ -293,8 +294,13 @@ fn the_page_on_flying_px4_has_the_table_of_versions() {
         let (within, delay_ms) = (v.velocity_control_after_s, 1e3 * v.satellite_delay_s);
         let throw = if v.throw_launch { "COM_THROW_EN" } else { "no" };
         let known_by = v.known_by.unwrap_or("AUTOPILOT_VERSION");
+        let told_by = match v.told_by {
+            ToldBy::Script => format!("`{}`", ToldBy::SCRIPT),
+            ToldBy::Environment => format!("`{}*`", ToldBy::VARIABLE),
+        };
+        let moves = if v.is_armed_in_motion { "yes" } else { "no" };
         table.push_str(&format!(
-            "| {} | {} | {rotors} | {checks} | {refusals} | {within} s | {delay_ms} ms | {throw} | {known_by} |\n",
+            "| {} | {} | {rotors} | {checks} | {refusals} | {within} s | {delay_ms} ms | {throw} | {told_by} | {moves} | {known_by} |\n",
             v.number, v.read
         ));
     }
@@ -306,7 +312,9 @@ fn the_page_on_flying_px4_has_the_table_of_versions() {
 /// and no rotors for a PX4 that mixes by a file.
 #[test]
 fn an_export_for_a_drop_has_what_a_drop_needs() {
-    let wanted = samara::params::px4_required::RULES.iter().filter(|rule| rule.name != "MPC_THR_MAX");
+    let wanted = samara::params::px4_required::RULES
+        .iter()
+        .filter(|rule| !["MPC_THR_MAX", "EKF2_DELAY_MAX"].contains(&rule.name));
     let export = |more: &[&str]| {
         let place = tempfile::tempdir().unwrap();
         let path = file(place.path(), "drop.params", "");

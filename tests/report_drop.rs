@@ -563,6 +563,9 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     assert!(parse(drop_json(mission, Some(&steady), &run))["reason"].is_null());
     let by_script = DropRun { must_be_steady: false, ..run.clone() };
     assert!(parse(drop_json(mission, Some(&bad_verdict()), &by_script))["reason"].is_null());
+    let fell = DropRun { motors_never_started: true, ..run.clone() };
+    let fell = parse(drop_json(mission, Some(&bad_verdict()), &fell));
+    assert_eq!(fell["reason"], "the motors were never started");
     let short = DropRun { plan_cut: true, ..run.clone() };
     let short = parse(drop_json(mission, Some(&bad_verdict()), &short));
     assert_eq!(

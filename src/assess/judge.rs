@@ -397,7 +397,7 @@ pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
     let mut all = Vec::new();
     let mut note = |holds: bool, objection: Objection| all.extend(holds.then_some(objection));
     note(released_unarmed, Objection::ReleasedUnarmed);
-    note(motors_never_started, Objection::MotorsNeverStarted);
+    note(motors_never_started && completed, Objection::MotorsNeverStarted);
     all.extend(ground.map(Objection::OnTheGround));
     all.extend(failsafe.then(|| Objection::Failsafe { cause: failsafe_cause.clone() }));
     all.extend(trouble.clone().filter(|_| completed).map(Objection::Trouble));

@@ -11,6 +11,7 @@
 //! | [`manual`] | what sticks mean in POSCTL, ALTCTL and STABILIZED |
 //! | [`mission_flight`], `mission_orders` | a mission as it is flown; the mission on board |
 //! | [`land_detector`] | whether it stands on something |
+//! | `fall_watch` | whether it falls |
 //! | `orders` | what a crew may order: modes, places, arming |
 //! | `alignment` | whether the estimate is good enough, and how that is reported |
 //! | [`health`] | whether estimates, attitude and motors are fit to be flown on |
@@ -31,7 +32,8 @@
 //! It wakes up disarmed, in HOLD. Motors turn only while armed, and only once OFFBOARD, TAKEOFF, a mission or
 //! STABILIZED has been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a
 //! takeoff: before that an armed vehicle waits with its motors at zero, as one on the ground or under a
-//! canopy must. From then on every mode flies. HOLD is also what a loss of setpoints leads to, unless
+//! canopy must. From then on every mode flies. A vehicle that falls meanwhile, since it was released, says
+//! that its motors stand still, and any mode that is then chosen starts them. HOLD is also what a loss of setpoints leads to, unless
 //! COM_OBL_RC_ACT says otherwise.
 //!
 //! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with
@@ -42,6 +44,7 @@ pub mod arming;
 pub mod estimator;
 pub mod event;
 pub mod failsafe;
+mod fall_watch;
 pub mod fence;
 pub mod flight;
 pub mod flight_log;
@@ -83,6 +86,7 @@ use crate::units::US_PER_S;
 use alignment::Alignment;
 use event::EventQueue;
 use failsafe::Watch;
+use fall_watch::FallWatch;
 use fence::Fence;
 use flight::{ControlLoops, StepState};
 use health::Health;
@@ -142,6 +146,8 @@ pub struct Autopilot {
     land_detector: LandDetector,
     /// Finds the release by the fall, where nothing else reports it.
     fall: Option<FreeFallDetector>,
+    /// Watches for falls, whoever reports the release.
+    fall_watch: FallWatch,
     watch: Watch,
     alignment: Alignment,
     health: Health,
@@ -169,6 +175,7 @@ impl Autopilot {
     pub fn with_controller(controller: Box<dyn Controller>, settings: ControlSettings) -> Self {
         Self {
             settings: Settings::beside(&settings.gains),
+            fall_watch: FallWatch::new(settings.airframe.gravity_m_s2),
             loops: ControlLoops::new(controller, settings),
             mode: FlightMode::AutoLoiter,
             armed: false,
@@ -220,6 +227,7 @@ impl Autopilot {
         let state = StepState { p_ned: *p_ned, measurement, dt_s: self.period_s(now_us) };
         self.state = Some((now_us, *measurement));
         self.p_ned = *p_ned;
+        self.fall_watch.look(measurement.v_ned.z);
         self.check_mission();
         self.watch_setpoints(now_us);
         self.watch_sticks(now_us);
@@ -251,8 +259,16 @@ impl Autopilot {
         self.fall = Some(FreeFallDetector::new(settings));
     }
 
-    /// Takes the accelerometer's reading of a time, body [m/s^2]; the fall, when this reading shows it.
+    /// Takes the accelerometer's reading of a time, body [m/s^2]; the fall, where that is looked for and when
+    /// this reading shows it.
     pub fn feel(&mut self, now_us: u64, specific_force_body: &Vector3<f64>) -> Option<Fall> {
+        if self.fall_watch.feel(now_us, specific_force_body) && self.armed && !self.engaged {
+            let text = format!(
+                "Falls, and the motors stand still in {}: HOLD, LAND, OFFBOARD or TAKEOFF starts them",
+                self.mode.name()
+            );
+            self.say(Severity::Critical, text);
+        }
         let fall = self.fall.as_mut()?.take(now_us, specific_force_body)?;
         let [began_s, found_s] = [fall.began_at, fall.found_at].map(|us| us as f64 / US_PER_S);
         self.say(Severity::Notice, format!("Falls since {began_s:.3} s, found at {found_s:.3} s"));
@@ -382,6 +398,11 @@ impl Autopilot {
     /// Whether it flies and does not stand.
     pub fn is_in_air(&self) -> bool {
         self.flying && !self.land_detector.is_landed()
+    }
+
+    /// Whether it falls by its accelerometer, and sinks faster than when that was found.
+    pub fn falls(&self) -> bool {
+        self.fall_watch.falls()
     }
 
     /// Whether the mode takes it to the ground.

@@ -105,6 +105,16 @@ impl Autopilot {
         (self.mode, self.mode_chosen) = (mode, true);
         self.navigator = navigator;
         self.engaged |= self.armed && mode.lifts_off();
+        self.catch_itself();
+    }
+
+    /// Starts the motors of an armed vehicle that falls with its motors standing still: whatever is ordered
+    /// then is ordered of one that flies.
+    fn catch_itself(&mut self) {
+        if self.armed && !self.engaged && !self.terminated && self.falls() {
+            self.engaged = true;
+            self.say(Severity::Warning, "Motors started in the fall");
+        }
     }
 
     /// Arms; `force` skips the checks. Arming twice does nothing.
@@ -138,6 +148,7 @@ impl Autopilot {
             self.mission.begin(false);
         }
         self.say(Severity::Info, if force { "armed (forced)" } else { "armed" });
+        self.catch_itself();
         Ok(())
     }
 

@@ -14,6 +14,9 @@ use samara::config::shipped::SHIPPED;
 /// What the folder holds and what can be done there, for whoever comes upon it.
 const README: &str = include_str!("help/init_readme.md");
 
+/// The verbs of a drop on pymavlink, for scripts.
+const DROP_PY: &str = include_str!("../../tests/e2e/drop.py");
+
 /// `samara init`.
 #[derive(Args, Debug)]
 pub struct InitArgs {
@@ -25,12 +28,13 @@ pub struct InitArgs {
     pub json: bool,
 }
 
-/// Writes the shipped files, the schemas and a README, unless one of them is there already.
+/// Writes the shipped files, the schemas, a README and a script's library, unless one of them is there already.
 pub fn run(args: &InitArgs) -> Result<Answer, Failure> {
     let schemas = schemas().map(|(name, text)| (format!("params/schema/{name}"), text));
     let shipped = SHIPPED.iter().map(|file| (file.path.to_owned(), file.text.to_owned()));
-    let files: Vec<(String, String)> =
-        [("README.md".to_owned(), README.to_owned())].into_iter().chain(shipped).chain(schemas).collect();
+    let beside = [("README.md", README), ("drop.py", DROP_PY)];
+    let beside = beside.map(|(name, text)| (name.to_owned(), text.to_owned()));
+    let files: Vec<(String, String)> = beside.into_iter().chain(shipped).chain(schemas).collect();
     if let Some((name, _)) = files.iter().find(|(name, _)| args.folder.join(name).exists()) {
         return Err(Failure::input(format!(
             "{} is there already; a folder without the files of an earlier `samara init` is expected, and nothing was written",

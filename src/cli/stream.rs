@@ -99,6 +99,8 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
         true => upload(&mission, &trajectory, parameters.as_ref())?,
         false => Procedure { envelope: envelope(&mission, &trajectory), ..Procedure::default() },
     };
+    let canopy_moves = mission.release.parachute.suspension.is_some();
+    let procedure = Procedure { canopy_moves, ..procedure };
     let choice = StreamerChoice {
         procedure: Some(procedure),
         replan,
@@ -136,5 +138,5 @@ fn upload(
         Err(_) => None,
     };
     let uploads = Uploads { by_mixer, allocated: allocated.upload.parameters };
-    Ok(Procedure { envelope: allocated.envelope, uploads, event_texts: None })
+    Ok(Procedure { envelope: allocated.envelope, uploads, ..Procedure::default() })
 }

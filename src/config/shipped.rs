@@ -1,5 +1,5 @@
-//! The files that the program brings along: missions, vehicles with their tables, gains, and the PX4
-//! parameter files that missions name. They are read by the same loaders as files on disk, under paths that
+//! The files that the program brings along: missions, vehicles with their tables, gains, and PX4 parameter
+//! files. They are read by the same loaders as files on disk, under paths that
 //! begin with [`BUILT_IN`] (`built-in:mission/titan_drop.json`); what they name is found among them.
 
 use std::borrow::Cow;
@@ -54,8 +54,13 @@ pub const SHIPPED: &[ShippedFile] = shipped! {
     "params/gains/x500_hover.json"
     "params/px4/hexa_px4_tuned.params"
     "params/px4/octo_px4_tuned.params"
+    "params/px4/titan_px4.params"
+    "params/px4/titan_px4_froude.params"
     "params/px4/titan_px4_froude_tuned.params"
+    "params/px4/titan_samara.params"
+    "params/px4/x500_px4.params"
     "params/px4/x500_px4_tuned.params"
+    "params/px4/x500_samara.params"
     "params/vehicles/dragonfly_notional.json"
     "params/vehicles/hexa_4kg5.json"
     "params/vehicles/octo_8kg.json"

@@ -10,6 +10,9 @@ use std::collections::BTreeMap;
 use super::ParamsError;
 use super::purpose::Purpose;
 
+/// A whole number stands for a real one that is no further from it than by this share.
+const NEAREST: f64 = 0.01;
+
 /// A parameter's value in one of PX4's two types.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value {
@@ -25,6 +28,25 @@ impl Value {
         match self {
             Self::Int(i) => f64::from(i),
             Self::Real(x) => f64::from(x),
+        }
+    }
+
+    /// The value in the type of another one; `None` where that type has not got it. A real number goes as the
+    /// nearest whole one where that is less than a hundredth of it away: a time of 112.4 ms is one of 112.
+    #[must_use]
+    pub fn in_type_of(self, other: Self) -> Option<Self> {
+        match (self, other) {
+            (Self::Int(i), Self::Real(_)) => {
+                let x = i as f32;
+                (f64::from(x) == f64::from(i)).then_some(Self::Real(x))
+            }
+            (Self::Real(x), Self::Int(_)) => {
+                let i = f64::from(x).round();
+                let is_near = (i - f64::from(x)).abs() <= NEAREST * f64::from(x).abs();
+                let fits = (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&i);
+                (is_near && fits).then_some(Self::Int(i as i32))
+            }
+            _ => Some(self),
         }
     }
 

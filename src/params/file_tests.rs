@@ -21,6 +21,30 @@ fn closed_form_the_bytes_of_a_file() {
     assert_eq!(text, expected);
 }
 
+/// Whole numbers up to 2^24 are exact in single precision, and beyond only even ones are; a real number goes
+/// to a whole one a hundredth away at the most.
+#[test]
+fn closed_form_a_value_in_another_type_is_the_same_or_none() {
+    let int = |value: Value| value.in_type_of(Value::Int(0));
+    let real = |value: Value| value.in_type_of(Value::Real(0.0));
+    assert_eq!((int(Value::Int(7)), real(Value::Real(0.3))), (Some(Value::Int(7)), Some(Value::Real(0.3))));
+    assert_eq!(real(Value::Int(1 << 24)), Some(Value::Real(16_777_216.0)));
+    assert_eq!((real(Value::Int((1 << 24) + 1)), real(Value::Int(i32::MAX))), (None, None));
+    for (x, i) in [
+        (110.0, Some(110)),
+        (112.4, Some(112)),
+        (-1.0, Some(-1)),
+        (0.0, Some(0)),
+        (0.15, None),
+        (1.5, None),
+        (3e9, None),
+        (f32::NAN, None),
+        (f32::INFINITY, None),
+    ] {
+        assert_eq!(int(Value::Real(x)), i.map(Value::Int), "{x}");
+    }
+}
+
 #[test]
 fn files_of_any_origin_are_read() {
     let lf = write("1.15.0", &[], &two());

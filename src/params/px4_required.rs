@@ -6,6 +6,7 @@
 //! [`mod@super::export`].
 
 use super::Value;
+use crate::control::px4::versions::Number;
 
 /// The quantities of a drop on which the required parameters depend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -35,6 +36,8 @@ pub struct Rule {
     pub grave: bool,
     /// A parameter that has this name in other versions of PX4: one of the two is always absent.
     pub succeeds: Option<&'static str>,
+    /// The first version of PX4 that has the parameter; `None`: all have it, by one of its names.
+    pub since: Option<Number>,
     /// Whether it is so with PX4 only: samara's own autopilot looks for a landing once its rotors have
     /// turned.
     pub of_px4_only: bool,
@@ -46,6 +49,17 @@ const HOVER_TOLERANCE: f64 = 0.03;
 /// An age of satellite fixes that is off by more than this [s] breaks the rule: 0.1 s made a drop steady
 /// after 5.5 s instead of 1.9 s. PX4 takes its fixes in steps of 10 ms.
 const SATELLITE_TOLERANCE_S: f64 = 0.02;
+
+/// The longest that PX4's estimator looks back [ms], of v1.15 and later; it is read at PX4's start.
+pub const ESTIMATORS_WINDOW: &str = "EKF2_DELAY_MAX";
+/// How much longer than the age of a satellite fix the estimator must look back [s]: a fix that is as old as
+/// the window came to steady flight after 2.8 s instead of 1.8 s.
+const WINDOW_MARGIN_S: f64 = 0.05;
+
+/// How long PX4's estimator must look back at the least [ms]; `None`: unknown.
+pub fn estimators_window_ms(of: &DropEnvelope) -> Option<f64> {
+    of.satellite_delay_s.map(|s| 1e3 * (s + WINDOW_MARGIN_S))
+}
 
 fn int(i: i32) -> Option<Value> {
     Some(Value::Int(i))
@@ -84,12 +98,12 @@ const fn rule(
     holds: fn(f64, &DropEnvelope) -> bool,
     otherwise: &'static str,
 ) -> Rule {
-    Rule { name, wanted, holds, otherwise, grave: false, succeeds: None, of_px4_only: false }
+    Rule { name, wanted, holds, otherwise, grave: false, succeeds: None, since: None, of_px4_only: false }
 }
 
 /// All required parameters: name, value to upload, which values will do, consequence of others.
 #[rustfmt::skip]
-pub const RULES: [Rule; 15] = [
+pub const RULES: [Rule; 16] = [
     rule("COM_DISARM_PRFLT", |_| real(-1.0), |x, _| x <= 0.0,
         "PX4 disarms itself so many seconds after arming when it has not seen a takeoff, and a hook or a slow canopy is none"),
     Rule { of_px4_only: true, ..rule("COM_DISARM_LAND", |_| real(-1.0), |x, _| x <= 0.0,
@@ -105,6 +119,9 @@ pub const RULES: [Rule; 15] = [
         "the checks of drift and speed (32, 64, 128) never pass while it descends: the estimator stays without a velocity, and velocity setpoints are then refused"),
     satellite_delay("EKF2_GPS_DELAY"),
     Rule { succeeds: Some("EKF2_GPS_DELAY"), ..satellite_delay("SENS_GPS0_DELAY") },
+    Rule { since: Some(Number { major: 1, minor: 15 }), ..rule(ESTIMATORS_WINDOW, |_| None,
+        |x, c| estimators_window_ms(c).is_none_or(|ms| x + 1e-3 >= ms),
+        "the estimator's past [ms] is too short for satellite fixes of that age: they come late or never into it; it is read at PX4's start, and must be set there") },
     rule("MPC_USE_HTE", |_| int(0), |x, _| x == 0.0,
         "the estimator of the hover thrust learns from the fall, and the flight depends on what it has learnt"),
     rule("COM_RCL_EXCEPT", |_| int(4), |x, _| (x as i64) & 4 != 0,
@@ -121,6 +138,12 @@ pub const RULES: [Rule; 15] = [
     rule("MPC_XY_VEL_MAX", |c| real(c.fastest_horizontal_m_s.max(12.0)), |x, c| x + 1e-3 >= c.fastest_horizontal_m_s,
         "faster horizontal flight is clipped to it: the plan is not what will be flown"),
 ];
+
+/// Names of the parameters to be looked at, of a version of PX4.
+pub fn looked_at(px4: Number) -> impl Iterator<Item = &'static str> {
+    let has = move |rule: &&Rule| rule.since.is_none_or(|since| since <= px4);
+    RULES.iter().filter(has).map(|rule| rule.name)
+}
 
 /// Names and values of the parameters to upload.
 pub fn wanted(envelope: &DropEnvelope) -> impl Iterator<Item = (&'static str, Value)> + '_ {
@@ -172,6 +195,16 @@ mod tests {
         assert_eq!(other_name("MPC_THR_HOVER"), None);
     }
 
+    /// What an older PX4 does not have is not asked for: it would not answer.
+    #[test]
+    fn a_version_is_asked_for_what_it_has() {
+        let asked = |minor| looked_at(Number { major: 1, minor }).any(|name| name == ESTIMATORS_WINDOW);
+        assert_eq!([12, 14, 15, 17].map(asked), [false, false, true, true]);
+        let of = DropEnvelope { satellite_delay_s: Some(0.2), ..DropEnvelope::default() };
+        assert!(broken(ESTIMATORS_WINDOW, 200.0, &of).is_some());
+        assert!(broken(ESTIMATORS_WINDOW, 250.0, &of).is_none());
+    }
+
     /// PX4 v1.12's defaults: the traps that are known from drops.
     #[test]
     fn px4s_defaults_break_the_rules_that_a_drop_needs() {
@@ -190,6 +223,7 @@ mod tests {
             ("MPC_THR_HOVER", 0.5, true),
             ("EKF2_GPS_DELAY", 110.0, false),
             ("EKF2_GPS_DELAY", 10.0, true),
+            (ESTIMATORS_WINDOW, 200.0, false),
         ] {
             assert_eq!(broken(name, default, &of).is_some(), breaks, "{name}");
         }

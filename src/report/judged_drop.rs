@@ -59,6 +59,8 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
             .events
             .iter()
             .any(|e| e.event == crate::sim::DropEvent::ReleasedUnarmed),
+        // What begins on the ground may stay there.
+        motors_never_started: flown.record.motors_stood && !mission.release.standing,
         may_land: flown.plan.is_none() || mission.release.standing || flown.record.landing,
         must_be_steady: flown.plan.is_some() || !(mission.release.standing || landed),
         trouble: flown.trouble.map(str::to_owned),

@@ -203,6 +203,8 @@ pub struct FlightRecord {
     /// What others commanded the armed autopilot to do otherwise than by setpoints, and who: `mode HOLD by
     /// system 255, component 190`.
     pub commanded: Vec<Timed<String>>,
+    /// Whether the vehicle was cut loose and no motor was commanded to turn from then on: it fell.
+    pub motors_stood: bool,
 }
 
 impl FlightRecord {
@@ -275,6 +277,8 @@ pub struct DropRun {
     faults_reported: usize,
     /// How many changes of the rotors' starts have been reported.
     starts_reported: usize,
+    /// Whether a motor has been commanded to turn since the release.
+    motors_turned: bool,
 }
 
 impl DropRun {
@@ -305,6 +309,7 @@ impl DropRun {
             asked,
             faults_reported: 0,
             starts_reported: 0,
+            motors_turned: false,
             simulation,
             initial,
             config,
@@ -520,6 +525,7 @@ impl DropRun {
         }
         self.record_failsafe();
         self.record_landing();
+        self.record_motors();
         if self.is_over() {
             self.log.push(self.simulation.sample(&self.throttle, self.v_sp_ned));
         }
@@ -618,6 +624,12 @@ impl DropRun {
 
     fn record_landing(&mut self) {
         self.record.landing |= self.autopilot.landing && self.simulation.phase() != Phase::Hanging;
+    }
+
+    fn record_motors(&mut self) {
+        let loose = self.simulation.phase() != Phase::Hanging;
+        self.motors_turned |= loose && self.throttle.iter().any(|&u| u > 0.0);
+        self.record.motors_stood = loose && !self.motors_turned;
     }
 
     fn record_failsafe(&mut self) {

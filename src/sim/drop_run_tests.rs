@@ -128,6 +128,28 @@ fn an_autopilot_without_a_mode_is_reported_where_the_release_waits_for_one() {
     }
 }
 
+/// What the motors did under the canopy does not count, nor what they are commanded once later.
+#[test]
+fn motors_that_are_never_started_after_the_release_are_recorded() {
+    let fly = |turns: [TimeUs; 2]| {
+        let mut run = run(ReleaseTrigger::Time);
+        run.set_armed(true);
+        step_until(&mut run, turns[0]);
+        run.set_throttle([0.4; MAX_ROTORS]);
+        step_until(&mut run, turns[1]);
+        run.set_throttle([0.0; MAX_ROTORS]);
+        step_until(&mut run, 4_000_000);
+        run.record().motors_stood
+    };
+    let released = microseconds(HANG_S);
+    assert!(fly([400_000, 800_000]), "under the canopy alone");
+    assert!(!fly([released + 900_000, released + 904_000]), "one step of the fall");
+    assert!(!fly([400_000, released + 400_000]), "from the canopy into the fall");
+    let mut hanging = run(ReleaseTrigger::Command);
+    step_until(&mut hanging, 4_000_000);
+    assert!(!hanging.record().motors_stood, "never released");
+}
+
 #[test]
 fn a_failsafe_counts_from_the_release_on() {
     let fly = |begins: TimeUs, ends: TimeUs| {

@@ -72,6 +72,15 @@ fn init_writes_an_editable_copy_once() {
     {
         assert!(fs::read(mine.join(file)).unwrap() == fs::read(file).unwrap(), "{file}");
     }
+    // What the examples of the help name is there.
+    for help in fs::read_dir("src/cli/help").unwrap() {
+        let text = fs::read_to_string(help.unwrap().path()).unwrap();
+        let is_ours = |word: &&str| word.starts_with("mission/") || word.starts_with("params/");
+        for file in text.split_whitespace().filter(is_ours).filter(|word| Path::new(word).is_file()) {
+            assert!(mine.join(file).is_file(), "{file}");
+        }
+    }
+    assert!(mine.join("drop.py").is_file());
     assert!(first_line(&samara_in(&mine, &["plan"])).starts_with("mission ./mission/titan_drop.json"));
     fs::remove_file(mine.join("README.md")).unwrap();
     fs::write(mine.join("mission/x500_drop.json"), "mine").unwrap();

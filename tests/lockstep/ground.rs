@@ -130,6 +130,28 @@ fn regress_drop_hold_and_land() {
     assert!(!wire.simulator.run().record().failsafe);
 }
 
+/// At the station: armed in HOLD under the canopy, released by the gripper button, and nobody has started the
+/// motors. It is said, and LAND three seconds later catches the vehicle and lands it.
+#[test]
+fn regress_a_release_in_hold_is_said_and_land_catches_the_fall() {
+    let mut wire = Wire::hanging(200.0);
+    assert_eq!(wire.command(MavCmd::MAV_CMD_DO_SET_MODE, &[1.0, 4.0, 3.0]), 0);
+    assert_eq!(wire.command(MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, &[1.0]), 0);
+    wire.fly(2.0);
+    wire.simulator.release(ReleaseCause::Command);
+    wire.fly(0.2);
+    assert!(wire.said("motors stand still in AUTO.LOI"), "{:?}", wire.texts);
+    wire.fly(2.8);
+    assert!(wire.body().v_ned.z > 15.0 && wire.simulator.run().record().motors_stood);
+    assert_eq!(wire.command(MavCmd::MAV_CMD_NAV_LAND, &[]), 0);
+    assert!(wire.said("Motors started in the fall"), "{:?}", wire.texts);
+    wire.fly(5.0);
+    assert!((wire.body().v_ned.z - 0.7).abs() < 0.1, "MPC_LAND_SPEED, not {}", wire.body().v_ned.z);
+    assert!(!wire.simulator.run().record().motors_stood);
+    wire.fly_until(300.0, |wire| !wire.is_armed());
+    assert!(wire.height_m().abs() < 0.01 && wire.touch_speed_m_s() < 0.9);
+}
+
 /// Position in OFFBOARD, with a velocity fed forward, and LAND where there is no ground: down until told
 /// otherwise.
 #[test]

@@ -6,7 +6,7 @@ use std::time::Duration;
 use rustix::process::{Signal, kill_process};
 
 use super::harness::{INSTANCES, Running, mission, px4, start_drop};
-use super::restarts::script;
+use super::restarts::parameters;
 use super::traces::{groups, main_process, nobody_works_in, nothing_is_left, resident_kb};
 
 /// A few, where nobody asks for more: each way to end once.
@@ -64,7 +64,7 @@ fn a_simulator_takes_one_px4_after_another_and_no_more_memory() {
     sim.until("simulator, for the autopilot", 1);
     let mut memory_kb = Vec::new();
     for cycle in 0..cycles() {
-        let px4 = Running::px4(&px4.build, INSTANCES[1], &work.path().join("px4"), &script());
+        let px4 = Running::px4(&px4.build, INSTANCES[1], &work.path().join("px4"), &parameters());
         let n = usize::try_from(cycle).unwrap() + 1;
         sim.until("connected to autopilot", n);
         sleep(Duration::from_millis(random(cycle) % 2_500));

@@ -73,19 +73,23 @@ impl Running {
         Self::start(command, false)
     }
 
-    /// PX4 as one starts it by hand, with lines for its start-up script; all that it starts ends with it.
-    pub fn px4(build: &Path, instance: u16, work: &Path, script: &str) -> Self {
+    /// PX4 as one starts it by hand, with parameters, by its start-up script up to v1.15, by its environment
+    /// later; all that it starts ends with it.
+    pub fn px4(build: &Path, instance: u16, work: &Path, parameters: &[(&str, f64)]) -> Self {
         let hooks = work.join("hooks");
         std::fs::create_dir_all(&hooks).unwrap();
         // Versions before v1.14 have a mixer; later ones their rotors by CA_*, which the model itself sets.
         let newer = build.join("etc/init.d-posix/airframes/10016_none_iris").exists();
         let (model, mixer) = if newer { ("none_iris", "") } else { ("iris", "set MIXER quad_x\n") };
-        std::fs::write(hooks.join("px4-rc.params"), format!("#!/bin/sh\n{mixer}{script}")).unwrap();
+        let lines: String =
+            parameters.iter().map(|(name, value)| format!("param set {name} {value}\n")).collect();
+        std::fs::write(hooks.join("px4-rc.params"), format!("#!/bin/sh\n{mixer}{lines}")).unwrap();
         let path = format!("{}:{}", hooks.display(), std::env::var("PATH").unwrap());
         let mut command = Command::new(build.join("bin/px4"));
         command.args(["-i", &instance.to_string(), "-d"]).arg(build.join("etc")).arg("-w").arg(work);
         command.args(["-s", "etc/init.d-posix/rcS"]).current_dir(work).process_group(0);
         command.env("PX4_SIM_MODEL", model).env("PATH", path);
+        command.envs(parameters.iter().map(|(name, value)| (format!("PX4_PARAM_{name}"), value.to_string())));
         Self::start(command, true)
     }
 

@@ -6,14 +6,14 @@ use super::harness::{INSTANCES, MISSION, Running, px4, verdict};
 use super::traces::nothing_is_left;
 
 /// What a drop needs of PX4, for its start-up script.
-pub fn script() -> String {
+pub fn parameters() -> Vec<(&'static str, f64)> {
     let of = DropEnvelope {
         fastest_descent_m_s: 10.0,
         fastest_horizontal_m_s: 2.0,
         hover_thrust: Some(0.59),
         satellite_delay_s: None,
     };
-    wanted(&of).map(|(name, value)| format!("param set {name} {}\n", value.as_f64())).collect()
+    wanted(&of).map(|(name, value)| (name, value.as_f64())).collect()
 }
 
 #[test]
@@ -26,11 +26,11 @@ fn a_px4_that_is_killed_in_flight_and_started_again_flies_the_drop_from_its_begi
     let sim = Running::samara(&["sim", MISSION, "--instance", &instance, "--speed", "2", "--out", folder]);
     sim.until("simulator, for the autopilot", 1);
     let stream = Running::samara(&["stream", MISSION, "--instance", &instance]);
-    let first = Running::px4(&px4.build, INSTANCES[0], &work.path().join("1"), &script());
+    let first = Running::px4(&px4.build, INSTANCES[0], &work.path().join("1"), &parameters());
     sim.until("released", 1);
     drop(first);
     sim.until("ended", 1);
-    let _second = Running::px4(&px4.build, INSTANCES[0], &work.path().join("2"), &script());
+    let _second = Running::px4(&px4.build, INSTANCES[0], &work.path().join("2"), &parameters());
     stream.until("starting over", 1);
     let (status, said) = sim.end();
     assert!(

@@ -11,7 +11,7 @@ use crate::cli::mission::mission_for_px4;
 use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print_remarks;
 use samara::config::Mission;
-use samara::control::px4::{Law, Parameters, Px4Controller, is_quad_x};
+use samara::control::px4::{Law, NotQuadX, Parameters, Px4Controller, is_quad_x};
 use samara::params::{ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
 use samara::report::params::given_parameters;
@@ -107,7 +107,7 @@ fn parameters_for(
     // The model flies on the true state, whatever the sensors.
     site_suits(mission).bad_input()?;
     if !law.allocates {
-        is_quad_x(&mission.vehicle).bad_input()?;
+        is_quad_x(&mission.vehicle).map_err(|why| allocated_by_hint(law, &why)).bad_input()?;
     }
     let mut parameters =
         px4_model_parameters(&mission.parameter_subject(), mission.px4_purpose(), law, given).bad_input()?;
@@ -119,4 +119,12 @@ fn parameters_for(
         let _ = parameters.set(name, value.as_f64());
     }
     Ok((parameters, upload.remarks))
+}
+
+/// That a law mixes by a file, for other rotors than these, and which do not.
+fn allocated_by_hint(law: &Law, why: &NotQuadX) -> anyhow::Error {
+    anyhow::anyhow!(
+        "{why}: PX4 {} mixes by files; v1.14 and later take any rotors: px4-model=v1.14",
+        law.since
+    )
 }

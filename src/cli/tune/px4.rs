@@ -34,7 +34,11 @@ const UNSEEN_FROM: u64 = 1_000_000;
 pub fn refuse_unsuitable(args: &TuneArgs, mission: &Mission) -> Result<(), Failure> {
     refuse_meaningless(args)?;
     suits(mission).bad_input()?;
-    if law(args).allocates { Ok(()) } else { is_quad_x(&mission.vehicle).bad_input() }
+    if law(args).allocates {
+        return Ok(());
+    }
+    let hint = |why| anyhow::anyhow!("{why}: v1.14 and later take any rotors, --px4-version v1.14");
+    is_quad_x(&mission.vehicle).map_err(hint).bad_input()
 }
 
 /// The law of the version that is tuned for.

@@ -50,6 +50,28 @@ pub enum Refusals {
     Events,
 }
 
+/// How a PX4 in simulation is told parameters that it reads once, at its start.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ToldBy {
+    /// By `px4-rc.params`, a script that its start-up script runs.
+    Script,
+    /// By variables of its environment, `PX4_PARAM_NAME=VALUE`.
+    Environment,
+}
+
+impl ToldBy {
+    /// The script that a start-up script runs.
+    pub const SCRIPT: &str = "px4-rc.params";
+    /// The beginning of the names of the variables that a start-up script takes for parameters.
+    pub const VARIABLE: &str = "PX4_PARAM_";
+
+    /// How a PX4 with this start-up script (`init.d-posix/rcS`) is told.
+    pub fn of(startup: &str) -> Self {
+        let (script, variable) = (startup.contains(Self::SCRIPT), startup.contains(Self::VARIABLE));
+        if variable && !script { Self::Environment } else { Self::Script }
+    }
+}
+
 /// A version of PX4, as far as a drop depends on it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Version {
@@ -61,6 +83,8 @@ pub struct Version {
     pub known_by: Option<&'static str>,
     /// Where the rotors' geometry is.
     pub allocation: Allocation,
+    /// How it is told parameters at its start.
+    pub told_by: ToldBy,
     /// How the checks before arming are told.
     pub checks: ChecksReport,
     /// How a refusal to arm is explained.
@@ -70,6 +94,9 @@ pub struct Version {
     pub velocity_control_after_s: f64,
     /// Age of a satellite fix that its simulation takes for granted (EKF2_GPS_DELAY) [s].
     pub satellite_delay_s: f64,
+    /// Whether it was armed within the 15 s of `x500_no_wire`, under a canopy that moves and before a release
+    /// that does not wait; as flown, four drops each of v1.14.3, v1.16.0 and v1.18.0-beta1.
+    pub is_armed_in_motion: bool,
     /// Whether a throw launch (COM_THROW_EN) may be asked of it.
     pub throw_launch: bool,
     /// The control law, where it has been read in the sources.
@@ -89,10 +116,12 @@ const V1_12: Version = Version {
     read: "v1.12.0",
     known_by: None,
     allocation: Allocation::MixerFiles,
+    told_by: ToldBy::Script,
     checks: ChecksReport::AllFields,
     refusals: Refusals::Texts,
     velocity_control_after_s: super::timing::SWITCH_S,
     satellite_delay_s: 0.11,
+    is_armed_in_motion: true,
     throw_launch: false,
     law: Some(Law::V1_12),
 };
@@ -106,6 +135,7 @@ const V1_14: Version = Version {
     checks: ChecksReport::HealthOnly,
     refusals: Refusals::Events,
     velocity_control_after_s: TWO_HZ_S,
+    is_armed_in_motion: false,
     law: Some(Law::V1_14),
     ..V1_13
 };
@@ -114,6 +144,7 @@ const V1_15: Version = Version {
     read: "v1.15.4",
     known_by: Some("COM_THROW_EN"),
     satellite_delay_s: 0.01,
+    is_armed_in_motion: true,
     throw_launch: true,
     law: None,
     ..V1_14
@@ -122,6 +153,7 @@ const V1_16: Version = Version {
     number: number(16),
     read: "v1.16.0",
     known_by: Some("COM_MODE_ARM_CHK"),
+    told_by: ToldBy::Environment,
     law: Some(Law::V1_16),
     ..V1_15
 };
@@ -202,6 +234,14 @@ mod tests {
             ["v1.16.0", "v1.13.3", "v1.12.0", "v1.17.0-beta1", "v1.17.0-beta1"]
         );
         assert!(VERSIONS.windows(2).all(|pair| pair[0].number < pair[1].number));
+    }
+
+    /// The lines of `ROMFS/px4fmu_common/init.d-posix/rcS` of v1.15.4 and of v1.16.0.
+    #[test]
+    fn reference_a_start_up_script_shows_how_it_is_told_parameters() {
+        let (old, new) =
+            (". px4-rc.params\n", "\"PX4_PARAM_\"*) param set \"${name#PX4_PARAM_}\" \"$value\" ;;\n");
+        assert_eq!([old, new, ""].map(ToldBy::of), [ToldBy::Script, ToldBy::Environment, ToldBy::Script]);
     }
 
     #[test]

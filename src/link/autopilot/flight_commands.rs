@@ -129,7 +129,8 @@ impl Vehicle {
                 "REPOSITION refused: not in HOLD, and not to be entered",
             );
         }
-        let Some(state) = self.latest_state().filter(|_| self.autopilot.is_in_air()) else {
+        let flies = self.autopilot.is_in_air() || self.autopilot.falls();
+        let Some(state) = self.latest_state().filter(|_| flies) else {
             return self.refuse(Outcome::TemporarilyRejected, "REPOSITION refused: not flying");
         };
         let yaw = command.param(4).filter(|yaw| yaw.is_finite()).map(f64::from);

@@ -78,10 +78,13 @@ impl HilSession {
             }
             return;
         }
-        self.run.set_armed(m.mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED));
+        let armed = m.mode.contains(MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED);
+        self.run.set_armed(armed);
         self.report_drop();
         let n_rotors = self.run.simulation().vehicle().rotors.len();
-        self.run.set_throttle(throttle_of(m, n_rotors, &mut self.counts));
+        let throttle = throttle_of(m, n_rotors, &mut self.counts);
+        self.peer.turned = armed && (self.peer.turned || throttle.iter().any(|&u| u > 0.0));
+        self.run.set_throttle(throttle);
         if !std::mem::replace(&mut self.peer.answered, true) {
             self.report(HilEvent::Lockstep);
         }
@@ -106,8 +109,14 @@ impl HilSession {
         if armed {
             self.run.set_armed(true);
         }
-        let shown =
-            matches!(m.system_status, MavState::MAV_STATE_CRITICAL | MavState::MAV_STATE_FLIGHT_TERMINATION);
+        let shown = match m.system_status {
+            MavState::MAV_STATE_CRITICAL => true,
+            // PX4 says the same of motors that are locked, as before a throw launch, and of a flight that it
+            // has terminated (`HEARTBEAT.hpp`, v1.12 and later). Before they have turned it is no end of a
+            // flight.
+            MavState::MAV_STATE_FLIGHT_TERMINATION => self.peer.turned,
+            _ => false,
+        };
         self.run.set_failsafe(armed && shown);
         self.report_drop();
     }

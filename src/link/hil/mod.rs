@@ -102,6 +102,8 @@ struct Peer {
     answered: bool,
     /// A HEARTBEAT on the simulator link has named its mode: what comes elsewhere is older.
     mode_on_link: bool,
+    /// It has commanded a motor to turn since it was armed.
+    turned: bool,
 }
 
 impl HilSession {

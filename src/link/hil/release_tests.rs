@@ -218,3 +218,23 @@ fn who_is_disarmed_flies_no_failsafe() {
     hand.fly(1_000_000, 0.0, false);
     assert!(!hand.session.run().record().failsafe);
 }
+
+/// PX4's HEARTBEAT says FLIGHT_TERMINATION of motors that are locked before a throw launch, and of a flight
+/// that it has terminated. Locked they are commanded nothing.
+#[test]
+fn regress_motors_that_are_locked_before_a_throw_launch_are_no_failsafe() {
+    let fly = |control: f32| {
+        let mut hand = Hand::connected(config());
+        hand.fly(400_000, 0.0, true);
+        hand.say(&heartbeat(OFFBOARD, true, MavState::MAV_STATE_FLIGHT_TERMINATION));
+        hand.session.release(ReleaseCause::Command);
+        hand.fly(1_600_000, control, true);
+        hand.say(&heartbeat(OFFBOARD, true, MavState::MAV_STATE_FLIGHT_TERMINATION));
+        hand.fly(2_000_000, control, true);
+        hand.session.run().record().clone()
+    };
+    let locked = fly(0.0);
+    assert!(!locked.failsafe && locked.motors_stood);
+    let terminated = fly(0.4);
+    assert!(terminated.failsafe && !terminated.motors_stood);
+}

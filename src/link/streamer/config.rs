@@ -105,6 +105,8 @@ impl Default for StreamerConfig {
 pub struct Procedure {
     /// What the rules depend on.
     pub envelope: DropEnvelope,
+    /// Whether the vehicle hangs under a canopy that moves, and does not rest.
+    pub canopy_moves: bool,
     /// Parameters that the vehicle is given before anything else.
     pub uploads: Uploads,
     /// Texts of the vehicle's events; `None`: the vehicle is asked for them.

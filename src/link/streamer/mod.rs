@@ -9,7 +9,7 @@
 //! | `vehicle` | the vehicle as it shows itself |
 //! | `setpoint` | the plan as setpoints |
 //! | `replanning` | plans that are renewed, from the vehicle's telemetry |
-//! | `request`, `parameters` | a command until it is answered; parameters given and asked for |
+//! | `request`, `parameters` | a command until it is answered; parameters asked for, and given in the vehicle's types |
 //! | `download` | a file of the vehicle's, by MAVLink FTP |
 //! | `patience` | when what was sent counts as unanswered |
 //! | `falling` | the release, found by the fall that the vehicle's accelerometer shows |
@@ -102,8 +102,11 @@ pub use event::StreamerEvent;
 pub use replanning::SolvedBy;
 pub use vehicle::AutopilotVersion;
 
-/// How PX4 says that it does not have a parameter.
-const PX4_UNKNOWN_PARAMETER: &str = "unknown param: ";
+/// How PX4 v1.12 says by STATUSTEXT what it does not do about a parameter.
+const PX4_PARAMETER_TEXTS: [(&str, MavParamError); 2] = [
+    ("unknown param: ", MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST),
+    ("param types mismatch param: ", MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH),
+];
 
 /// State of the streamer in the drop.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -458,7 +461,12 @@ impl StreamerSession {
                     exchange.take(m);
                 }
             }
-            Some(MavMessage::PARAM_ERROR(m)) => self.take_absence(m.param_id.to_str().unwrap_or_default()),
+            // Others may ask for what is not there.
+            Some(MavMessage::PARAM_ERROR(m))
+                if (m.target_system, m.target_component) == (STREAMER_SYSTEM, STREAMER_COMPONENT) =>
+            {
+                self.take_parameter_error(m.param_id.to_str().unwrap_or_default(), m.error);
+            }
             Some(MavMessage::FILE_TRANSFER_PROTOCOL(m)) => {
                 let system = self.config.vehicle_system;
                 let download = self.flight.download.as_mut();
@@ -518,9 +526,11 @@ impl StreamerSession {
     }
 
     fn take_text(&mut self, severity: u8, text: String) {
-        if let Some((_, name)) = text.split_once(PX4_UNKNOWN_PARAMETER) {
-            // PX4 says it once for each, and there may be dozens.
-            return self.take_absence(name);
+        for (words, error) in PX4_PARAMETER_TEXTS {
+            if let Some((_, name)) = text.split_once(words) {
+                // PX4 says it once for each, and there may be dozens.
+                return self.take_parameter_error(name, error);
+            }
         }
         self.flight.vehicle.remember(self.flight.now, text.clone());
         match self.flood.take(self.wire.wall()) {
@@ -530,9 +540,9 @@ impl StreamerSession {
         }
     }
 
-    fn take_absence(&mut self, name: &str) {
+    fn take_parameter_error(&mut self, name: &str, error: MavParamError) {
         if let Some(exchange) = &mut self.flight.readiness.exchange {
-            exchange.take_absence(name);
+            exchange.take_error(name, error);
         }
     }
 

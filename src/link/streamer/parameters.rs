@@ -1,6 +1,13 @@
-//! Parameters given to the vehicle (PARAM_SET, its echo compared) and asked of it (PARAM_REQUEST_READ).
+//! Parameters given to the vehicle and asked of it.
+//!
+//! Each is read first (PARAM_REQUEST_READ) and then, if it is to be set, written (PARAM_SET) in the type that
+//! the vehicle's PARAM_VALUE named, and the echo is compared. PX4 takes no value of another type than the
+//! parameter's, and types change between its versions: v1.12 says so by STATUSTEXT, v1.13 to v1.17 by nothing
+//! at all, later ones by PARAM_ERROR, which tells one kind of refusal from another
+//! (`mavlink_parameters.cpp`).
 
 use std::collections::BTreeMap;
+use std::fmt;
 
 use mavlink::dialects::common::*;
 
@@ -13,22 +20,63 @@ use crate::time::TimeUs;
 
 /// What is not answered is sent again after this, on the autopilot's clock.
 pub(super) const RETRY_US: TimeUs = 300_000;
-/// What has been sent so often is not there: PX4 answers in a hundredth of that time.
-pub(super) const TRIES: u32 = 4;
+/// What has been asked for so often is not there, what has been written so often is not taken: PX4 answers in
+/// a hundredth of that time.
+const TRIES: u32 = 4;
 /// How many go out at a time: a burst must fit into the receiver's socket.
 const AT_A_TIME: usize = 16;
 /// By name, not by index.
 const BY_NAME: i16 = -1;
 
-/// What is known of a parameter.
+/// Why a value is not in the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-enum Known {
-    /// No answer yet.
-    Nothing,
+pub(super) enum Refusal {
+    /// The vehicle says why (PARAM_ERROR).
+    Told(MavParamError),
+    /// The parameter's type has no such value; this is the value that it has.
+    Unfit(Value),
+    /// The vehicle keeps, or echoes, this value.
+    Keeps(Value),
+    /// PARAM_SET was not answered.
+    Unanswered,
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let kind = match self {
+            Self::Told(error) => *error,
+            Self::Unfit(Value::Int(_)) => return f.write_str("a whole number there"),
+            Self::Unfit(Value::Real(_)) => return f.write_str("in single precision there"),
+            Self::Keeps(value) => return write!(f, "reads back as {value}"),
+            Self::Unanswered => return write!(f, "no answer to {TRIES} PARAM_SET"),
+        };
+        f.write_str(match kind {
+            MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST => "unknown there",
+            MavParamError::MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE => "out of range there",
+            MavParamError::MAV_PARAM_ERROR_PERMISSION_DENIED => "not permitted",
+            MavParamError::MAV_PARAM_ERROR_COMPONENT_NOT_FOUND => "of a component that is not there",
+            MavParamError::MAV_PARAM_ERROR_READ_ONLY => "read-only there",
+            MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED => "of a type that is not taken there",
+            MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH => "of another type there",
+            MavParamError::MAV_PARAM_ERROR_READ_FAIL => "cannot be read there",
+            _ => "refused, and no reason told",
+        })
+    }
+}
+
+/// How far a parameter is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Stage {
+    /// Asked for.
+    Reading,
+    /// Written in the vehicle's type; the last echo, if there was one.
+    Writing(Value, Option<Value>),
     /// The vehicle has this value.
     Has(Value),
     /// The vehicle does not have the parameter.
     Absent,
+    /// The vehicle does not take the value, or cannot read its own.
+    Refused(Refusal),
 }
 
 #[derive(Clone, Debug)]
@@ -37,17 +85,38 @@ struct Item {
     set: Option<Value>,
     sent: Option<Sent>,
     tries: u32,
-    known: Known,
+    stage: Stage,
 }
 
 impl Item {
     fn is_over(&self) -> bool {
-        match (self.known, self.set) {
-            (Known::Nothing, _) => false,
-            // An echo with another value: it is tried again.
-            (Known::Has(value), Some(set)) => value == set || self.tries >= TRIES,
-            _ => true,
+        !matches!(self.stage, Stage::Reading | Stage::Writing(..))
+    }
+
+    /// Takes the vehicle's value, read or echoed.
+    fn take(&mut self, value: Value) {
+        match (self.stage, self.set) {
+            (Stage::Writing(wanted, _), _) if value == wanted => self.stage = Stage::Has(value),
+            (Stage::Writing(wanted, _), _) => self.stage = Stage::Writing(wanted, Some(value)),
+            (Stage::Reading | Stage::Absent, Some(set)) => match set.in_type_of(value) {
+                Some(wanted) => {
+                    (self.stage, self.sent, self.tries) = (Stage::Writing(wanted, None), None, 0);
+                }
+                None => self.stage = Stage::Refused(Refusal::Unfit(value)),
+            },
+            (Stage::Reading | Stage::Absent, None) => self.stage = Stage::Has(value),
+            _ => {}
         }
+    }
+
+    /// Its tries are over, and so is the time for an answer to the last one.
+    fn give_up(&mut self) {
+        self.stage = match self.stage {
+            Stage::Reading => Stage::Absent,
+            Stage::Writing(_, Some(other)) => Stage::Refused(Refusal::Keeps(other)),
+            Stage::Writing(_, None) => Stage::Refused(Refusal::Unanswered),
+            over => over,
+        };
     }
 }
 
@@ -64,8 +133,8 @@ pub(super) struct Outcome {
     pub(super) set: usize,
     /// Were to be set and do not exist there.
     pub(super) absent: Vec<String>,
-    /// Were to be set to the first value and are the second.
-    pub(super) refused: Vec<(String, Value, Value)>,
+    /// Were to be set to a value and were not.
+    pub(super) refused: Vec<(String, Value, Refusal)>,
 }
 
 impl Exchange {
@@ -73,7 +142,7 @@ impl Exchange {
     pub(super) fn new<'a>(set: &BTreeMap<String, Value>, read: impl Iterator<Item = &'a str>) -> Self {
         let item = |name: &str, set| {
             let name = name.to_owned();
-            Item { name, set, sent: None, tries: 0, known: Known::Nothing }
+            Item { name, set, sent: None, tries: 0, stage: Stage::Reading }
         };
         let reads = read.filter(|name| !set.contains_key(*name)).map(|name| item(name, None));
         Self(set.iter().map(|(name, value)| item(name, Some(*value))).chain(reads).collect())
@@ -90,16 +159,15 @@ impl Exchange {
     ) -> Vec<MavMessage> {
         let waited = |sent: Sent| wire.has_waited(sent, now, retry_us);
         for item in &mut self.0 {
-            let unanswered = item.sent.is_some_and(waited) && item.tries >= TRIES;
-            if unanswered && item.known == Known::Nothing {
-                item.known = Known::Absent;
+            if item.tries >= TRIES && item.sent.is_some_and(waited) {
+                item.give_up();
             }
         }
         let due = |item: &&mut Item| !item.is_over() && item.tries < TRIES && item.sent.is_none_or(waited);
         let send = |item: &mut Item| {
             item.sent = Some(wire.send(now));
             item.tries += 1;
-            message(&item.name, item.set, system_id)
+            message(item, system_id)
         };
         self.0.iter_mut().filter(due).take(AT_A_TIME).map(send).collect()
     }
@@ -111,21 +179,25 @@ impl Exchange {
             MavParamType::MAV_PARAM_TYPE_REAL32 => Value::Real(m.param_value),
             _ => return,
         };
-        let of_that_name = |item: &&mut Item| m.param_id.to_str() == Ok(item.name.as_str());
-        if let Some(item) = self.0.iter_mut().find(of_that_name) {
-            item.known = Known::Has(value);
+        let Ok(name) = m.param_id.to_str() else { return };
+        if let Some(item) = self.0.iter_mut().find(|item| item.name == name) {
+            item.take(value);
             // Which it has by one of two names it does not have by the other: nothing to be waited for.
-            let other = other_name(&item.name);
+            let other = other_name(name);
             if let Some(other) = self.0.iter_mut().find(|item| other == Some(item.name.as_str())) {
-                other.known = Known::Absent;
+                other.stage = Stage::Absent;
             }
         }
     }
 
-    /// The vehicle does not have a parameter.
-    pub(super) fn take_absence(&mut self, name: &str) {
-        if let Some(item) = self.0.iter_mut().find(|item| item.name == name && item.tries > 0) {
-            item.known = Known::Absent;
+    /// The vehicle does not do what it was asked for about a parameter.
+    pub(super) fn take_error(&mut self, name: &str, error: MavParamError) {
+        let asked = |item: &&mut Item| item.name == name && item.tries > 0 && !item.is_over();
+        if let Some(item) = self.0.iter_mut().find(asked) {
+            item.stage = match error {
+                MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST => Stage::Absent,
+                other => Stage::Refused(Refusal::Told(other)),
+            };
         }
     }
 
@@ -138,15 +210,12 @@ impl Exchange {
     pub(super) fn outcome(&self) -> Outcome {
         let mut outcome = Outcome::default();
         for item in &self.0 {
-            match (item.known, item.set) {
-                (Known::Has(value), set) => {
+            match (item.stage, item.set) {
+                (Stage::Has(value), set) => {
                     outcome.values.insert(item.name.clone(), value);
-                    match set {
-                        Some(set) if set != value => outcome.refused.push((item.name.clone(), set, value)),
-                        Some(_) => outcome.set += 1,
-                        None => {}
-                    }
+                    outcome.set += usize::from(set.is_some());
                 }
+                (Stage::Refused(why), Some(set)) => outcome.refused.push((item.name.clone(), set, why)),
                 (_, Some(_)) => outcome.absent.push(item.name.clone()),
                 (_, None) => {}
             }
@@ -155,17 +224,18 @@ impl Exchange {
     }
 }
 
-fn message(name: &str, set: Option<Value>, system_id: u8) -> MavMessage {
+fn message(item: &Item, system_id: u8) -> MavMessage {
     let (target_system, target_component) = (system_id, AUTOPILOT_COMPONENT);
-    let Some(value) = set else {
+    let param_id = item.name.as_str().into();
+    let Stage::Writing(value, _) = item.stage else {
         return MavMessage::PARAM_REQUEST_READ(PARAM_REQUEST_READ_DATA {
             param_index: BY_NAME,
             target_system,
             target_component,
-            param_id: name.into(),
+            param_id,
         });
     };
-    let ((param_value, param_type), param_id) = (param_value(value), name.into());
+    let (param_value, param_type) = param_value(value);
     let data = PARAM_SET_DATA { param_value, target_system, target_component, param_id, param_type };
     MavMessage::PARAM_SET(data)
 }
@@ -173,6 +243,21 @@ fn message(name: &str, set: Option<Value>, system_id: u8) -> MavMessage {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn told(name: &str, value: Value) -> PARAM_VALUE_DATA {
+        let (param_value, param_type) = param_value(value);
+        PARAM_VALUE_DATA { param_id: name.into(), param_value, param_type, ..Default::default() }
+    }
+
+    fn written(messages: &[MavMessage]) -> Vec<(String, u32, MavParamType)> {
+        let of = |m: &MavMessage| match m {
+            MavMessage::PARAM_SET(m) => {
+                Some((m.param_id.to_str().unwrap().to_owned(), m.param_value.to_bits(), m.param_type))
+            }
+            _ => None,
+        };
+        messages.iter().filter_map(of).collect()
+    }
 
     /// PX4 v1.16 has EKF2_GPS_DELAY, says so, and says nothing of SENS_GPS0_DELAY, by its source: that is not
     /// waited for.
@@ -182,9 +267,90 @@ mod tests {
         let set = names.map(|name| (name.to_owned(), Value::Real(110.0))).into();
         let (mut exchange, wire) = (Exchange::new(&set, std::iter::empty()), Wire::default());
         assert_eq!(exchange.poll(0, RETRY_US, &wire, 1).len(), 2);
-        let (param_id, param_type) = ("EKF2_GPS_DELAY".into(), MavParamType::MAV_PARAM_TYPE_REAL32);
-        exchange.take(&PARAM_VALUE_DATA { param_id, param_value: 110.0, param_type, ..Default::default() });
+        exchange.take(&told(names[0], Value::Real(10.0)));
+        assert_eq!(written(&exchange.poll(0, RETRY_US, &wire, 1)).len(), 1);
+        exchange.take(&told(names[0], Value::Real(110.0)));
         assert!(exchange.is_over());
         assert_eq!((exchange.outcome().set, exchange.outcome().absent), (1, vec![names[1].to_owned()]));
+    }
+
+    /// PX4 after v1.17 has SENS_GPS0_DELAY as an INT32 and refuses a REAL32 (`module.yaml`,
+    /// `mavlink_parameters.cpp`); an INT32 travels as the float of the same bits.
+    #[test]
+    fn regress_a_parameter_is_written_in_the_type_that_it_was_read_in() {
+        let set = [("A".to_owned(), Value::Real(110.0)), ("B".to_owned(), Value::Int(3))].into();
+        let (mut exchange, wire) = (Exchange::new(&set, std::iter::empty()), Wire::default());
+        assert!(written(&exchange.poll(0, RETRY_US, &wire, 1)).is_empty(), "read before it is written");
+        exchange.take(&told("A", Value::Int(0)));
+        exchange.take(&told("B", Value::Real(0.5)));
+        let sent = written(&exchange.poll(0, RETRY_US, &wire, 1));
+        let expected = [
+            ("A".to_owned(), 110, MavParamType::MAV_PARAM_TYPE_INT32),
+            ("B".to_owned(), 3f32.to_bits(), MavParamType::MAV_PARAM_TYPE_REAL32),
+        ];
+        assert_eq!(sent, expected);
+        exchange.take(&told("A", Value::Int(110)));
+        exchange.take(&told("B", Value::Real(3.0)));
+        assert!(exchange.is_over() && exchange.outcome().set == 2);
+    }
+
+    /// A gain of 0.15 is no whole number, and 0 in its place would be another flight.
+    #[test]
+    fn a_value_that_the_type_has_not_is_refused_and_never_written() {
+        let set = [("A".to_owned(), Value::Real(0.15))].into();
+        let (mut exchange, wire) = (Exchange::new(&set, std::iter::empty()), Wire::default());
+        exchange.poll(0, RETRY_US, &wire, 1);
+        exchange.take(&told("A", Value::Int(0)));
+        assert!(exchange.poll(0, RETRY_US, &wire, 1).is_empty() && exchange.is_over());
+        let [(name, value, why)] = &exchange.outcome().refused[..] else { panic!() };
+        assert_eq!(format!("{name} = {value} ({why})"), "A = 0.15 (a whole number there)");
+    }
+
+    /// An echo with another value is written again; four of them, or none, and it was not taken.
+    #[test]
+    fn what_reads_back_otherwise_is_written_four_times() {
+        for (echo, words) in [(Some(Value::Real(2.0)), "reads back as 2"), (None, "no answer to 4 PARAM_SET")]
+        {
+            let set = [("A".to_owned(), Value::Real(1.0))].into();
+            let (mut exchange, wire) = (Exchange::new(&set, std::iter::empty()), Wire::default());
+            exchange.poll(0, RETRY_US, &wire, 1);
+            exchange.take(&told("A", Value::Real(2.0)));
+            let mut count = 0;
+            for i in 0..40 {
+                count += written(&exchange.poll(i * RETRY_US / 4, RETRY_US, &wire, 1)).len();
+                if let Some(echo) = echo {
+                    exchange.take(&told("A", echo));
+                }
+            }
+            assert_eq!(count, 4);
+            let [(_, _, why)] = exchange.outcome().refused[..] else { panic!() };
+            assert_eq!(why.to_string(), words);
+        }
+    }
+
+    /// Of MAVLink's kinds one says that the parameter is not there; all others are of one that is.
+    #[test]
+    fn an_error_is_told_by_its_kind() {
+        use MavParamError::*;
+        for (error, words) in [
+            (MAV_PARAM_ERROR_DOES_NOT_EXIST, None),
+            (MAV_PARAM_ERROR_VALUE_OUT_OF_RANGE, Some("out of range there")),
+            (MAV_PARAM_ERROR_PERMISSION_DENIED, Some("not permitted")),
+            (MAV_PARAM_ERROR_READ_ONLY, Some("read-only there")),
+            (MAV_PARAM_ERROR_TYPE_UNSUPPORTED, Some("of a type that is not taken there")),
+            (MAV_PARAM_ERROR_TYPE_MISMATCH, Some("of another type there")),
+            (MAV_PARAM_ERROR_READ_FAIL, Some("cannot be read there")),
+        ] {
+            let set = [("A".to_owned(), Value::Real(1.0))].into();
+            let (mut exchange, wire) = (Exchange::new(&set, std::iter::empty()), Wire::default());
+            exchange.take_error("A", error);
+            assert!(!exchange.is_over(), "nothing was asked");
+            exchange.poll(0, RETRY_US, &wire, 1);
+            exchange.take_error("A", error);
+            assert!(exchange.is_over());
+            let Outcome { absent, refused, .. } = exchange.outcome();
+            assert_eq!(absent.is_empty(), words.is_some());
+            assert_eq!(refused.first().map(|(_, _, why)| why.to_string()).as_deref(), words);
+        }
     }
 }

@@ -15,7 +15,7 @@ use mavlink::dialects::common::{MavCmd, MavLandedState, MavMessage};
 
 use super::download::Download;
 use super::event::StreamerEvent;
-use super::parameters::{Exchange, Outcome, RETRY_US, TRIES};
+use super::parameters::{Exchange, Outcome, RETRY_US, Refusal};
 use super::request::{Progress, Request};
 use super::{AutopilotVersion, StreamerSession, StreamerState};
 use crate::autopilot::FlightMode;
@@ -24,7 +24,7 @@ use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::control::px4::versions::Refusals;
 use crate::link::px4_events::EventTexts;
 use crate::params::Value;
-use crate::params::px4_required::{RULES, Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken, other_name};
+use crate::params::px4_required::{Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken, looked_at, other_name};
 use crate::time::{TimeUs, microseconds};
 use crate::units::RAD_PER_DEG;
 
@@ -54,12 +54,32 @@ const EVENTS_PATH: &str = "/etc/extras/all_events.json.xz";
 /// PX4's `NAVIGATION_STATE_OFFBOARD`.
 const NAV_STATE_OFFBOARD: u8 = 14;
 const ON_GROUND: u8 = MavLandedState::MAV_LANDED_STATE_ON_GROUND as u8;
+/// Most parameters that are named; the others are counted.
+const NAMED: usize = 4;
+
+/// That the vehicle was to have values and has not, and why.
+fn not_taken(refused: &[(String, Value, Refusal)]) -> String {
+    let words = |(name, value, why): &(String, Value, Refusal)| format!("{name} = {value} ({why})");
+    let named: Vec<String> = refused.iter().take(NAMED).map(words).collect();
+    let more = match refused.len().saturating_sub(NAMED) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    format!("the vehicle does not take {}{more}: it would not fly what was meant", named.join(", "))
+}
 
 impl StreamerSession {
     /// Finds out which PX4 it is, then uploads and reads; on to the stream when all is answered.
     pub(super) fn exchange_parameters(&mut self) {
         let Some(procedure) = &self.config.procedure else { return self.enter(StreamerState::Streaming) };
         let Some(px4) = self.flight.readiness.px4 else { return self.find_px4_version() };
+        if procedure.canopy_moves && !self.config.commands_release && !px4.is_armed_in_motion {
+            let number = px4.number;
+            return self.fail(format!(
+                "PX4 {number} is not armed in time under a canopy that moves, and the release does not wait for it: fly v1.16 or later, or \
+                 let it be released by command (release.trigger)"
+            ));
+        }
         let Some(upload) = procedure.uploads.of(px4.allocation) else {
             let number = px4.number;
             return self.fail(format!(
@@ -67,8 +87,8 @@ impl StreamerSession {
             ));
         };
         if self.flight.readiness.exchange.is_none() {
-            let looked_at = RULES.iter().map(|rule| rule.name).chain([TILT_LND, TILT_AIR]);
-            self.flight.readiness.exchange = Some(Exchange::new(upload, looked_at));
+            let names = looked_at(px4.number).chain([TILT_LND, TILT_AIR]);
+            self.flight.readiness.exchange = Some(Exchange::new(upload, names));
         }
         if let Some(outcome) = self.exchange() {
             self.judge_parameters(outcome);
@@ -143,11 +163,8 @@ impl StreamerSession {
         if set > 0 || !absent.is_empty() {
             self.report(StreamerEvent::Uploaded { set, absent });
         }
-        if let Some((name, wanted, has)) = outcome.refused.first() {
-            let count = outcome.refused.len();
-            return self.fail(format!(
-                "{count} parameters were not taken: {name} = {has} after PARAM_SET {wanted}, {TRIES} times"
-            ));
+        if !outcome.refused.is_empty() {
+            return self.fail(not_taken(&outcome.refused));
         }
         if outcome.values.is_empty() {
             return self.fail("no PARAM_VALUE has come: the vehicle's parameters are not known".to_owned());

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, anyhow, bail};
 
 use samara::control::px4::is_quad_x;
+use samara::control::px4::versions::ToldBy;
 use samara::link::px4_events::EventTexts;
 use samara::link::shell::event_texts;
 use samara::model::Vehicle;
@@ -67,6 +68,14 @@ impl BuildFolder {
         self.path.join("etc")
     }
 
+    /// How its start-up script is told parameters.
+    pub fn told_by(&self) -> Result<ToldBy> {
+        let path = self.path.join(STARTUP);
+        #[expect(clippy::disallowed_methods, reason = "the script of the PX4 that is to be started")]
+        let text = fs::read(&path).with_context(|| path.display().to_string())?;
+        Ok(ToldBy::of(&String::from_utf8_lossy(&text)))
+    }
+
     /// The value of PX4_SIM_MODEL: the model whose airframe to start.
     pub fn model(&self) -> Result<&'static str> {
         let folder = self.etc().join("init.d-posix/airframes");
@@ -90,7 +99,9 @@ impl BuildFolder {
         if !self.etc().join(format!("mixers/{QUAD_X}.main.mix")).is_file() {
             return Ok(None);
         }
-        is_quad_x(vehicle).with_context(|| format!("vehicle {name}: this PX4 mixes by `quad_x`"))?;
+        is_quad_x(vehicle).with_context(|| {
+            format!("vehicle {name}: this PX4 mixes by `quad_x`; v1.14 and later take any rotors")
+        })?;
         Ok(Some(QUAD_X))
     }
 

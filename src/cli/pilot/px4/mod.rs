@@ -4,7 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `build_folder` | a build folder of PX4: what is in it, which model and mixer suit a vehicle |
-//! | `beginning` | what its start-up script is told of the vehicle |
+//! | `beginning` | what its start-up script is told of the vehicle, and how |
 //! | `work_dir` | PX4's working directory: made anew, of our own making only |
 //! | `process` | the process: started in its working directory, watched, stopped with all its children |
 //! | `process_group` | the group of processes that ends with this program, whatever ends it |
@@ -155,13 +155,16 @@ impl Pilot for Px4 {
         let Px4Settings { cpu, patience } = self.settings;
         let (mixer, preparation) = self.prepare(mission, trajectory)?;
         let Preparation { envelope, upload, .. } = preparation;
-        let at_start = estimators_window(&envelope);
+        let by = self.build.told_by().bad_input()?;
+        // A PX4 that mixes by a file has the window that it needs.
+        let at_start = if mixer.is_some() { Vec::new() } else { estimators_window(&envelope, by) };
         let procedure = Some(Procedure {
             envelope,
+            canopy_moves: mission.release.parachute.suspension.is_some(),
             uploads: Uploads::of_one(upload.parameters),
             event_texts: self.build.event_texts(),
         });
-        let beginning = Beginning { mixer, parameters: if mixer.is_some() { Vec::new() } else { at_start } };
+        let beginning = Beginning { mixer, parameters: at_start, by };
         let ports = Ports::of_instance(instance).bad_input()?;
         let system = system_of_instance(instance).bad_input()?;
         let froude = parties::froude(mission);

@@ -70,6 +70,7 @@ impl Px4Process {
             .arg(&work)
             .current_dir(&work)
             .env("PX4_SIM_MODEL", model)
+            .envs(beginning.environment())
             .stdin(Stdio::null())
             .stdout(out)
             .stderr(err);

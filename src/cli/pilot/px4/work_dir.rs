@@ -10,8 +10,9 @@ use anyhow::{Context as _, Result, bail};
 
 use super::beginning::Beginning;
 use crate::cli::results::gone;
+use samara::control::px4::versions::ToldBy;
 
-/// A folder in the working directory that stands first in PX4's PATH: its start-up script takes
+/// A folder in the working directory that stands first in PX4's PATH: the start-up script up to v1.15 takes
 /// `px4-rc.params` from there.
 const HOOKS: &str = "hooks";
 /// A file in the working directory that says whose it is: only a folder with it is ever removed.
@@ -71,7 +72,7 @@ fn renew(work: &Path, script: Option<&str>) -> std::io::Result<()> {
         MARKER,
         "PX4's working directory: samara removes it with all that is in it before the next flight.\n",
     )?;
-    script.map_or(Ok(()), |script| write(&format!("{HOOKS}/px4-rc.params"), script))
+    script.map_or(Ok(()), |script| write(&format!("{HOOKS}/{}", ToldBy::SCRIPT), script))
 }
 
 /// The PATH with the hooks first; `None` for a folder with a colon in its name, which cannot be in a PATH.
@@ -86,7 +87,9 @@ pub(super) fn path_with_hooks(work: &Path) -> Option<OsString> {
 mod tests {
     use super::*;
 
-    const QUAD: Beginning = Beginning { mixer: Some("quad_x"), parameters: Vec::new() };
+    const QUAD: Beginning = Beginning { mixer: Some("quad_x"), parameters: Vec::new(), by: ToldBy::Script };
+
+    const NOTHING: Beginning = Beginning { mixer: None, parameters: Vec::new(), by: ToldBy::Script };
 
     /// A place with a build folder in it.
     fn place() -> (tempfile::TempDir, PathBuf) {
@@ -112,7 +115,7 @@ mod tests {
         }
         let link = root.join("link");
         std::os::unix::fs::symlink(root.join("px4"), &link).unwrap();
-        let error = make(&link, &elsewhere, &Beginning::default()).unwrap_err().to_string();
+        let error = make(&link, &elsewhere, &NOTHING).unwrap_err().to_string();
         assert!(error.contains("not one that samara made"), "{error}");
     }
 
@@ -120,7 +123,8 @@ mod tests {
     fn our_own_is_made_anew() {
         let (_place, root) = place();
         let (work, build) = (root.join("out/px4"), root.join("px4/build"));
-        let beginning = Beginning { parameters: vec![("EKF2_GPS_DELAY", 110.0)], ..QUAD };
+        let parameters = vec![("EKF2_GPS_DELAY", 110.0)];
+        let beginning = Beginning { parameters, ..QUAD };
         fs::create_dir(root.join("out")).unwrap();
         for _ in 0..2 {
             assert_eq!(make(&work, &build, &beginning).unwrap(), work);
@@ -139,6 +143,6 @@ mod tests {
         fs::create_dir(root.join("a:b")).unwrap();
         let error = make(&work, &build, &QUAD).unwrap_err().to_string();
         assert!(error.contains("colon") && error.contains("--out"), "{error}");
-        make(&work, &build, &Beginning::default()).unwrap();
+        make(&work, &build, &NOTHING).unwrap();
     }
 }

@@ -9,6 +9,7 @@ mod readiness;
 mod scripted_px4;
 mod scripted_vehicle;
 mod trouble;
+mod uploads;
 mod versions;
 
 use self::scripted_vehicle::{ScriptedVehicle, WILLING, plan, texts};

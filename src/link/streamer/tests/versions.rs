@@ -144,3 +144,23 @@ fn on_the_ground_no_velocity_is_sent_before_the_plan() {
     careful.run(S / 4);
     assert!(careful.script.setpoints(84).is_empty());
 }
+
+/// x500_no_wire on v1.14.3 was released unarmed, 4 of 4; on v1.16.0 it flew. The reason is told beforehand.
+#[test]
+fn a_version_that_is_not_armed_in_time_is_refused_by_its_number() {
+    for (minor, canopy_moves, commands_release, refused) in [
+        (14, true, false, true),
+        (14, false, false, false),
+        (14, true, true, false),
+        (16, true, false, false),
+    ] {
+        let mut careful = ScriptedPx4::with(Some(ALIGNED), HEALTHY, WILLING, |config| {
+            config.procedure = Some(Procedure { canopy_moves, ..Procedure::default() });
+            config.commands_release = commands_release;
+        });
+        careful.px4 = of(minor);
+        careful.until(if refused { StreamerState::Failed } else { StreamerState::Streaming });
+        let failure = careful.script.streamer.failure().unwrap_or_default();
+        assert_eq!(failure.starts_with("PX4 v1.14 is not armed in time"), refused, "v1.{minor}: {failure}");
+    }
+}

@@ -1,0 +1,130 @@
+//! Whether the vehicle falls, watched in every flight: a release in a mode in which nobody starts the motors
+//! is said, and any mode that is chosen in the fall starts them.
+//!
+//! The accelerometer shows where a fall begins ([`FreeFallDetector`]). Its end the accelerometer does not
+//! show: what falls at its terminal velocity is carried by the air. It is over when the vehicle sinks no
+//! faster than when it was found, on the ground, under a canopy that had only slackened, or on its motors.
+
+use nalgebra::Vector3;
+
+use crate::control::{FreeFallDetector, FreeFallSettings};
+use crate::time::TimeUs;
+
+/// How far it has fallen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Fall {
+    /// It does not fall.
+    None,
+    /// The accelerometer has shown a fall, at a speed that the next state tells.
+    Found,
+    /// It falls, since it sank with this speed [m/s].
+    From(f64),
+}
+
+/// A watch for falls; `None` of a detector where there is no gravity to fall by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FallWatch {
+    detector: Option<FreeFallDetector>,
+    fall: Fall,
+}
+
+impl FallWatch {
+    /// A watch under gravity [m/s^2], with the detector's usual settings.
+    pub fn new(gravity_m_s2: f64) -> Self {
+        let settings =
+            FreeFallSettings::of(gravity_m_s2, FreeFallSettings::LEVEL, 0.0, FreeFallSettings::TIME_S);
+        Self { detector: settings.map(FreeFallDetector::new), fall: Fall::None }
+    }
+
+    /// Takes the accelerometer's reading, body [m/s^2]; whether a fall is found by it.
+    pub fn feel(&mut self, now_us: TimeUs, specific_force_body: &Vector3<f64>) -> bool {
+        let found = self.detector.as_mut().is_some_and(|d| d.take(now_us, specific_force_body).is_some());
+        if found {
+            self.fall = Fall::Found;
+        }
+        found
+    }
+
+    /// Takes the speed of descent [m/s] of a step.
+    pub fn look(&mut self, v_down_m_s: f64) {
+        match self.fall {
+            Fall::None => {}
+            Fall::Found => self.fall = Fall::From(v_down_m_s),
+            Fall::From(found_m_s) if v_down_m_s >= found_m_s => {}
+            Fall::From(_) => {
+                self.fall = Fall::None;
+                // It finds one fall; the next one is another detector's.
+                self.detector = self.detector.map(|d| FreeFallDetector::new(*d.settings()));
+            }
+        }
+    }
+
+    /// Whether it falls.
+    pub fn falls(&self) -> bool {
+        self.fall != Fall::None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const G: f64 = 9.81;
+
+    /// A watch that has been carried for 2 s at 5 m/s and then dropped for `fall_s`, in steps of 4 ms; the
+    /// speed that it has come to.
+    fn dropped(fall_s: f64) -> (FallWatch, TimeUs, f64) {
+        let (mut watch, mut now, mut v_down) = (FallWatch::new(G), 0, 5.0);
+        let steps = (250.0 * fall_s).round() as u64;
+        for i in 0..500 + steps {
+            now = 4_000 * i;
+            let falls = i >= 500;
+            v_down += if falls { 0.004 * G } else { 0.0 };
+            watch.feel(now, &Vector3::new(0.0, 0.0, if falls { 0.0 } else { -G }));
+            watch.look(v_down);
+        }
+        (watch, now, v_down)
+    }
+
+    /// 0.3 g of level, and 0.1 s of it, as the detector's settings say.
+    #[test]
+    fn closed_form_a_fall_is_found_after_a_tenth_of_a_second() {
+        assert!(!dropped(0.088).0.falls());
+        assert!(dropped(0.112).0.falls());
+    }
+
+    /// At terminal velocity the accelerometer reads gravity again, and the vehicle still falls.
+    #[test]
+    fn it_falls_as_long_as_it_sinks_faster_than_when_it_was_found() {
+        let (mut watch, mut now, v_down) = dropped(1.0);
+        for _ in 0..5_000 {
+            now += 4_000;
+            watch.feel(now, &Vector3::new(0.0, 0.0, -G));
+            watch.look(v_down);
+            assert!(watch.falls());
+        }
+        watch.look(0.0);
+        assert!(!watch.falls(), "stopped");
+    }
+
+    /// A canopy that has gone slack for a moment is no release; the next fall is found like the first.
+    #[test]
+    fn a_fall_that_ends_under_the_canopy_is_over() {
+        let (mut watch, mut now, _) = dropped(0.112);
+        watch.look(4.9);
+        assert!(!watch.falls());
+        let mut found = 0;
+        for i in 0..1_000 {
+            now += 4_000;
+            let force = if i < 500 { -G } else { 0.0 };
+            found += usize::from(watch.feel(now, &Vector3::new(0.0, 0.0, force)));
+        }
+        assert!(found == 1 && watch.falls());
+    }
+
+    #[test]
+    fn without_gravity_nothing_falls() {
+        let mut watch = FallWatch::new(0.0);
+        assert!((0..1_000).all(|i| !watch.feel(4_000 * i, &Vector3::zeros())));
+    }
+}
