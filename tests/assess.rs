@@ -354,7 +354,8 @@ fn limits_are_judged_as_a_drop_judges_them() {
     assert_eq!((&measured["name"], &measured["limit"]), (&"altitude_lost_m".into(), &500.0.into()));
     // Never steady: half a micrometre per second is no flight's.
     let (code, study, drop) = with("\"steady_within_m_s\": 0.0000005");
-    assert_eq!((code, drop["reason"].as_str()), (1, Some("not steady")));
+    let never = "never steady within 0.0000005 m/s of the target";
+    assert_eq!((code, drop["reason"].as_str(), &drop["safe"]), (1, Some(never), &false.into()));
     let why = study["campaigns"][0]["worst"][0]["failure"].as_str().unwrap();
     assert!(why.starts_with("never steady within"), "{why}");
     // Seven cases, the campaign, its two trials.

@@ -545,7 +545,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     };
     let drop = parse(drop_json(mission, Some(&bad_verdict()), &run));
     assert_eq!((&drop["completed"], &drop["ended_at_s"]), (&true.into(), &45.0.into()));
-    let reason = "a failsafe flew; never steady within 0.056569 m/s of the target";
+    let reason = "a failsafe flew; never steady within 0.0566 m/s of the target";
     assert_eq!((&drop["reason"], &drop["decided_by"]), (&reason.into(), &"speed".into()));
     assert_eq!(
         (&drop["safe"], &drop["objections"]),
@@ -554,7 +554,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
             &serde_json::json!([
                 "a failsafe flew",
                 "J_TPF 1.250, not below 1",
-                "never steady within 0.056569 m/s of the target"
+                "never steady within 0.0566 m/s of the target"
             ])
         )
     );

@@ -314,7 +314,10 @@ impl fmt::Display for Objection {
             Self::Stopped(trouble) => with(f, "stopped before the mission's end", trouble),
             Self::PlanCut => f.write_str("the mission's duration_s ended before the plan"),
             Self::NeverSteady { within_m_s } => {
-                let within_m_s = (within_m_s * 1e6).round() / 1e6;
+                // Three digits that count.
+                let decimals = (2.0 - crate::math::log10(*within_m_s).floor()).clamp(0.0, 12.0);
+                let scale = crate::math::powf(10.0, decimals);
+                let within_m_s = (within_m_s * scale).round() / scale;
                 write!(f, "never steady within {within_m_s} m/s of the target")
             }
         }
@@ -384,6 +387,9 @@ pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
     };
     let to_the_end = completed && !plan_cut && trouble.is_none();
     let ground = verdict.on_the_ground.filter(|_| !may_land);
+    let motors_never_started = motors_never_started && completed;
+    // What nobody flew is not steady either.
+    let fell = released_unarmed || motors_never_started || ground.is_some();
     let numbers = Numbers {
         j_tpf: verdict.j_tpf,
         cost: Some(verdict.peak_cost),
@@ -392,12 +398,12 @@ pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
         steady_after_s: verdict.steady_after_s,
         touch: verdict.impact_speed_m_s.zip(verdict.impact_tilt_rad),
         canopy_distance_m: verdict.canopy_distance_m,
-        must_be_steady: must_be_steady && to_the_end && ground.is_none(),
+        must_be_steady: must_be_steady && to_the_end && !fell,
     };
     let mut all = Vec::new();
     let mut note = |holds: bool, objection: Objection| all.extend(holds.then_some(objection));
     note(released_unarmed, Objection::ReleasedUnarmed);
-    note(motors_never_started && completed, Objection::MotorsNeverStarted);
+    note(motors_never_started, Objection::MotorsNeverStarted);
     all.extend(ground.map(Objection::OnTheGround));
     all.extend(failsafe.then(|| Objection::Failsafe { cause: failsafe_cause.clone() }));
     all.extend(trouble.clone().filter(|_| completed).map(Objection::Trouble));

@@ -103,7 +103,7 @@ fn a_drop_that_does_not_become_steady_is_no_success() {
     let weak = with_vehicle(out.path(), "\"voltage_max_v\": 140.0", "\"voltage_max_v\": 1e-6");
     let cut = "the mission's duration_s ended before the plan";
     let cases = [
-        (weak.as_str(), true, "not steady", "NOT STEADY"),
+        (weak.as_str(), true, "never steady within 0.0566 m/s of the target", "NOT STEADY"),
         (kept.to_str().unwrap(), false, cut, "11 s, ended before the plan did"),
     ];
     for (mission, completed, reason, words) in cases {
