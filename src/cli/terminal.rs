@@ -22,15 +22,14 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// The text with what would act on the terminal written as words, line by line: paths and names may hold
-/// anything.
+/// The text with what would act on the terminal written as words: paths and names may hold anything. Ends of
+/// lines and tabulators, which parameter files are made of, stay.
 fn lines(text: &str) -> String {
-    text.split_inclusive('\n')
-        .map(|line| match line.strip_suffix('\n') {
-            Some(line) => format!("{}\n", printable(line)),
-            None => printable(line).into_owned(),
-        })
-        .collect()
+    let piece = |piece: &str| match piece.strip_suffix(['\n', '\t']) {
+        Some(words) => format!("{}{}", printable(words), &piece[words.len()..]),
+        None => printable(piece).into_owned(),
+    };
+    text.split_inclusive(['\n', '\t']).map(piece).collect()
 }
 
 /// Whether words of a verdict are coloured: on a terminal alone, and not where NO_COLOR is set
@@ -104,6 +103,7 @@ mod tests {
     #[test]
     fn what_acts_on_a_terminal_is_written_as_a_word_line_by_line() {
         assert_eq!(lines("a\u{1b}[2Jb\r\nc\u{202e}"), "a\\x1b[2Jb\\x0d\nc\\u{202e}");
+        assert_eq!(lines("1\t1\tMPC_XY_P\t0.95\t9\n"), "1\t1\tMPC_XY_P\t0.95\t9\n", "a parameter file");
         assert_eq!(lines("J_TPF 0.46\n\nsteady \u{b2}\n"), "J_TPF 0.46\n\nsteady \u{b2}\n");
     }
 
