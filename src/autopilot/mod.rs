@@ -264,7 +264,7 @@ impl Autopilot {
     pub fn feel(&mut self, now_us: u64, specific_force_body: &Vector3<f64>) -> Option<Fall> {
         if self.fall_watch.feel(now_us, specific_force_body) && self.armed && !self.engaged {
             let text = format!(
-                "Falls, and the motors stand still in {}: HOLD, LAND, OFFBOARD or TAKEOFF starts them",
+                "Falls, and the motors stand still in {}: HOLD, LAND or TAKEOFF, chosen now, starts them",
                 self.mode.name()
             );
             self.say(Severity::Critical, text);

@@ -140,7 +140,7 @@ fn regress_a_release_in_hold_is_said_and_land_catches_the_fall() {
     wire.fly(2.0);
     wire.simulator.release(ReleaseCause::Command);
     wire.fly(0.2);
-    assert!(wire.said("motors stand still in AUTO.LOI"), "{:?}", wire.texts);
+    assert!(wire.said("the motors stand still in HOLD"), "{:?}", wire.texts);
     wire.fly(2.8);
     assert!(wire.body().v_ned.z > 15.0 && wire.simulator.run().record().motors_stood);
     assert_eq!(wire.command(MavCmd::MAV_CMD_NAV_LAND, &[]), 0);

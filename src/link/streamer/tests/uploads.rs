@@ -15,14 +15,16 @@ use crate::params::px4_required::DropEnvelope;
 const DELAY: &str = "SENS_GPS0_DELAY";
 const OLD_DELAY: &str = "EKF2_GPS_DELAY";
 
-/// A vehicle that is to be given these, of a drop whose satellite fixes are 110 ms old.
+/// A vehicle after v1.17 that is to be given these, of a drop whose satellite fixes are 110 ms old.
 fn given(parameters: &[(&str, Value)]) -> ScriptedPx4 {
     let parameters: BTreeMap<_, _> = parameters.iter().map(|(n, v)| ((*n).to_owned(), *v)).collect();
-    ScriptedPx4::with(Some(ALIGNED), PASS, WILLING, |config| {
+    let mut px4 = ScriptedPx4::with(Some(ALIGNED), PASS, WILLING, |config| {
         let envelope = DropEnvelope { satellite_delay_s: Some(0.11), ..DropEnvelope::default() };
         let uploads = Uploads::of_one(parameters);
         config.procedure = Some(Procedure { envelope, uploads, ..Procedure::default() });
-    })
+    });
+    px4.lacks.push(OLD_DELAY);
+    px4
 }
 
 /// v1.18.0-beta1: an INT32 of that name, and none of the old one. Sent as REAL32 it was refused, the refusal
@@ -31,7 +33,6 @@ fn given(parameters: &[(&str, Value)]) -> ScriptedPx4 {
 fn regress_the_age_of_satellite_fixes_reaches_a_px4_that_has_it_as_a_whole_number() {
     let mut px4 = given(&[(DELAY, Value::Real(110.0)), (OLD_DELAY, Value::Real(110.0))]);
     px4.on_board.insert(DELAY, (Value::Int(10), Writing::Takes));
-    px4.lacks.push(OLD_DELAY);
     px4.until(StreamerState::Hanging);
     let (delay, _) = px4.on_board[DELAY];
     assert_eq!(delay, Value::Int(110));
