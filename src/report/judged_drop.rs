@@ -2,7 +2,7 @@
 
 use super::columns::fixed;
 use super::json::{DropEvent, DropRun, FlownBy, FlownFault, FlownStart, FlownTrajectory};
-use crate::assess::{Verdict, VerdictBuilder, plan_j_tpf};
+use crate::assess::{Verdict, VerdictBuilder};
 use crate::config::{Mission, TrajectoryFile};
 use crate::sim::faults::FaultSpan;
 use crate::sim::{EscState, FlightRecord, RotorStarted, Sample};
@@ -61,7 +61,7 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         events: flown.record.events.iter().map(event).collect(),
         faults: flown.record.faults.iter().map(FlownFault::from).collect(),
         rotor_starts: flown.record.starts.iter().map(FlownStart::from).collect(),
-        plan_j_tpf: flown.plan.map(|plan| plan_j_tpf(plan, &mission.limits.safety)),
+        plan_j_tpf: flown.plan.map(|plan| mission.integrated(plan).j_tpf),
         ..DropRun::default()
     };
     (verdict, run)
