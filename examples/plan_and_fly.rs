@@ -22,7 +22,7 @@ pub fn plan_and_fly(path: &str) -> Result<Verdict, Box<dyn std::error::Error>> {
     let plan = plan(&mission.plan_problem(), &Guess::StraightLine, &SolverOptions::default(), &mut |_| {
         ControlFlow::Continue(())
     })?;
-    println!("{}", plan_text(&plan, &mission.limits.safety, None));
+    println!("{}", plan_text(&mission, &plan, None));
 
     // The paper's cascade follows it, from the canopy to the end of the mission, at 250 Hz.
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)?;

@@ -32,6 +32,15 @@ PROBLEMS = {
     "altitude lost": {"motion": {"altitude_lost_m": 132.0}},
     "rotor acceleration": {"rotor_acceleration_rad_s2": 12.0},
     "rotor acceleration beside a limit": {"rotor_acceleration_rad_s2": 20.0, "thrust_slew_n_s": 60.0},
+    # So close that more constraints are active than there is freedom left: their multipliers have no single value.
+    **{f"pitch within {deg} deg": {"motion": {"pitch_deg": deg}} for deg in (2.0, 4.0, 5.0, 6.0, 7.0, 8.0)},
+    **{f"pitch rate within {deg} deg/s": {"motion": {"pitch_rate_deg_s": deg}} for deg in (0.5, 1.0)},
+    **{
+        f"pitch within {deg} deg, to an end": {"motion": {"pitch_deg": deg}, "terminal_tolerance_m_s": 0.04}
+        for deg in (6.0, 7.0, 8.0)
+    },
+    "pitch rate within 1.0 deg/s, to an end": {"motion": {"pitch_rate_deg_s": 1.0}, "terminal_tolerance_m_s": 0.04},
+    "pitch within 8.0 deg, rate within 1.0 deg/s": {"motion": {"pitch_deg": 8.0, "pitch_rate_deg_s": 1.0}},
     # On a vehicle with known blades.
     "out of the vortex ring": {"avoid_vortex_ring": {"share": 1.0, "from_s": 6.0, "to_s": 28.0}, "vehicle": "titan_bemt"},
     "free horizon": {"free_horizon": {"least_s": 10.0, "greatest_s": 60.0, "cost_per_s": 0.5}, "terminal_tolerance_m_s": 0.05},

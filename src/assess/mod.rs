@@ -12,6 +12,7 @@
 //! | [`drops`] | random drops from the canopy to the end, and what is measured of them | |
 //! | [`envelope`] | how far from the nominal release a drop may begin and be safe | |
 //! | [`free_fall`] | how well a fall is found from the accelerometer alone |
+//! | [`integrated_plan`] | J_TPF of a plan and its defects, integrated from node to node | (51) |
 //! | [`grid_loss`] | what interpolating plans costs against solving for each release | |
 //! | [`sobol`] | what decides an output: Sobol's indices | |
 //! | [`study`] | controllers flown from many releases | V |
@@ -33,6 +34,7 @@ pub mod envelope;
 pub mod fidelity;
 pub mod free_fall;
 pub mod grid_loss;
+pub mod integrated_plan;
 pub mod judge;
 pub mod paper;
 pub mod power;
@@ -52,11 +54,12 @@ pub use chosen::{ChosenAmong, quantile_rank};
 pub use drops::{DropOutcome, RandomDrop};
 pub use fidelity::{Agreement, ByTrial, MeanByRungs, MeanEstimate, conformal_margin};
 pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Spread};
+pub use integrated_plan::{BETWEEN_NODES_MOST, IntegratedPlan, nodes_enough};
 pub use judge::{Course, Limits, Objection, TouchLimits, judge, judge_trial};
 pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};
 pub use releases::{RandomRelease, ReleaseDistribution};
-pub use safety::{TrialOutcome, Verdict, VerdictBuilder, plan_j_tpf, steady_within_m_s};
+pub use safety::{TrialOutcome, Verdict, VerdictBuilder, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;

@@ -18,30 +18,7 @@ use crate::model::supply::PackLimits;
 use crate::model::{DiskState, Environment, MAX_ROTORS, Rotor, Vehicle};
 use crate::sim::ground::Grounded;
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
-use crate::sim::{Phase, Sample, TurningOver};
-use crate::trajectory::{Node, Trajectory};
-
-/// J_TPF of a plan, (51): the largest J_state of its nodes, as the paper evaluates its optimum. The velocity
-/// between nodes is not looked at: a coarse plan may pass a limit there.
-pub fn plan_j_tpf(plan: &Trajectory, limits: &SafetyLimits) -> f64 {
-    let cost = |node: &Node| {
-        let body = BodyState {
-            p_ned: Vector3::zeros(),
-            q_ned_from_body: node.q_ned_from_body,
-            v_ned: node.v_ned,
-            omega_body: node.omega_body,
-        };
-        StateCost::of(&body, limits)
-    };
-    let mut turning = TurningOver::default();
-    plan.nodes()
-        .iter()
-        .map(|node| {
-            let (cost, over) = (cost(node), turning.observe(node.q_ned_from_body));
-            if over { cost.turned_over(limits) } else { cost }.max()
-        })
-        .fold(0.0, f64::max)
-}
+use crate::sim::{Phase, Sample};
 
 /// The peaks and the end of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -214,7 +214,7 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
     suits(mission).bad_input()?;
     let timed = plan_mission(mission, false)?;
     if timed.plan.status != Status::Converged {
-        let text = plan_text(&timed.plan, &mission.limits.safety, None);
+        let text = plan_text(mission, &timed.plan, None);
         return Err(Failure::input(format!("no plan to fly: {text}")));
     }
     whole(mission, &timed.plan.trajectory, given, !args.allocated)

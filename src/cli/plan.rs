@@ -6,9 +6,9 @@ use super::answer::{Answer, Failure};
 use super::args::{MissionArgs, PlanningArgs, number, positive, whole};
 use super::mission::{open_mission, print_origin};
 use super::plan_grid::{self, GridArgs};
-use super::planning::{TimedPlan, solve, write_plan};
+use super::planning::{TimedPlan, shortfall, solve, write_plan_and_nodes};
 use super::results::OutputFolder;
-use super::terminal::print;
+use super::terminal::{print, print_err};
 use samara::config::Mission;
 use samara::plan::{InputReference, SolverOptions, Status, TERMINAL_TOLERANCE_LEAST_M_S};
 use samara::report::{plan_json, plan_text};
@@ -78,23 +78,27 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     let axes = plan_grid::axes_of(&args.grid, &mission)?;
     let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
     let TimedPlan { plan, solve_ms } = solve(&mission, &options, args.planning.verbose, args.time_limit)?;
-    write_plan(&folder, &mission, &plan)?;
+    let converged = plan.status == Status::Converged;
+    let short = if converged { shortfall(&mission, &plan, &options, args.time_limit)? } else { None };
+    let (words, enough) = short.clone().unwrap_or_default();
+    write_plan_and_nodes(&folder, &mission, &plan, enough)?;
+    let text = || plan_text(&mission, &plan, Some(solve_ms)) + &words;
     if let Some(axes) = axes {
-        if plan.status == Status::Converged {
-            if !args.mission.json {
-                print(&plan_text(&plan, &mission.limits.safety, Some(solve_ms)))?;
+        if converged {
+            if args.mission.json {
+                print_err(&words);
+            } else {
+                print(&text())?;
             }
-            return plan_grid::run(&args.grid, args.mission.json, axes, (&mission, &plan), &options, &folder);
+            let answer =
+                plan_grid::run(&args.grid, args.mission.json, axes, (&mission, &plan), &options, &folder)?;
+            return Ok(if short.is_some() { Answer::No } else { answer });
         }
         folder.remove_leftovers(&plan_grid::FILES)?;
     }
     folder.write_manifest("plan", &mission, &[])?;
-    folder.print_result(
-        args.mission.json,
-        || plan_json(&mission, &plan, Some(solve_ms)),
-        || plan_text(&plan, &mission.limits.safety, Some(solve_ms)),
-    )?;
-    Ok(Answer::from(plan.status == Status::Converged))
+    folder.print_result(args.mission.json, || plan_json(&mission, &plan, Some(solve_ms), enough), text)?;
+    Ok(Answer::from(converged && short.is_none()))
 }
 
 /// The mission with what the command line changes of its plan.

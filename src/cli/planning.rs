@@ -17,7 +17,7 @@ use samara::math;
 use samara::model::trim;
 use samara::plan::{Plan, Progress, SolverOptions, Status};
 use samara::replan::{Cadence, ReplanSetup};
-use samara::report::{plan_figure, plan_json, plan_text};
+use samara::report::{plan_figure, plan_json, plan_shortfall, plan_text};
 use samara::trajectory::Trajectory;
 use samara::units::{DEG_PER_RAD, RAD_PER_DEG};
 
@@ -28,15 +28,27 @@ pub struct TimedPlan {
     pub solve_ms: f64,
 }
 
-/// Plans a mission with the solver's defaults; shows the iterations on stderr if that is wanted.
+/// Plans a mission with the solver's defaults; shows the iterations on stderr if that is wanted, and says
+/// there what the plan's nodes do not tell of a flight along it.
 pub fn plan_mission(mission: &Mission, verbose: bool) -> Result<TimedPlan, Failure> {
-    solve(mission, &SolverOptions::default(), verbose, None)
+    let timed = solve(mission, &SolverOptions::default(), verbose, None)?;
+    if timed.plan.status == Status::Converged {
+        warn_of_nodes(mission, &timed.plan.trajectory, "; `samara plan` says how many nodes would do");
+    }
+    Ok(timed)
+}
+
+/// Says so on stderr when a trajectory's nodes do not tell what the vehicle flies along it.
+fn warn_of_nodes(mission: &Mission, trajectory: &Trajectory, then: &str) {
+    if let Some(shortfall) = plan_shortfall(mission, &mission.integrated(trajectory)) {
+        print_err(&format!("samara: the plan of {} nodes: {shortfall}{then}\n", trajectory.nodes().len()));
+    }
 }
 
 /// Plans a mission as [`plan_mission`] does, and says what came of it.
 pub fn plan_and_say(mission: &Mission, verbose: bool, narrator: &Narrator) -> Result<TimedPlan, Failure> {
     let timed = plan_mission(mission, verbose)?;
-    let text = plan_text(&timed.plan, &mission.limits.safety, None);
+    let text = plan_text(mission, &timed.plan, None);
     let done = if timed.plan.status == Status::Converged { "planned in" } else { "no plan to fly after" };
     narrator.say(&format!("{done} {:.1} ms: {text}", timed.solve_ms));
     narrator.check()?;
@@ -55,10 +67,10 @@ pub fn plan_to_fly(
     if timed.plan.status == Status::Converged {
         return Ok(Some(timed));
     }
-    narrator.say(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
+    narrator.say(&format!("no plan to fly: {}", plan_text(mission, &timed.plan, None)));
     narrator.check()?;
     if json {
-        print(&plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+        print(&plan_json(mission, &timed.plan, Some(timed.solve_ms), None))?;
     }
     Ok(None)
 }
@@ -83,13 +95,38 @@ pub fn solve(
         if verbose {
             show(progress);
         }
-        match time_limit_s {
-            Some(limit_s) if watch.ms() > 1e3 * limit_s => ControlFlow::Break(()),
-            _ => ControlFlow::Continue(()),
-        }
+        until(&watch, time_limit_s)
     };
     let plan = mission.solve(options, &mut observer).bad_input()?;
     Ok(TimedPlan { plan, solve_ms: watch.ms() })
+}
+
+/// Whether a solve goes on, `time_limit_s` of wall time at most.
+fn until(watch: &Stopwatch, time_limit_s: Option<f64>) -> ControlFlow<()> {
+    match time_limit_s {
+        Some(limit_s) if watch.ms() > 1e3 * limit_s => ControlFlow::Break(()),
+        _ => ControlFlow::Continue(()),
+    }
+}
+
+/// What a plan's nodes do not tell of a flight along it, in words, and a number of nodes that would do, looked
+/// for during `time_limit_s` of wall time at most; `None` where they tell enough.
+pub fn shortfall(
+    mission: &Mission,
+    plan: &Plan,
+    options: &SolverOptions,
+    time_limit_s: Option<f64>,
+) -> Result<Option<(String, Option<usize>)>, Failure> {
+    let Some(shortfall) = plan_shortfall(mission, &mission.integrated(&plan.trajectory)) else {
+        return Ok(None);
+    };
+    let watch = Stopwatch::start();
+    let enough = mission.nodes_enough(options, &mut |_| until(&watch, time_limit_s)).bad_input()?;
+    let would_do = match enough {
+        Some(nodes) => format!("; {nodes} nodes would do (plan.nodes, --nodes)"),
+        None => "; no number of nodes that would do was found".to_owned(),
+    };
+    Ok(Some((format!("between its nodes it is not what flies: {shortfall}{would_do}\n"), enough)))
 }
 
 /// A plan of more nodes than this takes long enough to wonder.
@@ -120,7 +157,18 @@ fn warn_of_x_ss(mission: &Mission) {
 /// Writes `plan.json` and, of a solve that converged, `trajectory.csv` and `plan.svg`: a point that is no
 /// plan is nothing to fly or to look at, and those of an earlier run go.
 pub fn write_plan(folder: &OutputFolder, mission: &Mission, plan: &Plan) -> Result<(), Failure> {
-    folder.write_text("plan.json", &plan_json(mission, plan, None))?;
+    write_plan_and_nodes(folder, mission, plan, None)
+}
+
+/// Writes what [`write_plan`] does; `nodes_enough` is a number of nodes that would do, where one was looked
+/// for and found.
+pub fn write_plan_and_nodes(
+    folder: &OutputFolder,
+    mission: &Mission,
+    plan: &Plan,
+    nodes_enough: Option<usize>,
+) -> Result<(), Failure> {
+    folder.write_text("plan.json", &plan_json(mission, plan, None, nodes_enough))?;
     if plan.status != Status::Converged {
         return folder.remove_leftovers(&["trajectory.csv", "plan.svg"]);
     }
@@ -144,6 +192,7 @@ impl Planned {
     /// The trajectory of a file, kept in the folder as it was given.
     pub fn given(path: &Path, mission: &mut Mission, folder: &OutputFolder) -> Result<Self, Failure> {
         let file = mission.use_trajectory(path).bad_input()?;
+        warn_of_nodes(mission, &file.trajectory, "");
         folder.remove_leftovers(&["plan.json", "plan.svg"])?;
         folder.write_text("trajectory.csv", &file.text)?;
         Ok(Self { trajectory: file.trajectory, source: "file", solve_ms: None, plan: None })
@@ -164,7 +213,7 @@ impl Planned {
             return Ok(Some(Self { trajectory, source: "planned", solve_ms, plan: Some(plan) }));
         }
         if json {
-            print(&plan_json(mission, &plan, Some(solve_ms)))?;
+            print(&plan_json(mission, &plan, Some(solve_ms), None))?;
         }
         Ok(None)
     }

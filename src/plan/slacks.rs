@@ -9,6 +9,18 @@
 //! A Newton step of the slacks and their multipliers follows from that of states and inputs, so that the
 //! sweep over the stages ([`super::riccati`]) sees no more than a Hessian `J' (z/t) J` and a gradient
 //! `J' (mu/t + z/t (g + t))` at nodes and midpoints: its size does not grow.
+//!
+//! Where more constraints are active than there is freedom left (a pitch at its bound at a node and at the
+//! midpoints beside it), their gradients depend on each other, multipliers have no single value, and weights
+//! `z/t` beyond the digits of a number hide the rest of the Hessian. Then the rows give way by a small `d`,
+//! as in IPOPT (Waechter and Biegler 2006, (13)):
+//!
+//! ```text
+//! g_i + J d_x + t_i + dt_i = d dz_i    (otherwise 0)
+//! ```
+//!
+//! No weight is then larger than `1/d`. The solution is the same: where multipliers no longer change, nothing
+//! gives way.
 
 use nalgebra::SVector;
 
@@ -72,22 +84,26 @@ impl PathDuals {
         g.iter().zip(&self.slack).map(|(g, t)| g + t).collect()
     }
 
-    /// Weights `z/t` of the rows in the Hessian.
-    pub(super) fn weights(&self) -> Vec<f64> {
-        self.slack.iter().zip(&self.z).map(|(t, z)| z / t).collect()
+    /// Weights `z/(t + give z)` of the rows in the Hessian.
+    pub(super) fn weights(&self, give: f64) -> Vec<f64> {
+        self.slack.iter().zip(&self.z).map(|(t, z)| z / (t + give * z)).collect()
     }
 
-    /// Multipliers `mu/t + z/t r` of the rows in the gradient, for residuals `r`.
-    pub(super) fn multipliers(&self, residuals: &[f64], mu: f64) -> Vec<f64> {
+    /// Multipliers `(mu + give z^2 + z r)/(t + give z)` of the rows in the gradient, for residuals `r`.
+    pub(super) fn multipliers(&self, residuals: &[f64], mu: f64, give: f64) -> Vec<f64> {
         let pairs = self.slack.iter().zip(&self.z).zip(residuals);
-        pairs.map(|((t, z), r)| (mu + z * r) / t).collect()
+        pairs.map(|((t, z), r)| (mu + give * z * z + z * r) / (t + give * z)).collect()
     }
 
     /// Newton steps of slacks and multipliers, for residuals `r` and a change `change = J d` of the values.
-    pub(super) fn step(&self, residuals: &[f64], change: &[f64], mu: f64) -> Self {
-        let slack: Vec<f64> = residuals.iter().zip(change).map(|(r, jd)| -r - jd).collect();
-        let z = self.slack.iter().zip(&self.z).zip(&slack);
-        let z = z.map(|((t, z), dt)| (mu - z * dt) / t - z).collect();
+    pub(super) fn step(&self, residuals: &[f64], change: &[f64], mu: f64, give: f64) -> Self {
+        let rows = self.slack.iter().zip(&self.z).zip(residuals.iter().zip(change));
+        let steps = rows.map(|((t, z), (r, jd))| {
+            let closing = -r - jd;
+            let dz = (mu + give * z * z - z * closing) / (t + give * z) - z;
+            (closing + give * dz, dz)
+        });
+        let (slack, z) = steps.unzip();
         Self { slack, z }
     }
 

@@ -156,7 +156,8 @@ fn plan_for<const NU: usize>(
 ) -> Result<Plan, PlanError> {
     let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
     let nlp = transcribe::<NU>(problem, &trimmed.q_ned_from_body, &trimmed.thrust_n)?;
-    solved(problem, &nlp, guess, weakness(problem, &trimmed.thrust_n), options, observer)
+    let hopeless = weakness(problem, &trimmed.thrust_n).or_else(|| contradiction(problem));
+    solved(problem, &nlp, guess, hopeless, options, observer)
 }
 
 /// A plan with demands, for at most `NU` rotors.
@@ -168,25 +169,26 @@ fn plan_with_demands<const NU: usize>(
 ) -> Result<Plan, PlanError> {
     let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
     let nlp = extended::<NU>(problem, &trimmed.q_ned_from_body, &trimmed.thrust_n)?;
-    solved(problem, &nlp, guess, weakness(problem, &trimmed.thrust_n), options, observer)
+    let hopeless = weakness(problem, &trimmed.thrust_n).or_else(|| contradiction(problem));
+    solved(problem, &nlp, guess, hopeless, options, observer)
 }
 
-/// The program solved from the guess, and its result in the vehicle's terms; `too_weak` says in words why no
+/// The program solved from the guess, and its result in the vehicle's terms; `hopeless` says in words why no
 /// solve is tried.
 fn solved<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
     problem: &PlanProblem<'_>,
     nlp: &Problem<D, NX, NU>,
     guess: &Guess<'_>,
-    too_weak: Option<String>,
+    hopeless: Option<String>,
     options: &SolverOptions,
     observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> Result<Plan, PlanError> {
     let rotors = problem.vehicle.rotors.len();
     let hover_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2 / rotors as f64;
     let start = start_from(nlp, guess, hover_n);
-    let options = if too_weak.is_some() { SolverOptions { max_iterations: 0, ..*options } } else { *options };
+    let options = if hopeless.is_some() { SolverOptions { max_iterations: 0, ..*options } } else { *options };
     let solution = solve(nlp, start, &options, observer)?;
-    let (status, diagnosis) = match too_weak {
+    let (status, diagnosis) = match hopeless {
         Some(reason) => (Status::Infeasible, Some(reason)),
         None => (solution.status, diagnose(&solution)),
     };
@@ -224,6 +226,31 @@ fn weakness(problem: &PlanProblem<'_>, trim_thrust_n: &PerRotor) -> Option<Strin
     })
 }
 
+/// Which bound on the motion leaves no room in the terminal set; `None` when each does.
+fn contradiction(problem: &PlanProblem<'_>) -> Option<String> {
+    let (within, motion) = (problem.terminal_velocity_tolerance_m_s?, &problem.demands.motion);
+    let axes = [("north", motion.v_north_m_s), ("east", motion.v_east_m_s), ("down", motion.v_down_m_s)];
+    let mut slowest = Vector3::zeros();
+    for (i, (axis, bounds)) in axes.into_iter().enumerate() {
+        let (mut least, mut greatest) = (problem.target_v_ned[i] - within, problem.target_v_ned[i] + within);
+        if let Some([lo, hi]) = bounds {
+            if lo >= greatest || hi <= least {
+                return Some(format!(
+                    "the bounds on the velocity {axis}, {lo} to {hi} m/s, contradict the end of the plan, where it is to be from {least} to \
+                     {greatest} m/s"
+                ));
+            }
+            (least, greatest) = (least.max(lo), greatest.min(hi));
+        }
+        slowest[i] = 0.0f64.max(least).min(greatest);
+    }
+    let limit_m_s = motion.speed_m_s.filter(|limit| *limit <= slowest.norm())?;
+    Some(format!(
+        "the bound on the speed, {limit_m_s} m/s, contradicts the end of the plan, where it is to be {:.3} m/s or more",
+        slowest.norm()
+    ))
+}
+
 fn diagnose<const NX: usize, const NU: usize>(solution: &Solution<NX, NU>) -> Option<String> {
     let at = format!(
         "best point: largest defect {:.2e}, Lagrangian gradient {:.2e}, complementarity {:.2e}, cost {:.6}, after {} iterations",
@@ -241,7 +268,7 @@ fn diagnose<const NX: usize, const NU: usize>(solution: &Solution<NX, NU>) -> Op
             "no trajectory was found that satisfies dynamics and bounds: near the last point their violation has a minimum that is not zero; {at}"
         )),
         Status::Stalled => Some(format!(
-            "the constraints hold, but no step gets nearer to the optimum: the tolerance asks for more than rounding leaves; {at}"
+            "the constraints hold, but no step that can be solved for gets nearer to the optimum: the tolerance asks for more than rounding leaves; {at}"
         )),
         Status::Diverged => Some(format!("the iterates left the model's range; {at}")),
     }

@@ -1,4 +1,4 @@
-//! The objects that `--json` prints and that `plan.json` holds: one object, stable keys that end in their
+//! The objects that `--json` prints: one object, stable keys that end in their
 //! units.
 //!
 //! What is not finite (the J_TPF of a flight that diverged) is `null`. Wall-clock numbers stand only in
@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 
 use crate::assess::judge::words;
-use crate::assess::{Course, Objection, PowerUse, SafetyLimits, Verdict, judge, plan_j_tpf};
+use crate::assess::{Course, Objection, PowerUse, Verdict, judge};
 use crate::config::Mission;
 use crate::control::Fall;
-use crate::plan::{Plan, Status};
+use crate::plan::Status;
 use crate::replan::ReplanRecord;
 use crate::time::seconds;
 use crate::units::DEG_PER_RAD;
@@ -331,36 +331,6 @@ fn power_json(power: &PowerUse) -> impl Serialize {
         charge_left_percent: finite(100.0 * power.charge_left),
         empty_at_s: power.empty_at_s,
     }
-}
-
-/// J_TPF of a plan; none of a solve that did not converge: its point is no flight.
-pub(super) fn solved_j_tpf(plan: &Plan, limits: &SafetyLimits) -> Option<f64> {
-    (plan.status == Status::Converged).then(|| plan_j_tpf(&plan.trajectory, limits))
-}
-
-/// The object of `samara plan --json`; without `solve_ms`, of `plan.json`. `j_tpf` is `null` of a solve that
-/// did not converge.
-pub fn plan_json(mission: &Mission, plan: &Plan, solve_ms: Option<f64>) -> String {
-    let counts = &plan.counts;
-    text(&object! {
-        #[serde(flatten)] head: head(mission),
-        status: status_name(plan.status),
-        diagnosis: &plan.diagnosis,
-        objective: plan.objective,
-        j_tpf: solved_j_tpf(plan, &mission.limits.safety),
-        nodes: plan.trajectory.nodes().len(),
-        horizon_s: plan.trajectory.end_s(),
-        iterations: counts.iterations,
-        evaluations: counts.evaluations,
-        factorisations: counts.factorisations,
-        gauss_newton_iterations: counts.gauss_newton,
-        corrections: counts.corrections,
-        restorations: counts.restorations,
-        defect_max: plan.defect_max,
-        kkt_residual: plan.kkt_residual,
-        complementarity: plan.complementarity,
-        #[serde(flatten)] solve: solve_ms.map(|ms| object! { solve_ms: ms }),
-    })
 }
 
 /// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the

@@ -3,7 +3,7 @@
 use super::columns::fixed;
 use super::json::{DropEvent, DropRun, FlownBy, FlownCommand, FlownFault, FlownStart, FlownTrajectory};
 use crate::assess::judge::words;
-use crate::assess::{Objection, Verdict, VerdictBuilder, plan_j_tpf};
+use crate::assess::{Objection, Verdict, VerdictBuilder};
 use crate::config::{Mission, TrajectoryFile};
 use crate::sim::faults::FaultSpan;
 use crate::sim::{EscState, FlightRecord, RotorStarted, Sample};
@@ -70,7 +70,7 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         faults: flown.record.faults.iter().map(FlownFault::from).collect(),
         commanded: flown.record.commanded.iter().map(FlownCommand::from).collect(),
         rotor_starts: flown.record.starts.iter().map(FlownStart::from).collect(),
-        plan_j_tpf: flown.plan.map(|plan| plan_j_tpf(plan, &mission.limits.safety)),
+        plan_j_tpf: flown.plan.map(|plan| mission.integrated(plan).j_tpf),
         ..DropRun::default()
     };
     (verdict, run)

@@ -5,13 +5,14 @@
 //! | `flight_columns` | names and values of the flight log, for all that hold it |
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
 //! | `flight_arrays` | the flight log as arrays of numbers |
-//! | [`verdict`] | the verdict and the plan for the terminal |
+//! | [`verdict`] | the verdict for the terminal |
+//! | [`plan`] | the plan for the terminal and as JSON |
 //! | [`verify`] | the checks of `samara verify` |
 //! | [`faults`] | the list of `samara faults` |
 //! | [`cut`] | work cut into parts, each with a file of its own |
 //! | `columns` | numbers and tables for the terminal |
 //! | `judged_drop` | a drop that is over, judged |
-//! | [`json`] | the objects of `--json` and of `plan.json` |
+//! | [`json`] | the objects of `--json` |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
 //! | [`design`] | searches of plan and gains together |
@@ -61,6 +62,7 @@ mod judged_drop;
 mod marks;
 pub mod mcap;
 pub mod params;
+pub mod plan;
 pub mod plan_grid;
 mod plan_motion;
 pub mod px4_gains;
@@ -86,11 +88,11 @@ pub use flight_arrays::flight_arrays;
 pub use flight_csv::FlightCsv;
 pub use json::{
     DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajectory, drop_json, manifest_json,
-    plan_json,
 };
 pub use judged_drop::{FlownDrop, judge_drop};
 pub use mcap::{Attachment, drop_mcap};
+pub use plan::{plan_json, plan_shortfall, plan_text};
 pub use replay::drop_page;
 pub use shown_drop::ShownDrop;
-pub use verdict::{plan_text, verdict_text};
+pub use verdict::verdict_text;
 pub use verify::{verify_json, verify_text};

@@ -1,11 +1,9 @@
-//! The verdict on a drop and the outcome of a plan, as text for the terminal.
+//! The verdict on a drop, as text for the terminal.
 
 use super::columns::{fixed, short};
-use super::json::{solved_j_tpf, status_name};
 use crate::assess::judge::Limit;
 use crate::assess::power::{Extreme, PowerUse};
-use crate::assess::{Limits, SafetyLimits, Verdict};
-use crate::plan::Plan;
+use crate::assess::{Limits, Verdict};
 use crate::units::DEG_PER_RAD;
 
 /// The verdict as an aligned table: quantity, value, limit, and whether the limit held; J_TPF with the
@@ -136,24 +134,4 @@ fn table(lines: &[[String; 5]]) -> String {
         row.trim_end().to_owned() + "\n"
     };
     std::iter::once(&head).chain(lines).map(row).collect()
-}
-
-/// A plan in one line: how the solve ended, its cost, its safety if it converged, the work. `solve_ms` is the
-/// caller's.
-pub fn plan_text(plan: &Plan, limits: &SafetyLimits, solve_ms: Option<f64>) -> String {
-    let within = solve_ms.map_or(String::new(), |ms| format!(" in {ms:.1} ms"));
-    let safety = solved_j_tpf(plan, limits).map_or(String::new(), |j_tpf| format!(", J_TPF {j_tpf:.4}"));
-    let mut text = format!(
-        "{}{within}, {} iterations: objective {:.6}{safety}, {} nodes over {} s\n",
-        status_name(plan.status).replace('_', " "),
-        plan.counts.iterations,
-        plan.objective,
-        plan.trajectory.nodes().len(),
-        short(plan.trajectory.end_s(), 6),
-    );
-    if let Some(diagnosis) = &plan.diagnosis {
-        text += diagnosis;
-        text.push('\n');
-    }
-    text
 }

@@ -106,6 +106,37 @@ fn stdout_holds_one_object_or_nothing() {
     }
 }
 
+/// A plan whose nodes do not tell what flies: `plan` says both numbers and how many nodes would do, and no; a
+/// drop flies it, and warns.
+#[test]
+fn a_plan_of_too_few_nodes_says_no_and_is_flown_with_a_warning() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let output = samara(&["plan", "--nodes", "10", "--out", folder]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(code(&output), 1, "{said}{}", stderr(&output));
+    for words in [
+        "J_TPF 0.5375 (0.5215 at its nodes), 10 nodes over 30 s",
+        "J_TPF is 0.5375 along it and 0.5215 at its nodes (0.003 apart at most)",
+        " nodes would do (plan.nodes, --nodes)",
+    ] {
+        assert!(said.contains(words), "{said}");
+    }
+    let told = json(&samara(&["plan", "--nodes", "10", "--json", "--out", folder]));
+    let enough = told["nodes_enough"].as_u64().unwrap().to_string();
+    let finer = samara(&["plan", "--nodes", &enough, "--json", "--out", folder]);
+    assert_eq!(code(&finer), 0, "{}", stderr(&finer));
+    assert!(json(&finer).get("nodes_enough").is_none());
+
+    let coarse = spoilt_mission(out.path(), "\"nodes\": 38", "\"nodes\": 10");
+    let flown = samara(&["drop", &coarse, "--json", "--out", folder]);
+    let warned = "samara: the plan of 10 nodes: J_TPF is 0.5656 along it and 0.5617 at its nodes";
+    assert!(stderr(&flown).contains(warned), "{}", stderr(&flown));
+    let drop = json(&flown);
+    assert!(drop["j_tpf"].is_number() && drop["completed"] == true, "{drop}");
+    assert!((drop["plan_j_tpf"].as_f64().unwrap() - 0.5656).abs() < 6e-5, "{drop}");
+}
+
 /// A message and its causes, each told once.
 #[test]
 fn no_message_says_the_same_twice() {

@@ -47,7 +47,7 @@ fn reference_costs_of_plans_with_demands() {
     let reference: serde_json::Value =
         serde_json::from_str(include_str!("../data/casadi_demands.json")).unwrap();
     let problems = reference.as_object().unwrap();
-    assert!(problems.len() >= 13, "all of them");
+    assert!(problems.len() >= 26, "all of them");
     for (name, problem) in problems {
         let mission = mission(problem["vehicle"].as_str().unwrap(), &problem["plan"]);
         let go_on = &mut |_: &_| ControlFlow::Continue(());
@@ -212,6 +212,41 @@ fn closed_form_terminal_sets_out_of_reach_in_the_horizon_are_infeasible() {
         };
         let found = solve(&problem);
         assert_eq!(found.status, Status::Infeasible, "{horizon_s} s: {:?}", found.diagnosis);
+    }
+}
+
+/// Bounds that leave no room in the terminal set: said at once, with the bound.
+#[test]
+fn closed_form_bounds_that_contradict_the_terminal_set_are_infeasible() {
+    let (vehicle, environment) = titan();
+    let none = MotionBounds::default();
+    for (motion, named) in [
+        (
+            MotionBounds { v_north_m_s: Some([-1.0, 3.0]), ..none },
+            "the bounds on the velocity north, -1 to 3 m/s",
+        ),
+        (MotionBounds { v_north_m_s: Some([4.05, 9.0]), ..none }, "velocity north, 4.05 to 9 m/s"),
+        (MotionBounds { v_east_m_s: Some([0.05, 1.0]), ..none }, "velocity east"),
+        (MotionBounds { v_down_m_s: Some([-1.0, 3.0]), ..none }, "velocity down"),
+        // sqrt(2) 3.96 m/s; beside a bound on the velocity north more.
+        (MotionBounds { speed_m_s: Some(5.6), ..none }, "the bound on the speed, 5.6 m/s"),
+        (
+            MotionBounds { speed_m_s: Some(5.62), v_north_m_s: Some([4.02, 9.0]), ..none },
+            "the bound on the speed, 5.62 m/s",
+        ),
+    ] {
+        let problem = PlanProblem {
+            terminal_velocity_tolerance_m_s: Some(0.04),
+            demands: Demands { motion, ..Demands::default() },
+            ..titan_problem(&vehicle, &environment, 38)
+        };
+        let found = solve(&problem);
+        assert_eq!(found.status, Status::Infeasible, "{motion:?}: {:?}", found.diagnosis);
+        let said = found.diagnosis.unwrap();
+        assert!(said.contains(named) && said.contains("the end of the plan"), "{said}");
+        // Without a terminal set there is nothing to contradict.
+        let free = PlanProblem { terminal_velocity_tolerance_m_s: None, ..problem };
+        assert!(solve(&free).diagnosis.is_none_or(|why| !why.contains("the end of the plan")));
     }
 }
 

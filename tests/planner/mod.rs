@@ -1,6 +1,7 @@
 //! The planner: against an independent implementation's optima, closed forms, differences and hard problems.
 #![cfg(feature = "files")]
 
+mod between_nodes;
 mod convergence;
 mod demand_derivatives;
 mod demands;

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
-use samara::assess::{Limits, RandomRelease, SafetyStudy, StudyEntry, TrialOutcome, plan_j_tpf, tracking};
+use samara::assess::{Limits, RandomRelease, SafetyStudy, StudyEntry, TrialOutcome, tracking};
 use samara::config::Mission;
 use samara::report::campaign::exact::MeasureValues;
 use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
@@ -134,7 +134,7 @@ fn fly_all(
         command,
         alone,
         limits,
-        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        plan_j_tpf: mission.integrated(&plan.trajectory).j_tpf,
         cases: cases.ok_or_else(Fault::stopped)?,
         campaigns,
         tracking_period_s: tracking::control_period_s(&plan.trajectory),

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use samara::config::{Mission, TrajectoryFile, trajectory_columns};
 use samara::plan::{Plan, SolverOptions, Status};
-use samara::report::{plan_figure, plan_json, plan_text};
+use samara::report::{plan_figure, plan_json, plan_shortfall, plan_text};
 
 use crate::arrays::columns;
 use crate::fault::{Fault, OrGiven as _};
@@ -25,7 +25,7 @@ pub struct Planned {
 impl Planned {
     /// The object of `plan.json`.
     fn json(&self) -> String {
-        plan_json(&self.mission, &self.plan, None)
+        plan_json(&self.mission, &self.plan, None, None)
     }
 
     /// The columns of `trajectory.csv`; an error of a solve that did not converge.
@@ -46,9 +46,11 @@ impl Planned {
         plan_figure(&self.mission, &self.plan.trajectory).or_given().map_err(|fault| fault.raised(py))
     }
 
-    /// The sentence that `samara plan` prints.
+    /// The sentence that `samara plan` prints, and what the plan's nodes do not tell of a flight along it.
     fn text(&self) -> String {
-        plan_text(&self.plan, &self.mission.limits.safety, None)
+        let flown = self.mission.integrated(&self.plan.trajectory);
+        let shortfall = self.converged().ok().and_then(|()| plan_shortfall(&self.mission, &flown));
+        plan_text(&self.mission, &self.plan, None) + &shortfall.map_or(String::new(), |words| words + "\n")
     }
 }
 

@@ -17,7 +17,6 @@ use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::assess::envelope::{Edge, EdgeSearch, EnvelopeAxis, Fan, Ray, Reaches, Stopped, reaches_of};
-use samara::assess::plan_j_tpf;
 use samara::config::{ENVELOPE_LIMITS, Mission, MissionEnvelope};
 use samara::plan::Plan;
 use samara::report::envelope::{EnvelopeReport, FanEdges};
@@ -179,7 +178,7 @@ fn searched<'a>(
         mission,
         fans: fans.collect(),
         ranges: *ranges,
-        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        plan_j_tpf: mission.integrated(&plan.trajectory).j_tpf,
         search: searched.search.clone(),
     }))
 }

@@ -11,7 +11,7 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::Stopwatch;
-use samara::assess::{StudyEntry, plan_j_tpf, tracking};
+use samara::assess::{StudyEntry, tracking};
 use samara::plan::Plan;
 use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
 use samara::report::campaign::{
@@ -54,7 +54,7 @@ pub fn report(
         command: Command::of(args, mission).with_trials(runner.trials),
         alone: Command::of(args, mission).alone(),
         limits: runner.limits,
-        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        plan_j_tpf: mission.integrated(&plan.trajectory).j_tpf,
         cases: cases(runner, &campaigns[0].entry),
         campaigns: campaigns.iter().map(|c| named(&c.entry, c.summary.clone(), runner.keep)).collect(),
         tracking_period_s: tracking::control_period_s(&plan.trajectory),

@@ -8,7 +8,7 @@ use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::system::Stopwatch;
-use samara::assess::{StudyEntry, StudyReference, plan_j_tpf, tracking};
+use samara::assess::{StudyEntry, StudyReference, tracking};
 use samara::config::Mission;
 use samara::control::{Airframe, Cascade, Gains};
 use samara::plan::Plan;
@@ -81,7 +81,7 @@ fn assessment<'a>(
         mission,
         command: Command::of(args, mission).with_trials(runner.trials),
         alone: Command::of(args, mission).alone(),
-        plan_j_tpf: plan_j_tpf(&plan.trajectory, &mission.limits.safety),
+        plan: mission.integrated(&plan.trajectory),
         plan_objective: plan.objective,
         bound: runner.limits.j_tpf_below,
         trials: runner.trials,

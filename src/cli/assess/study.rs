@@ -91,11 +91,11 @@ pub fn converged(
     if timed.plan.status == Status::Converged {
         return Ok(Some(timed.plan));
     }
-    let text = plan_text(&timed.plan, &mission.limits.safety, None);
+    let text = plan_text(mission, &timed.plan, None);
     narrator.say(&format!("no optimal trajectory to assess: {text}"));
     narrator.check()?;
     if args.mission.json {
-        print(&plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+        print(&plan_json(mission, &timed.plan, Some(timed.solve_ms), None))?;
     }
     Ok(None)
 }

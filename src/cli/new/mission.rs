@@ -1,5 +1,6 @@
 //! `samara new mission`: a mission for a vehicle, and gains that fly it.
 
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -9,14 +10,16 @@ use super::ask::Questions;
 use super::files::{new_file, place, relative, schema};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::{number, plain_name, positive, three};
-use crate::cli::planning::plan_mission;
+use crate::cli::planning::{plan_mission, solve};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
-use samara::config::draft::{MissionDraft, ReleasedFrom, gains_that_fly, guessed_gains, mission_draft_json};
+use samara::config::draft::{
+    DRAFT_NODES, MissionDraft, ReleasedFrom, gains_that_fly, guessed_gains, mission_draft_json,
+};
 use samara::config::shipped::is_built_in;
-use samara::config::{derived, gains_json, load_mission, load_vehicle, vehicle_path};
+use samara::config::{Mission, derived, gains_json, load_mission, load_vehicle, vehicle_path};
 use samara::model::Planet;
-use samara::plan::Status;
+use samara::plan::{Plan, SolverOptions, Status};
 use samara::report::plan_text;
 
 /// `samara new mission`.
@@ -128,6 +131,7 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
         delay_s: args.delay,
         target_v_ned: args.target,
         speed_limit_m_s: args.speed_limit,
+        nodes: DRAFT_NODES,
         schema: schema(&folder, "mission.schema.json"),
     };
     // Refused before anything is written.
@@ -137,7 +141,11 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
     gains_output.write_text(&format!("{gains_name}.json"), &gains_json(&gains_name, "A guess.", &first))?;
     draft.gains = relative(&folder, &gains_file);
     output.write_text(&file_name, &mission_draft_json(&draft, &vehicle).bad_input()?)?;
-    let mission = load_mission(&file).bad_input()?;
+    let (mission, plan) = enough_nodes(load_mission(&file).bad_input()?, |nodes| {
+        draft.nodes = nodes;
+        output.write_text(&file_name, &mission_draft_json(&draft, &vehicle).bad_input()?)?;
+        load_mission(&file).bad_input()
+    })?;
 
     let (shown, gains_shown) = (file.display().to_string(), gains_file.display().to_string());
     let no = |why: String| {
@@ -147,9 +155,8 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
         }
         Ok(Answer::No)
     };
-    let plan = plan_mission(&mission, false)?.plan;
     if plan.status != Status::Converged {
-        return no(format!("has no plan: {}", plan_text(&plan, &mission.limits.safety, None).trim_end()));
+        return no(format!("has no plan: {}", plan_text(&mission, &plan, None).trim_end()));
     }
     let Some(found) = gains_that_fly(&mission, &plan.trajectory) else {
         return no(format!(
@@ -177,4 +184,24 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
         )
     })?;
     Ok(Answer::Yes)
+}
+
+/// The draft and its plan, with as many nodes as tell what flies along it: `with_nodes` drafts it with so many.
+fn enough_nodes(
+    draft: Mission,
+    with_nodes: impl FnOnce(usize) -> Result<Mission, Failure>,
+) -> Result<(Mission, Plan), Failure> {
+    let options = SolverOptions::default();
+    let plan = solve(&draft, &options, false, None)?.plan;
+    if plan.status != Status::Converged || draft.is_told_by_nodes(&draft.integrated(&plan.trajectory)) {
+        return Ok((draft, plan));
+    }
+    match draft.nodes_enough(&options, &mut |_| ControlFlow::Continue(())).bad_input()? {
+        Some(nodes) => {
+            let finer = with_nodes(nodes)?;
+            let plan = plan_mission(&finer, false)?.plan;
+            Ok((finer, plan))
+        }
+        None => Ok((draft, plan)),
+    }
 }

@@ -51,9 +51,14 @@ pub struct MissionDraft {
     pub target_v_ned: [f64; 3],
     /// Safety limit of the speed [m/s]; estimated when left out.
     pub speed_limit_m_s: Option<f64>,
+    /// Number of nodes of the plan.
+    pub nodes: usize,
     /// Path of the schema from the mission's folder, for editors.
     pub schema: Option<String>,
 }
+
+/// Number of nodes that a draft begins with: the paper's.
+pub const DRAFT_NODES: usize = 38;
 
 /// Descent of the parachute that is taken where none is given, at sea level on Earth [m/s].
 const DESCENT_M_S: f64 = 5.0;
@@ -158,7 +163,7 @@ pub fn mission_draft_json(draft: &MissionDraft, vehicle: &Vehicle) -> Result<Str
          \"about\": {parachute_about},\n    \"descent_m_s\": {descent},\n    \"delay_s\": {delay_s},\n    \"pendulum\": {{ \"amplitude_deg\": 0, \
          \"phase_deg\": 0, \"omega_rad_s\": {omega}, \"length_m\": {PENDULUM_M:?} }}\n  }},\n  \"release\": {{ \"start\": \"release\", \
          \"hang_s\": {HANG_S}, {hook}\"trigger\": \"command\" }},\n  \"plan\": {{\n    \"about\": {plan_about},\n    \"horizon_s\": {horizon_s},\n    \
-         \"initial\": \"release\",\n    \"nodes\": 38,\n    \"thrust_max_n\": {thrust_max_n},\n    \"thrust_slew_n_s\": {slew_n_s},\n    \
+         \"initial\": \"release\",\n    \"nodes\": {},\n    \"thrust_max_n\": {thrust_max_n},\n    \"thrust_slew_n_s\": {slew_n_s},\n    \
          \"cost_state\": [1, 1, 1, 1, 1, 1, 1, 10, 10, 10],\n    \"cost_input_per_n2\": {cost_input:?},\n    \"cost_input_reference\": \
          \"zero\",\n    \"terminal_tolerance_m_s\": 0.05\n  }},\n  \"limits\": {{\n    \"about\": {limits_about},\n    \"speed_m_s\": \
          {speed_limit},\n    \"steady_within_m_s\": 0.15,\n    \"pitch_deg\": 45,\n    \"pitch_rate_deg_s\": 220,\n    \
@@ -168,6 +173,7 @@ pub fn mission_draft_json(draft: &MissionDraft, vehicle: &Vehicle) -> Result<Str
          \"monte_carlo\": {{\n    \"about\": \"(40)-(44): amplitude normal about 0, phase uniform over the turn. Wind, for whole drops, from \
          anywhere.\",\n    \"trials\": 100,\n    \"amplitude_sigma_deg\": {SWING_DEG},\n    \"omega_rad_s\": {omega},\n    \"length_m\": \
          {PENDULUM_M:?},\n    \"wind_sigma_m_s\": {wind_sigma}\n  }}\n}}\n",
+        draft.nodes,
         rounded(2.0 * g),
         cases(fastest, omega).join(",\n"),
     ))

@@ -12,7 +12,7 @@ mod mission;
 mod vehicle;
 
 pub use gains::{FlownGains, gains_that_fly, guessed_gains};
-pub use mission::{MissionDraft, ReleasedFrom, mission_draft_json};
+pub use mission::{DRAFT_NODES, MissionDraft, ReleasedFrom, mission_draft_json};
 pub use vehicle::{DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
 
 /// A number rounded to four significant digits: no more is known of what is estimated.

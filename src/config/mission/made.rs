@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::{Mission, PlanInitial, Px4Clock, Release, UnfitReplan, contradictions, load_mission, release};
 use crate::assess::free_fall::{FallCircumstances, FreeFallStudy};
-use crate::assess::{RandomDrop, ReleaseDistribution, SafetyStudy};
+use crate::assess::{IntegratedPlan, RandomDrop, ReleaseDistribution, SafetyStudy, nodes_enough};
 use crate::config::error::ConfigError;
 use crate::config::shipped::{MISSIONS, built_in};
 use crate::config::trajectory_csv::Stamp;
@@ -226,6 +226,32 @@ impl Mission {
     ) -> Result<Plan, UnplannedError> {
         plan(&self.plan_problem(), &Guess::StraightLine, options, observer)
             .map_err(|source| self.unplanned(source))
+    }
+
+    /// A plan as the mission's vehicle flies it from node to node at the mission's site.
+    pub fn integrated(&self, plan: &Trajectory) -> IntegratedPlan {
+        IntegratedPlan::new(plan, &self.vehicle, &self.site.environment, &self.limits.safety)
+    }
+
+    /// Whether a plan's nodes tell what the mission's vehicle flies along it: J_TPF, and the velocity by what
+    /// the mission takes for steady.
+    pub fn is_told_by_nodes(&self, plan: &IntegratedPlan) -> bool {
+        plan.is_told_by_nodes(self.limits.steady_within_m_s)
+    }
+
+    /// A number of nodes, more than the mission's, whose plan [is told by its
+    /// nodes](Self::is_told_by_nodes), found by solving with more and more of them; `None` where none was
+    /// found or `observer` stopped the solves.
+    ///
+    /// # Errors
+    /// [`UnplannedError`] for a problem that cannot be posed.
+    pub fn nodes_enough(
+        &self,
+        options: &SolverOptions,
+        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    ) -> Result<Option<usize>, UnplannedError> {
+        let judge = (&self.limits.safety, self.limits.steady_within_m_s);
+        nodes_enough(&self.plan_problem(), judge, options, observer).map_err(|source| self.unplanned(source))
     }
 
     /// Why a plan of the mission cannot be attempted, with vehicle and target.

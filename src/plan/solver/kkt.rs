@@ -24,6 +24,10 @@ impl Residuals {
     }
 }
 
+/// By how much the constraints on the path give way in the Newton step, one after another until it can be
+/// solved for.
+const GIVES: [f64; 4] = [0.0, 1e-10, 1e-8, 1e-6];
+
 impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     /// Gradient of the Lagrangian by states and inputs, node by node (the first node is given, but for the
     /// components of its state that are free).
@@ -119,24 +123,31 @@ impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX
         Residuals { dual, defect, complementarity }
     }
 
-    /// Factors the Newton system, with the exact Hessian if that is convex enough, else with Gauss-Newton's.
-    /// Returns the gradients of cost and bounds.
+    /// Factors the Newton system, with the exact Hessian if that is convex enough, else with Gauss-Newton's;
+    /// where rounding leaves neither, with constraints on the path that give way. Returns the gradients of
+    /// cost and bounds.
     pub(super) fn factor(
         &mut self,
         sweep: &mut Sweep<NX, NU>,
         linearised: &Linearised<NX, NU>,
     ) -> Option<Vec<NodeGradient<NX, NU>>> {
-        let (first_order, gradients) = self.first_order_hessian(linearised);
-        self.counts.factorisations += 1;
-        let exact = self.with_curvature(linearised, &first_order);
-        let dt_s = self.problem.dt_s;
-        if sweep.factor(linearised, dt_s, Defects::Closed, &exact).is_ok() {
-            return Some(gradients);
+        let gives = if linearised.path.is_empty() { &GIVES[..1] } else { &GIVES };
+        for &give in gives {
+            self.give = give;
+            let (first_order, gradients) = self.first_order_hessian(linearised);
+            self.counts.factorisations += 1;
+            let exact = self.with_curvature(linearised, &first_order);
+            let dt_s = self.problem.dt_s;
+            if sweep.factor(linearised, dt_s, Defects::Closed, &exact).is_ok() {
+                return Some(gradients);
+            }
+            self.counts.gauss_newton += 1;
+            self.counts.factorisations += 1;
+            if sweep.factor(linearised, dt_s, Defects::Closed, &first_order).is_ok() {
+                return Some(gradients);
+            }
         }
-        self.counts.gauss_newton += 1;
-        self.counts.factorisations += 1;
-        sweep.factor(linearised, dt_s, Defects::Closed, &first_order).ok()?;
-        Some(gradients)
+        None
     }
 
     /// Hessian and gradient of cost and bounds; the Hessian with the first derivatives of the constraints on
@@ -180,7 +191,7 @@ impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX
         if !linearised.path.is_empty() {
             hessian.moves = vec![MoveTerms::zero(); n];
             let Hessian { nodes, middles, moves } = &mut hessian;
-            let weights = self.iterate.path.weights();
+            let weights = self.iterate.path.weights(self.give);
             p.add_path_hessian(linearised, &weights, &mut PathHessian { nodes, middles, moves });
         }
         (hessian, gradients)

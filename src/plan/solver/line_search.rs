@@ -88,11 +88,11 @@ impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX
         }
         let path = &self.iterate.path;
         let mut gradients = system.gradients.to_vec();
-        let multipliers = path.multipliers(residuals, self.mu);
+        let multipliers = path.multipliers(residuals, self.mu, self.give);
         self.problem.add_path_gradient(system.linearised, &multipliers, &mut gradients);
         let step = system.sweep.solve(&gradients, defects);
         let change = self.problem.path_change(system.linearised, &step);
-        Direction { path: path.step(residuals, &change, self.mu), step }
+        Direction { path: path.step(residuals, &change, self.mu, self.give), step }
     }
 
     /// The longest part of a direction that keeps the fraction `1 - tau` of the distance from each bound.

@@ -130,6 +130,7 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
         best: None,
         rolled_out: false,
         step_length: 0.0,
+        give: 0.0,
     };
     let unscale = 1.0 / scale;
     let mut unscaled = |p: &Progress| {
@@ -235,12 +236,19 @@ impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX
                 filter.clear();
             }
             // compute the search direction.
-            let Some(gradients) = self.factor(&mut sweep, &linearised) else {
-                return self.finish_with_best(Status::Diverged);
+            let search = match self.factor(&mut sweep, &linearised) {
+                // backtracking line search; accept the trial point and augment the filter.
+                Some(gradients) => {
+                    let (sweep, linearised, gradients) = (&sweep, &linearised, &gradients);
+                    self.line_search(&System { sweep, linearised, gradients, now: &now }, &mut filter)
+                }
+                // Optimal as it is, with a barrier parameter that was to become smaller still.
+                None if residuals.worst() <= tolerance => {
+                    return self.finish(Status::Converged, &now, residuals);
+                }
+                None => Search::Failed,
             };
-            let system = System { sweep: &sweep, linearised: &linearised, gradients: &gradients, now: &now };
-            // backtracking line search; accept the trial point and augment the filter.
-            if let Search::Failed = self.line_search(&system, &mut filter)
+            if let Search::Failed = search
                 // feasibility restoration.
                 && let Err(status) = self.restore(&now, &mut filter)
             {

@@ -43,8 +43,8 @@ pub enum Status {
     Stopped,
     /// No point near this one satisfies the constraints.
     Infeasible,
-    /// The constraints hold, but no step gets nearer to the optimum: the tolerance asks for more digits than
-    /// the numbers have.
+    /// The constraints hold, but no step gets nearer to the optimum, or none can be solved for: the tolerance
+    /// asks for more digits than the numbers have.
     Stalled,
     /// The iterates left the region where the model can be evaluated.
     Diverged,

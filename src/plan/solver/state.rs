@@ -23,4 +23,6 @@ pub(super) struct Run<'a, D, const NX: usize, const NU: usize> {
     /// Whether the solve has gone on from where its inputs lead to.
     pub(super) rolled_out: bool,
     pub(super) step_length: f64,
+    /// By how much the constraints on the path give way in the Newton step ([`super::super::slacks`]).
+    pub(super) give: f64,
 }

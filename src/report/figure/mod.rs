@@ -68,7 +68,7 @@ pub use study::{StudyStyle, TrialPoint};
 pub use study_campaigns::{costs_figure, velocities_figure};
 pub use study_paths::{PathGroup, paths_figure};
 
-use crate::assess::{Verdict, plan_j_tpf};
+use crate::assess::Verdict;
 use crate::config::Mission;
 use crate::report::shown_drop::{ShownDrop, air_words};
 use crate::trajectory::Trajectory;
@@ -142,7 +142,7 @@ pub fn plan_figure(mission: &Mission, plan: &Trajectory) -> Result<String, Figur
     let wind = air_words(&mission.site);
     sheet.circumstances = format!("Vehicle {}, {wind}.", mission.vehicle_name);
     sheet.event(0.0, "rotors free, t = 0", false);
-    sheet.peak(plan_j_tpf(plan, &mission.limits.safety));
+    sheet.peak(mission.integrated(plan).j_tpf);
     draw(&sheet)
 }
 

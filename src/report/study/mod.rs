@@ -18,7 +18,7 @@ pub mod page;
 pub mod records;
 pub mod tables;
 
-use crate::assess::{StudyEntry, Summary, Tally};
+use crate::assess::{IntegratedPlan, StudyEntry, Summary, Tally};
 use crate::config::Mission;
 
 /// Name of the campaign with the chosen gains.
@@ -55,8 +55,8 @@ pub struct Assessment<'a> {
     pub command: String,
     /// The command that, with `--only K`, flies trial K alone.
     pub alone: String,
-    /// J_TPF of the plan.
-    pub plan_j_tpf: f64,
+    /// The plan from node to node; the paper's J_TPF is that at its nodes.
+    pub plan: IntegratedPlan,
     /// Cost J_d of the plan.
     pub plan_objective: f64,
     /// Bound on J_TPF below which a trial is safe.

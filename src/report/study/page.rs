@@ -92,8 +92,8 @@ fn origin(a: &Assessment<'_>) -> String {
         (
             "optimal trajectory",
             format!(
-                "objective {:.6}, J_TPF {:.4}, {} nodes over {} s",
-                a.plan_objective, a.plan_j_tpf, m.plan.nodes, m.plan.horizon_s
+                "objective {:.6}, J_TPF {:.4}, at its nodes {:.4}, {} nodes over {} s",
+                a.plan_objective, a.plan.j_tpf, a.plan.j_tpf_at_nodes, m.plan.nodes, m.plan.horizon_s
             ),
         ),
         (

@@ -138,9 +138,10 @@ pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pe
 /// The whole study as text; the verdict is the caller's last line.
 pub fn assess_text(a: &Assessment<'_>) -> String {
     let mut text = format!(
-        "optimal trajectory: objective {:.6}, J_TPF {:.4}{}\n\n",
+        "optimal trajectory: objective {:.6}, J_TPF {:.4}, at its nodes {:.4}{}\n\n",
         a.plan_objective,
-        a.plan_j_tpf,
+        a.plan.j_tpf,
+        a.plan.j_tpf_at_nodes,
         if a.is_the_papers { format!(" (the paper: {})", paper::PLAN_J_TPF) } else { String::new() }
     );
     for grid in [table_4(a), table_5(a), campaigns(a)] {

@@ -19,7 +19,7 @@ use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
-use samara::assess::{plan_j_tpf, tracking};
+use samara::assess::tracking;
 use samara::report::campaign::exact::MeasureValues;
 use samara::report::campaign::{CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialRecord, json};
 use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
@@ -186,7 +186,7 @@ impl Campaign<'_> {
             command: command.with_trials(trials),
             alone: command.alone(),
             limits: mission.limits,
-            plan_j_tpf: plan_j_tpf(&self.planned.trajectory, &mission.limits.safety),
+            plan_j_tpf: mission.integrated(&self.planned.trajectory).j_tpf,
             campaigns: vec![NamedCampaign {
                 name: name.clone(),
                 label: format!("{}, flown by {by}", mission.control.gains_name),

@@ -79,9 +79,9 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
 /// The plan as it is flown, if it is one; else says why there is none.
 pub fn planned(args: &AssessArgs, mission: &Mission, timed: TimedPlan) -> Result<Option<Planned>, Failure> {
     if timed.plan.status != Status::Converged {
-        print_err(&format!("no plan to fly: {}", plan_text(&timed.plan, &mission.limits.safety, None)));
+        print_err(&format!("no plan to fly: {}", plan_text(mission, &timed.plan, None)));
         if args.mission.json {
-            print(&plan_json(mission, &timed.plan, Some(timed.solve_ms)))?;
+            print(&plan_json(mission, &timed.plan, Some(timed.solve_ms), None))?;
         }
         return Ok(None);
     }
