@@ -10,6 +10,7 @@
 //! | [`math`] | elementary functions, the same on every machine |
 //! | [`real`], [`simd`] | the scalar of the dynamics, wider registers |
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
+//! | [`printable`] | texts of others made fit to be printed |
 //! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
@@ -42,6 +43,7 @@ pub mod math;
 pub mod model;
 pub mod params;
 pub mod plan;
+pub mod printable;
 pub mod random;
 pub mod real;
 pub mod replan;

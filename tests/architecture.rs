@@ -15,7 +15,7 @@ mod prose;
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
     &["math"],
-    &["checksum", "random", "real", "simd", "units"],
+    &["checksum", "printable", "random", "real", "simd", "units"],
     &["frames", "time"],
     &["model"],
     &["trajectory"],
