@@ -93,7 +93,7 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(path, mission));
     let report = FidelityReport::new(mission, rungs, args.calibrate, ChosenAmong::new(args.chosen_among));
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("fidelity", args.mission.out.as_deref(), &mission.name)?;
     folder.write_text("fidelity.txt", &report.text())?;
     folder.write_text("fidelity.json", &report.json())?;
     let figure = fidelity_figure(&report).context("no trial was flown both ways").bad_input()?;

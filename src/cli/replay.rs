@@ -77,7 +77,7 @@ pub fn run(args: &ReplayArgs) -> Result<Answer, Failure> {
         Truth::of(&String::from_utf8_lossy(&bytes), &String::from_utf8_lossy(&text))
     });
     let out = args.out.clone().unwrap_or_else(|| path.with_file_name("replay"));
-    let folder = OutputFolder::create(Some(&out), &mission.name)?;
+    let folder = OutputFolder::create("replay", Some(&out), &mission.name)?;
     let equal = replayed.difference.is_none() && truth.as_ref().is_none_or(Truth::is_equal);
     let (messages, difference) =
         (replayed.equal_messages, replayed.difference.as_ref().map(ToString::to_string));

@@ -24,6 +24,9 @@ use samara::report::shell::command_line;
 /// Largest file that is read [bytes]; an envelope of all pairs and 64 rays has less than a tenth of it.
 const LARGEST: u64 = 64 << 20;
 
+/// The manifest of a design.
+const DESIGN_MANIFEST: &str = "design_manifest.json";
+
 /// The evidence of the folders that were named, or of where verbs put results.
 pub fn of_folders(
     args: &CardArgs,
@@ -45,6 +48,15 @@ pub fn of_folders(
             let place = Place { args, present, folder, card: card.path() };
             found.extend(place.evidence()?);
         }
+    }
+    // Where a design was written that has made the mission, what it found lies beside it, among the evidence
+    // of the mission that it began from.
+    let beside = present.mission().file.parent().filter(|beside| beside.join(DESIGN_MANIFEST).is_file());
+    if let Some(folder) = beside.filter(|_| !named)
+        && fs::canonicalize(folder).is_ok_and(|place| seen.insert(place))
+    {
+        let of_design = Place { args, present, folder, card: card.path() }.evidence()?;
+        found.extend(of_design.into_iter().filter(|evidence| evidence.kind == Kind::Design));
     }
     found.sort_by_key(|evidence| evidence.kind);
     Ok(found)

@@ -6,7 +6,7 @@ use std::fs;
 
 use anyhow::Context as _;
 
-use super::{Campaign, remove_folder};
+use super::Campaign;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use samara::report::drops::{DropTrial, TrialFile};
@@ -44,9 +44,9 @@ impl KeptDrops {
             )));
         }
         if !resume {
-            remove_folder(&path)?;
+            results.clear_folder(&campaign.name())?;
         }
-        let folder = results.part(campaign.name(), &campaign.mission.name)?;
+        let folder = results.part(&campaign.name(), campaign.name())?;
         let (mut kept, mut there) = (Self { folder, version: None, count: 0 }, BTreeMap::new());
         for trial in kept.numbers()? {
             let (trial, version) = kept.read(campaign, trial)?;
