@@ -1,7 +1,6 @@
 //! `samara replay`: a drop flown again from its recorded actuators, without an autopilot, and held against
 //! what was recorded of it.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
@@ -16,6 +15,7 @@ use super::pilot::Flown;
 use super::results::OutputFolder;
 use super::terminal::print;
 use samara::config::Mission;
+use samara::config::bounded::bytes_at_most;
 use samara::link::hil::SIMULATOR_COMPONENT;
 use samara::link::{Replayed, TlogReader, TlogRecord, parties, replay};
 use samara::report::FlightCsv;
@@ -27,6 +27,9 @@ const RECORDING: &str = "hil.tlog";
 const COMPANION: &str = "companion.tlog";
 /// The truth, beside it.
 const TRUTH: &str = "flight.csv";
+
+/// Larger recordings are refused [bytes]: 900 s, the longest flight, have 131 MB.
+const RECORDING_MOST: u64 = 512 << 20;
 
 /// `samara replay`.
 #[derive(Args, Debug)]
@@ -123,8 +126,7 @@ fn records(path: &Path, mission: &Mission) -> Result<Option<Vec<TlogRecord>>, Fa
 }
 
 fn read(path: &Path) -> Result<Option<Vec<u8>>, Failure> {
-    #[expect(clippy::disallowed_methods, reason = "what an earlier run has recorded")]
-    match fs::read(path) {
+    match bytes_at_most(path, RECORDING_MOST) {
         Ok(bytes) => Ok(Some(bytes)),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(e) => Err(e).with_context(|| format!("cannot read {}", path.display())).bad_input(),

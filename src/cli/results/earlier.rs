@@ -129,7 +129,7 @@ impl EarlierRun {
         if fs::symlink_metadata(place.join(&self.manifest)).is_ok() {
             return Ok(false);
         }
-        fs::create_dir_all(&place)?;
+        make(folder, &place)?;
         for name in self.as_written(folder) {
             duplicate(&folder.join(name), &place.join(name))?;
         }
@@ -142,12 +142,22 @@ fn place(folder: &Path, what: &str, sha256: &str) -> PathBuf {
     folder.join(EARLIER).join(format!("{what}-{}", &sha256[..DIGITS.min(sha256.len())]))
 }
 
+/// Makes a place for what is set aside; a link that leads elsewhere is refused.
+fn make(folder: &Path, place: &Path) -> io::Result<()> {
+    let leads_on = |path: &Path| fs::symlink_metadata(path).is_ok_and(|there| there.is_symlink());
+    if let Some(path) = [&folder.join(EARLIER), place].into_iter().find(|path| leads_on(path)) {
+        let (path, target) = (path.display(), fs::read_link(path).unwrap_or_default());
+        return Err(io::Error::other(format!("{path} is a link to {}", target.display())));
+    }
+    fs::create_dir_all(place)
+}
+
 /// Moves a file or a folder of a run's that no manifest lists to a place that is named after it and its hash.
 pub fn move_aside(folder: &Path, name: &str) -> io::Result<PathBuf> {
     let from = folder.join(name);
     let place = place(folder, "unlisted", &digest(&from)?);
     let to = place.join(name);
-    fs::create_dir_all(&place)?;
+    make(folder, &place)?;
     if fs::symlink_metadata(&to).is_ok() {
         // The same bytes lie there already.
         let is_folder = fs::symlink_metadata(&from)?.is_dir();
@@ -291,6 +301,22 @@ mod tests {
         assert!(mine == again && mine != other && !folder.join("plan.json").exists());
         assert_eq!(fs::read_to_string(mine).unwrap(), "mine");
         assert_eq!(fs::read_to_string(other).unwrap(), "other");
+    }
+
+    /// A link in the way is not followed.
+    #[test]
+    #[cfg(unix)]
+    fn nothing_is_set_aside_through_a_link() {
+        let place = tempfile::tempdir().unwrap();
+        let folder = place.path().join("out");
+        fs::create_dir_all(place.path().join("elsewhere")).unwrap();
+        fs::create_dir(&folder).unwrap();
+        let run = written(&folder, "tune", &[("gains.json", "{}")]);
+        std::os::unix::fs::symlink("../elsewhere", folder.join(EARLIER)).unwrap();
+        let refused = run.set_aside(&folder).unwrap_err().to_string();
+        assert!(refused.contains("is a link to ../elsewhere"), "{refused}");
+        assert!(move_aside(&folder, "gains.json").is_err() && folder.join("gains.json").exists());
+        assert_eq!(fs::read_dir(place.path().join("elsewhere")).unwrap().count(), 0);
     }
 
     /// The commands are of the program's verbs.

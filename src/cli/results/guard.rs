@@ -123,7 +123,7 @@ impl Guard {
     }
 
     /// Whether there is a file; what is none is refused.
-    fn is_a_file(&self, name: &str) -> Result<bool, Failure> {
+    pub fn is_a_file(&self, name: &str) -> Result<bool, Failure> {
         let path = self.folder.join(name);
         let there = match fs::symlink_metadata(&path) {
             Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(false),
@@ -229,7 +229,7 @@ impl Guard {
             let names = moved.into_iter().collect::<Vec<_>>().join(", ");
             let folder = self.folder.display();
             self.say(&format!(
-                "{names}: no manifest in {folder} lists it as it is, so it is somebody's own; set aside in {folder}/{EARLIER}"
+                "{names}: no manifest in {folder} lists it as it is; set aside in {folder}/{EARLIER}"
             ));
         }
     }

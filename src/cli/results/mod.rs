@@ -170,10 +170,10 @@ impl OutputFolder {
         let hash = WrittenHash::default();
         let open = || {
             // What was set aside may be another name of the same file.
-            let partial = self.path.join(format!(".{name}.kept"));
             if is_linked(&path)? {
-                fs::copy(&path, &partial)?;
-                fs::rename(&partial, &path)?;
+                let mut aside = Aside::new(&path)?;
+                io::copy(&mut File::options().read(true).open(&path)?, &mut aside.taken()?)?;
+                aside.rename()?;
             }
             let mut file = File::options().read(true).write(true).open(&path)?;
             let mut before = (&mut file).take(kept);
@@ -191,6 +191,7 @@ impl OutputFolder {
         let file = if kept == 0 {
             self.begun(name)?
         } else {
+            self.guard.as_ref().map_or(Ok(true), |guard| guard.is_a_file(name))?;
             open().with_context(|| format!("cannot write {}", path.display())).bad_input()?
         };
         self.note(name, hash.clone());
@@ -392,5 +393,94 @@ impl Write for LateFile {
 
     fn flush(&mut self) -> io::Result<()> {
         self.file.as_mut().map_or(Ok(()), Write::flush).map_err(|e| self.named(&e))
+    }
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test that makes files")]
+mod tests {
+    use super::*;
+
+    fn mission() -> Mission {
+        samara::config::load_mission(Path::new("mission/x500_drop.json")).unwrap()
+    }
+
+    fn run(verb: &str, place: &Path) -> OutputFolder {
+        OutputFolder::create(verb, Some(place), "any").unwrap()
+    }
+
+    /// What something else has written over this run's file, by whatever way it was written, is not vouched
+    /// for: the manifest of the run is not made.
+    #[test]
+    fn no_manifest_vouches_for_what_the_run_has_not_written() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path();
+        for torn in [None, Some("whole.txt"), Some("late.tlog"), Some("grows.csv"), Some("safe.json")] {
+            let folder = run("drop", path);
+            folder.write_text("whole.txt", "1").unwrap();
+            let mut late = folder.late("late.tlog");
+            late.write_all(b"23").unwrap();
+            late.flush().unwrap();
+            folder.continued("grows.csv", 0).unwrap().write_all(b"4\n5\n6\n").unwrap();
+            folder.continued("grows.csv", 2).unwrap().write_all(b"7\n").unwrap();
+            folder.write_safely("safe.json", "{}").unwrap();
+            let Some(torn) = torn else {
+                folder.write_manifest("drop", &mission(), &[]).unwrap();
+                let manifest = fs::read_to_string(path.join("drop_manifest.json")).unwrap();
+                assert!(manifest.contains(&sha256_of("4\n7\n")) && manifest.contains(&sha256_of("23")));
+                fs::remove_file(path.join("drop_manifest.json")).unwrap();
+                continue;
+            };
+            fs::write(path.join(torn), "torn").unwrap();
+            let refused = folder.write_manifest("drop", &mission(), &[]).unwrap_err().text();
+            assert!(refused.contains(torn) && refused.contains("not what this run has written"), "{refused}");
+            assert!(!path.join("drop_manifest.json").exists());
+        }
+    }
+
+    /// A campaign is set aside before the first of its files is overwritten, to the byte; the same campaign
+    /// again leaves nothing aside; one that goes on from it takes its files over.
+    #[test]
+    fn a_campaign_is_set_aside_unless_it_is_the_same_or_goes_on() {
+        let place = tempfile::tempdir().unwrap();
+        let path = place.path();
+        let campaign = |rows: &str, resume: bool| {
+            let folder = run("assess", path);
+            if resume {
+                folder.resume(["rows.csv".to_owned()]);
+            }
+            folder.write_text("plan.json", "plan").unwrap();
+            let kept = if resume { 2 } else { 0 };
+            folder.continued("rows.csv", kept).unwrap().write_all(&rows.as_bytes()[kept as usize..]).unwrap();
+            folder.write_manifest("assess", &mission(), &[]).unwrap();
+        };
+        let aside = |verb: &str| {
+            let entries = fs::read_dir(path.join("earlier")).into_iter().flatten().flatten();
+            let of_verb = entries.filter(|e| e.file_name().to_str().unwrap().starts_with(verb));
+            of_verb.map(|e| e.path()).collect::<Vec<_>>()
+        };
+        campaign("1\n", false);
+        campaign("1\n", false);
+        assert!(aside("").is_empty(), "the same again");
+        campaign("1\n2\n", true);
+        assert!(aside("").is_empty(), "gone on");
+        campaign("1\n3\n", false);
+        let [first] = &aside("assess-")[..] else { panic!("one is set aside") };
+        assert_eq!(fs::read_to_string(first.join("rows.csv")).unwrap(), "1\n2\n");
+        assert_eq!(fs::read_to_string(first.join("plan.json")).unwrap(), "plan");
+        // Another verb's plan over the campaign's: the campaign stays, and lies aside as it was.
+        let plan = run("plan", path);
+        plan.write_text("plan.json", "another plan").unwrap();
+        plan.write_manifest("plan", &mission(), &[]).unwrap();
+        drop(plan);
+        assert_eq!(fs::read_to_string(path.join("rows.csv")).unwrap(), "1\n3\n");
+        let second = aside("assess-").into_iter().find(|place| place != first).unwrap();
+        for run in [first, &second] {
+            let kept = earlier::EarlierRun::all(run);
+            assert_eq!(kept[0].as_written(run), ["plan.json", "rows.csv", "assess_manifest.json"]);
+        }
+        // A run that goes on after that writes to no file that lies aside.
+        campaign("1\n4\n", true);
+        assert_eq!(fs::read_to_string(second.join("rows.csv")).unwrap(), "1\n3\n");
     }
 }
