@@ -177,3 +177,56 @@ fn a_hexacopter_of_one_s_own_is_designed() {
     assert!(said.lines().last().unwrap().contains("J_TPF in turbulence"), "{said}");
     assert!(folder.path().join("out/design_mission.json").exists());
 }
+
+/// The commands that the help recommends after a design, in the folders that they have by themselves: what
+/// the campaign of the mission had written is there to the byte, and a card of the design finds the design.
+#[test]
+fn regress_the_drop_of_a_design_keeps_the_missions_campaign() {
+    let folder = tempfile::tempdir().unwrap();
+    let mission = quick(folder.path());
+    let well = |words: &[&str], codes: &[i32]| {
+        let output = samara(folder.path(), words);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(codes.contains(&output.status.code().unwrap()), "{words:?}: {said}");
+        (String::from_utf8_lossy(&output.stdout).into_owned(), said)
+    };
+    well(&["assess", &mission, "--autopilot", "px4-model", "--trials", "2"], &[0]);
+    let out = folder.path().join("out/x500_drop");
+    let manifest = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().path()).find(|path| {
+        let name = path.file_name().unwrap().to_str().unwrap();
+        name.starts_with("drops_px4-model") && name.ends_with("_manifest.json")
+    });
+    let manifest = manifest.unwrap();
+    let campaign: serde_json::Value = serde_json::from_slice(&fs::read(&manifest).unwrap()).unwrap();
+    let files: Vec<&String> = campaign["files"].as_object().unwrap().keys().collect();
+    let read = |place: &Path| {
+        files.iter().map(|name| fs::read(place.join(name)).unwrap_or_default()).collect::<Vec<_>>()
+    };
+    let before = read(&out);
+    let (_, said) =
+        well(&["design", &mission, "--budget", "2", "--unseen", "24", "--finalists", "1"], &[0, 1]);
+    assert!(
+        said.contains("samara: the results of `samara assess --autopilot px4-model` of x500_drop"),
+        "{said}"
+    );
+    let aside: Vec<_> = fs::read_dir(out.join("earlier")).unwrap().map(|e| e.unwrap().path()).collect();
+    assert!(aside.len() == 1 && read(&aside[0]) == before, "{aside:?}");
+    assert_eq!(fs::read(aside[0].join(manifest.file_name().unwrap())).unwrap(), fs::read(&manifest).unwrap());
+
+    let designed = "out/x500_drop/design_mission.json";
+    let listing = || {
+        let names = fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name());
+        names.collect::<std::collections::BTreeSet<_>>()
+    };
+    let left = listing();
+    let (_, said) = well(&["drop", designed], &[0, 1]);
+    assert!(!said.contains("replaces") && !said.contains("set aside"), "{said}");
+    assert_eq!(listing(), left);
+    assert!(folder.path().join("out/x500_drop_design/drop.json").exists());
+    let (card, _) = well(&["card", designed, "--json"], &[1]);
+    let card: serde_json::Value = serde_json::from_str(&card).unwrap();
+    let kinds: Vec<_> =
+        card["evidence"].as_array().unwrap().iter().map(|e| (&e["kind"], &e["refused"])).collect();
+    let null = &serde_json::Value::Null;
+    assert_eq!(kinds, [(&"design".into(), null), (&"drop".into(), null)]);
+}

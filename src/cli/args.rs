@@ -2,7 +2,7 @@
 
 use std::fmt;
 use std::ops::RangeInclusive;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
@@ -219,6 +219,11 @@ pub struct ChoiceArgs {
     pub case: Option<String>,
 }
 
+/// Whether gains are a parameter file, by its name.
+pub fn is_parameter_file(gains: &str) -> bool {
+    Path::new(gains).extension().is_some_and(|ending| ending == "params")
+}
+
 /// `--gains` of this name: PX4's own.
 pub const PX4_DEFAULT: &str = "px4_default";
 
@@ -226,6 +231,16 @@ impl ChoiceArgs {
     /// Whether PX4 is to keep the gains that it has.
     pub fn px4s_own_gains(&self) -> bool {
         self.gains.as_deref() == Some(PX4_DEFAULT)
+    }
+
+    /// The choice where PX4 flies: gains that are a parameter file are its parameters.
+    pub fn of_px4(&self) -> Self {
+        match &self.gains {
+            Some(gains) if is_parameter_file(gains) => {
+                Self { gains: None, params: Some(PathBuf::from(gains)), ..self.clone() }
+            }
+            _ => self.clone(),
+        }
     }
 }
 

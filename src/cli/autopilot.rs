@@ -9,7 +9,7 @@ use super::args::{ChoiceArgs, DEFAULT_MISSION, LinkArgs, NetArgs, StateArgs};
 use super::mission::{chosen_mission, note_estimator, origin};
 use super::narrator::Narrator;
 use super::reporter::Reporter;
-use super::results::OutputFolder;
+use super::results::{OutputFolder, Owned};
 use super::system::block_on;
 use super::terminal::print_remarks;
 use samara::config::Px4Clock;
@@ -55,7 +55,7 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     }
     note_estimator(&mut mission, &args.state);
     let (ports, wiring) = (net.ports()?, net.wiring(&args.link)?);
-    let folder = OutputFolder::create(args.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::owned(Owned::Autopilot, "autopilot", args.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(false);
     narrator.say(&origin(&args.mission, &mission));
     let mut reporter = Reporter::new(&narrator, &mission)

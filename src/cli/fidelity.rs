@@ -1,7 +1,7 @@
 //! `samara fidelity`: one campaign by several ways to fly it, held against each other.
 
-use std::fs;
-use std::path::PathBuf;
+use std::fs::File;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
@@ -52,7 +52,7 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
         return Err(Failure::input(expected.to_owned()));
     }
     let (path, choice) = (&args.mission.mission, &args.choice);
-    let gains = choice.gains.clone().filter(|_| !choice.px4s_own_gains());
+    let gains = choice.of_px4().gains.filter(|_| !choice.px4s_own_gains());
     let own = chosen_mission(path, &ChoiceArgs { gains, params: None, ..choice.clone() })?;
     // Campaigns by PX4 and by its model have the parameter file among their inputs, and which of them flew.
     let (of_px4, _) = mission_for_px4(path, choice)?;
@@ -67,19 +67,18 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
         .map(|law| by(&AutopilotArg::Px4Model(law).to_string()));
     let flown: Vec<Mission> = [own, by("px4")].into_iter().chain(models).collect();
     let hashes: Vec<&str> = flown.iter().map(|mission| mission.inputs.hash.as_str()).collect();
-    let texts = args.by.iter().map(text).collect::<Result<Vec<_>, Failure>>()?;
+    let read = |path: &PathBuf| {
+        let lines = CampaignLines::read(opened(path)?, &of_px4, &hashes);
+        lines.with_context(|| path.display().to_string()).bad_input()
+    };
+    let rungs = args.by.iter().map(read).collect::<Result<Vec<_>, Failure>>()?;
     for (k, path) in args.by.iter().enumerate() {
-        if let Some(same) = (0..k).find(|before| texts[*before] == texts[k]) {
+        if let Some(same) = (0..k).find(|before| rungs[*before] == rungs[k]) {
             let (path, same) = (path.display(), args.by[same].display());
             let message = format!("--by {path}: another campaign than that of {same} is expected");
             return Err(Failure::input(message));
         }
     }
-    let read = |(path, text): (&PathBuf, &String)| {
-        let lines = CampaignLines::parse(text, &of_px4, &hashes);
-        lines.with_context(|| path.display().to_string()).bad_input()
-    };
-    let rungs = args.by.iter().zip(&texts).map(read).collect::<Result<Vec<_>, Failure>>()?;
     if let (Some(calibrate), [first, second, ..]) = (args.calibrate, &rungs[..]) {
         let shared = first.trials.intersection(&second.trials).count();
         if calibrate > shared {
@@ -93,7 +92,7 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(path, mission));
     let report = FidelityReport::new(mission, rungs, args.calibrate, ChosenAmong::new(args.chosen_among));
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("fidelity", args.mission.out.as_deref(), &mission.name)?;
     folder.write_text("fidelity.txt", &report.text())?;
     folder.write_text("fidelity.json", &report.json())?;
     let figure = fidelity_figure(&report).context("no trial was flown both ways").bad_input()?;
@@ -110,8 +109,8 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
     Ok(Answer::Yes)
 }
 
-fn text(path: &PathBuf) -> Result<String, Failure> {
-    #[expect(clippy::disallowed_methods, reason = "what earlier runs have written")]
-    let text = fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()));
-    text.bad_input()
+fn opened(path: &Path) -> Result<File, Failure> {
+    #[expect(clippy::disallowed_methods, reason = "what earlier runs have written, read line by line")]
+    let file = File::open(path).with_context(|| format!("cannot read {}", path.display()));
+    file.bad_input()
 }

@@ -43,7 +43,7 @@ pub fn run(args: &InitArgs) -> Result<Answer, Failure> {
     }
     for (path, text) in &files {
         let (folder, name) = path.rsplit_once('/').unwrap_or(("", path));
-        OutputFolder::create(Some(&args.folder.join(folder)), "init")?.write_text(name, text)?;
+        OutputFolder::plain(&args.folder.join(folder))?.write_text(name, text)?;
     }
     let names: Vec<&str> = files.iter().map(|(name, _)| name.as_str()).collect();
     print(&if args.json {

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
-use super::args::{ChoiceArgs, EstimatorChoice, MissionArgs, PX4_DEFAULT, StateArgs};
+use super::args::{ChoiceArgs, EstimatorChoice, MissionArgs, PX4_DEFAULT, StateArgs, is_parameter_file};
 use super::terminal::{print, print_err, print_remarks};
 use samara::config::shipped::is_built_in;
 use samara::config::{Mission, load_mission, mission_path, plain_name};
@@ -43,6 +43,11 @@ pub fn print_origin(args: &MissionArgs, mission: &Mission) -> Result<(), Failure
 pub fn chosen_mission(name_or_path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
     let mut mission = open_mission(name_or_path)?;
     if let Some(gains) = &choice.gains {
+        if is_parameter_file(gains) {
+            return Err(Failure::input(format!(
+                "--gains {gains}: a parameter file is chosen with --params; a gains file (JSON) is expected, or a name"
+            )));
+        }
         mission.use_gains(gains).bad_input()?;
     }
     if let Some(path) = &choice.params {
@@ -100,6 +105,7 @@ pub fn mission_for_px4(
     path: &Path,
     choice: &ChoiceArgs,
 ) -> Result<(Mission, Option<ParameterFile>), Failure> {
+    let choice = &choice.of_px4();
     let own = choice.px4s_own_gains();
     let others = ChoiceArgs { gains: choice.gains.clone().filter(|_| !own), params: None, ..choice.clone() };
     let mut mission = mission_with_a_drop(path, &others)?;

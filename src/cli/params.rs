@@ -10,7 +10,7 @@ use super::args::{ChoiceArgs, DEFAULT_MISSION};
 use super::mission::{chosen_mission, mission_for_px4, open_mission, origin};
 use super::pilot::px4::upload::{suits, whole};
 use super::planning::plan_mission;
-use super::results::OutputFolder;
+use super::results::{OutputFolder, place_of};
 use super::terminal::print;
 use samara::autopilot::parameters::document::{Listed, listed, markdown};
 use samara::config::{Mission, load_parameters};
@@ -173,7 +173,7 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
                 return Err(Failure::input(format!("--out {}: a file is expected", path.display())));
             };
             let parent = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-            let folder = OutputFolder::create(Some(parent), &mission.name)?;
+            let folder = OutputFolder::plain(parent)?;
             folder.write_text(&name.to_string_lossy(), &text)?;
             path.to_owned()
         }
@@ -181,7 +181,7 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
             let drop = if args.drop { "_drop" } else { "" };
             let purpose = export.purpose.name().replace('-', "_");
             let name = format!("{}_{purpose}{drop}.params", mission.vehicle_name);
-            OutputFolder::create(None, &mission.name)?.write_text(&name, &text)?
+            OutputFolder::plain(&place_of(None, &mission.name))?.write_text(&name, &text)?
         }
     };
     let path = path.display().to_string();

@@ -76,7 +76,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
         ..SolverOptions::default()
     };
     let axes = plan_grid::axes_of(&args.grid, &mission)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("plan", args.mission.out.as_deref(), &mission.name)?;
     let TimedPlan { plan, solve_ms } = solve(&mission, &options, args.planning.verbose, args.time_limit)?;
     let converged = plan.status == Status::Converged;
     let short = if converged { shortfall(&mission, &plan, &options, args.time_limit)? } else { None };

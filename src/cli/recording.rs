@@ -6,7 +6,6 @@
 //! hundred flights the last file is written anew for each: a simulator that starts over for ever fills no
 //! disk.
 
-use std::fs;
 use std::io;
 
 use super::results::{LateFile, OutputFolder};
@@ -44,9 +43,8 @@ impl FlightFiles {
     fn next(&mut self) -> io::Result<LateFile> {
         self.flights = self.following();
         for later in (2..).take_while(|_| self.flights == 1) {
-            match fs::remove_file(self.folder.path().join(self.name(later))) {
-                Err(e) if e.kind() == io::ErrorKind::NotFound => break,
-                removed => removed?,
+            if !self.folder.clear(&self.name(later)).map_err(|failure| io::Error::other(failure.text()))? {
+                break;
             }
         }
         Ok(self.folder.late(&self.name(self.flights)))
@@ -145,8 +143,8 @@ impl FlightLogs {
 #[cfg(test)]
 #[expect(clippy::disallowed_methods, reason = "a test that reads its files")]
 mod tests {
+    use std::fs;
     use std::io::Write as _;
-
     use std::path::Path;
 
     use super::*;
@@ -162,7 +160,7 @@ mod tests {
     fn each_flight_has_a_file_of_its_own_with_its_own_times() {
         let mission = load_mission(Path::new("mission/titan_drop.json")).unwrap();
         let place = tempfile::tempdir().unwrap();
-        let folder = OutputFolder::create(Some(place.path()), "").unwrap();
+        let folder = OutputFolder::plain(place.path()).unwrap();
         let mut recording = Recording::new(&folder, Link::Simulator, &mission);
         let mut begun = Vec::new();
         for now in [0, 0, 4, 8, 12, 4, 8, 8, 0] {
@@ -189,7 +187,7 @@ mod tests {
     #[test]
     fn flights_without_end_fill_no_disk() {
         let place = tempfile::tempdir().unwrap();
-        let folder = OutputFolder::create(Some(place.path()), "any").unwrap();
+        let folder = OutputFolder::plain(place.path()).unwrap();
         let mut files = FlightFiles::new(&folder, "hil", "tlog");
         let flights = 3 * MOST_FLIGHTS;
         for flight in 0..flights {

@@ -1,7 +1,6 @@
 //! `samara replay`: a drop flown again from its recorded actuators, without an autopilot, and held against
 //! what was recorded of it.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context as _, anyhow};
@@ -16,6 +15,7 @@ use super::pilot::Flown;
 use super::results::OutputFolder;
 use super::terminal::print;
 use samara::config::Mission;
+use samara::config::bounded::bytes_at_most;
 use samara::link::hil::SIMULATOR_COMPONENT;
 use samara::link::{Replayed, TlogReader, TlogRecord, parties, replay};
 use samara::report::FlightCsv;
@@ -27,6 +27,9 @@ const RECORDING: &str = "hil.tlog";
 const COMPANION: &str = "companion.tlog";
 /// The truth, beside it.
 const TRUTH: &str = "flight.csv";
+
+/// Larger recordings are refused [bytes]: 900 s, the longest flight, have 131 MB.
+const RECORDING_MOST: u64 = 512 << 20;
 
 /// `samara replay`.
 #[derive(Args, Debug)]
@@ -77,7 +80,7 @@ pub fn run(args: &ReplayArgs) -> Result<Answer, Failure> {
         Truth::of(&String::from_utf8_lossy(&bytes), &String::from_utf8_lossy(&text))
     });
     let out = args.out.clone().unwrap_or_else(|| path.with_file_name("replay"));
-    let folder = OutputFolder::create(Some(&out), &mission.name)?;
+    let folder = OutputFolder::create("replay", Some(&out), &mission.name)?;
     let equal = replayed.difference.is_none() && truth.as_ref().is_none_or(Truth::is_equal);
     let (messages, difference) =
         (replayed.equal_messages, replayed.difference.as_ref().map(ToString::to_string));
@@ -123,8 +126,7 @@ fn records(path: &Path, mission: &Mission) -> Result<Option<Vec<TlogRecord>>, Fa
 }
 
 fn read(path: &Path) -> Result<Option<Vec<u8>>, Failure> {
-    #[expect(clippy::disallowed_methods, reason = "what an earlier run has recorded")]
-    match fs::read(path) {
+    match bytes_at_most(path, RECORDING_MOST) {
         Ok(bytes) => Ok(Some(bytes)),
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(e) => Err(e).with_context(|| format!("cannot read {}", path.display())).bad_input(),

@@ -62,7 +62,7 @@ pub fn run(args: &RotorArgs) -> Result<Answer, Failure> {
         return Err(Failure::input(format!("expected a file to write to, found {}", out.display())));
     };
     let beside = out.parent().unwrap_or(Path::new(""));
-    let folder = OutputFolder::create(Some(beside), "rotor")?;
+    let folder = OutputFolder::plain(beside)?;
     let path = folder.write_text(name, &file.table_text())?;
     print(&format!("{text}{}\n", path.display()))?;
     Ok(Answer::Yes)

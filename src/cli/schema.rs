@@ -28,7 +28,7 @@ pub fn run(args: &SchemaArgs) -> Result<Answer, Failure> {
             "there is no folder {USUAL} here; --out DIR is expected, or `samara init DIR`, which writes the schemas too"
         )));
     };
-    let folder = OutputFolder::create(Some(out), "schema")?;
+    let folder = OutputFolder::plain(out)?;
     for (name, text) in schemas() {
         let path = folder.write_text(name, &text)?;
         print(&format!("{}\n", path.display()))?;

@@ -35,7 +35,7 @@ pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<Answe
 
 /// Writes a page for `command` and one for each of its verbs, in section 1.
 pub fn man(args: &ManArgs, command: Command) -> Result<Answer, Failure> {
-    let folder = OutputFolder::create(Some(&args.out), "man")?;
+    let folder = OutputFolder::plain(&args.out)?;
     for (name, page) in pages(command) {
         let path = folder.write_text(&format!("{name}.1"), &page)?;
         print(&format!("{}\n", path.display()))?;

@@ -11,7 +11,7 @@ use super::mission::{chosen_mission, origin};
 use super::narrator::Narrator;
 use super::pilot::Flown;
 use super::reporter::Reporter;
-use super::results::OutputFolder;
+use super::results::{OutputFolder, Owned};
 use super::system::block_on;
 use super::terminal::print;
 use samara::link::shell::{Attendance, Speed, run_simulator};
@@ -52,7 +52,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let ports = args.net.ports()?;
     let sign = args.net.sign()?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::owned(Owned::Simulator, "sim", args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let mut reporter = Reporter::new(&narrator, &mission).recording(&folder, &[Link::Simulator]);

@@ -1,5 +1,6 @@
 //! The terminal: results on stdout, everything else on stderr, and the exit code.
 
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
@@ -11,10 +12,9 @@ use samara::printable::printable;
 /// written to is one: results that nobody gets are no success.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    let object = text.starts_with('{');
-    let shown = if object { text.to_owned() } else { lines(text) };
-    let painted = if !object && colored(&out) { painted(&shown) } else { shown };
-    match out.write_all(painted.as_bytes()).and_then(|()| out.flush()) {
+    let text = if text.starts_with('{') { Cow::Borrowed(text) } else { fit(text) };
+    let painted = (!text.starts_with('{') && colored(&out)).then(|| painted(&text));
+    match out.write_all(painted.as_deref().unwrap_or(&text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != io::ErrorKind::BrokenPipe => {
             Err(anyhow::Error::from(e).context("cannot write to stdout")).bad_input()
         }
@@ -22,14 +22,17 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// The text with what would act on the terminal written as words: paths and names may hold anything. Ends of
-/// lines and tabulators, which parameter files are made of, stay.
-fn lines(text: &str) -> String {
-    let piece = |piece: &str| match piece.strip_suffix(['\n', '\t']) {
-        Some(words) => format!("{}{}", printable(words), &piece[words.len()..]),
-        None => printable(piece).into_owned(),
-    };
-    text.split_inclusive(['\n', '\t']).map(piece).collect()
+/// A text for the terminal: lines, in which nothing that others have named - a path, a vehicle, a peer - acts
+/// on the terminal.
+fn fit(text: &str) -> Cow<'_, str> {
+    let lines = text.split_inclusive(['\n', '\t']).map(|line| {
+        let shown = line.trim_end_matches(['\n', '\t']);
+        (printable(shown), &line[shown.len()..])
+    });
+    if lines.clone().all(|(shown, _)| matches!(shown, Cow::Borrowed(_))) {
+        return Cow::Borrowed(text);
+    }
+    Cow::Owned(lines.flat_map(|(shown, end)| [shown, Cow::Borrowed(end)]).collect())
 }
 
 /// Whether words of a verdict are coloured: on a terminal alone, and not where NO_COLOR is set
@@ -71,7 +74,7 @@ fn painted(text: &str) -> String {
 
 /// Prints to stderr. When that is gone or full nobody is left to read, and there is no reason to end.
 pub fn print_err(text: &str) {
-    let _ = io::stderr().lock().write_all(lines(text).as_bytes());
+    let _ = io::stderr().lock().write_all(fit(text).as_bytes());
 }
 
 /// Prints remarks to stderr, each behind what it is of: a parameter file, gains or a mission.
@@ -98,13 +101,14 @@ pub fn exit_code(result: Result<Answer, Failure>) -> ExitCode {
 
 #[cfg(test)]
 mod tests {
-    use super::{lines, painted};
+    use super::{fit, painted};
 
+    /// Lines and tabulators stay; what would act on a terminal within them is written as a word.
     #[test]
-    fn what_acts_on_a_terminal_is_written_as_a_word_line_by_line() {
-        assert_eq!(lines("a\u{1b}[2Jb\r\nc\u{202e}"), "a\\x1b[2Jb\\x0d\nc\\u{202e}");
-        assert_eq!(lines("1\t1\tMPC_XY_P\t0.95\t9\n"), "1\t1\tMPC_XY_P\t0.95\t9\n", "a parameter file");
-        assert_eq!(lines("J_TPF 0.46\n\nsteady \u{b2}\n"), "J_TPF 0.46\n\nsteady \u{b2}\n");
+    fn closed_form_nothing_that_others_have_named_acts_on_the_terminal() {
+        assert_eq!(fit("a\tb\n\nc\n"), "a\tb\n\nc\n");
+        let text = "cannot read x\u{1b}]0;own\u{7}.json\r\n\tfile\u{202e}\u{9b}\n";
+        assert_eq!(fit(text), "cannot read x\\x1b]0;own\\x07.json\\x0d\n\tfile\\u{202e}\\x9b\n");
     }
 
     /// Whole words alone, one a line, and no before yes.

@@ -89,8 +89,19 @@ impl Mission {
     }
 }
 
-/// The mission's file with a design in place of its plan's settings and its gains: everything else stays as
-/// it is written in `text`, the text of that file. `gains` is the path of the gains' file; `relative` makes
+/// Added to the name of a mission whose plan and gains were designed.
+const DESIGNED: &str = "_design";
+/// Longest name of a mission [letters].
+const NAME_MOST: usize = 64;
+
+/// The name of the mission that a design of the mission `name` makes: its results have a folder of their own.
+fn designed_name(name: &str) -> String {
+    let kept: String = name.chars().take(NAME_MOST - DESIGNED.len()).collect();
+    kept + DESIGNED
+}
+
+/// The mission's file with a design in place of its plan's settings and its gains, under the name
+/// `<mission>_design`: everything else stays as it is written in `text`, the text of that file. `gains` is the path of the gains' file; `relative` makes
 /// paths of the mission's other files hold for the folder that the text is written to.
 ///
 /// # Errors
@@ -119,6 +130,7 @@ pub fn designed_mission_json(
     let whole = json.as_object_mut().ok_or_else(no_plan)?;
     // The schema stands elsewhere, and the design is done.
     whole.shift_remove("$schema");
+    whole.insert("name".to_owned(), designed_name(&mission.name).into());
     whole.insert("gains".to_owned(), gains.into());
     let mut problem = mission.plan_problem();
     design.plan.apply(&mut problem, &mission.limits.safety);
@@ -207,7 +219,14 @@ mod tests {
     use super::*;
     use crate::config::{MissionText, mission_text, parse_mission};
 
-    /// Everything but plan and gains stays as it was; the text is a mission, whose plan is the design's.
+    /// The longest name that a mission may have makes one that a mission may have.
+    #[test]
+    fn closed_form_a_designed_missions_name_is_one_of_a_missions() {
+        assert_eq!(designed_name("x500_drop"), "x500_drop_design");
+        assert_eq!(designed_name(&"a".repeat(64)), "a".repeat(57) + "_design");
+    }
+
+    /// Everything but name, plan and gains stays as it was; the text is a mission, whose plan is the design's.
     #[test]
     fn a_designed_mission_is_read_and_keeps_the_rest() {
         let mission = Mission::shipped("titan_paper").unwrap();
@@ -225,6 +244,7 @@ mod tests {
         let text = designed_mission_json(&mission, &before, &design, gains, whole).unwrap();
         let file = std::path::Path::new("elsewhere/design_mission.json");
         let read = parse_mission(&MissionText { mission: &text, file, vehicle: None, gains: None }).unwrap();
+        assert_eq!(read.name, "titan_paper_design");
         assert_eq!(read.plan.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0, 10.0]);
         assert_eq!((read.plan.nodes, read.plan.cost_input_reference), (75, InputReference::Trim));
         assert!(

@@ -1,15 +1,16 @@
 //! Why a file was refused: where it is wrong and what was expected there.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::shipped::is_built_in;
 use crate::params::ParamsError;
+use crate::printable::printable;
 
 /// A file that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum ConfigError {
     /// The file cannot be read.
-    #[error("cannot read {role} {}: {reason}{}", path.display(), whence(path, named_in.as_ref()))]
+    #[error("cannot read {role} {}: {reason}{}", shown(path), whence(path, named_in.as_ref()))]
     Read {
         /// Role of the file ("mission file").
         role: &'static str,
@@ -23,7 +24,7 @@ pub enum ConfigError {
     /// No file has the name that was given.
     #[error(
         "no {role} of the name `{name}` (looked for {}){} expected one of {}, or a path{}",
-        tried.display(),
+        shown(tried),
         did_you_mean(near.as_deref()),
         known.join(", "),
         if *is_here { format!(": there is a ./{name} here") } else { String::new() }
@@ -43,7 +44,7 @@ pub enum ConfigError {
         is_here: bool,
     },
     /// The text is not the JSON or the table that was expected.
-    #[error("{}:{line}:{column}: {}{message}", file.display(), at(json_path))]
+    #[error("{}:{line}:{column}: {}{message}", shown(file), at(json_path))]
     Content {
         /// The file.
         file: PathBuf,
@@ -57,13 +58,18 @@ pub enum ConfigError {
         message: String,
     },
     /// A parameter file is not what was expected, or is not for the mission's vehicle and site.
-    #[error("{}:{}{error}", file.display(), if starts_with_line(error) { "" } else { " " })]
+    #[error("{}:{}{error}", shown(file), if starts_with_line(error) { "" } else { " " })]
     Parameters {
         /// The file.
         file: PathBuf,
         /// Fault; begins with the line, if it is one line's.
         error: ParamsError,
     },
+}
+
+/// A path on one line, in which nothing acts on a terminal.
+fn shown(path: &Path) -> String {
+    printable(&path.display().to_string()).into_owned()
 }
 
 fn starts_with_line(error: &ParamsError) -> bool {
@@ -83,13 +89,13 @@ fn at(json_path: &str) -> String {
     if json_path.is_empty() { String::new() } else { format!("{json_path}: ") }
 }
 
-fn whence(path: &std::path::Path, named_in: Option<&PathBuf>) -> String {
+fn whence(path: &Path, named_in: Option<&PathBuf>) -> String {
     match (named_in, path.is_relative() && !is_built_in(path)) {
         (Some(file), _) => {
-            format!(" (named in {}; paths in a file are relative to that file)", file.display())
+            format!(" (named in {}; paths in a file are relative to that file)", shown(file))
         }
         (None, true) => match std::env::current_dir() {
-            Ok(here) => format!(" (relative to the current directory, {})", here.display()),
+            Ok(here) => format!(" (relative to the current directory, {})", shown(&here)),
             Err(_) => " (relative to the current directory)".to_owned(),
         },
         (None, false) => String::new(),

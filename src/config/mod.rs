@@ -21,6 +21,7 @@
 //! | [`shipped`] | the files that the program brings along |
 //! | `names` | which file a plain name means |
 //! | `source` | a file's text, strict JSON, the place of anything refused, the hash of the inputs |
+//! | [`bounded`] | files read with a bound |
 //! | `number` | numbers with a range |
 //! | `table` | CSV |
 //!
@@ -28,6 +29,7 @@
 //! there. Unknown and repeated keys, numbers out of their range, NaN and text after the document are all
 //! refused.
 
+pub mod bounded;
 mod checkpoint;
 mod coefficient_csv;
 mod derived;

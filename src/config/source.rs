@@ -4,12 +4,12 @@
 //! A place is where the refused thing *starts*: the value for a wrong value, the key for one that is unknown
 //! or given twice, the object for one that lacks a key. Syntax errors are where the parser stopped.
 
-use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
 use sha2::{Digest, Sha256};
 
+use super::bounded::bytes_at_most;
 use super::error::ConfigError;
 use super::names::nearest;
 use super::shipped;
@@ -44,13 +44,7 @@ impl Source {
         if let Some(found) = shipped::read(path) {
             return Ok(Self { file: path.to_owned(), text: found.map_err(refuse)?.to_owned() });
         }
-        let mut bytes = Vec::new();
-        #[expect(clippy::disallowed_methods, reason = "this is where config/ reads files")]
-        let file = std::fs::File::open(path).map_err(|e| refuse(e.to_string()))?;
-        file.take(LIMIT_BYTES + 1).read_to_end(&mut bytes).map_err(|e| refuse(e.to_string()))?;
-        if bytes.len() as u64 > LIMIT_BYTES {
-            return Err(refuse(format!("it is larger than {} MiB", LIMIT_BYTES >> 20)));
-        }
+        let bytes = bytes_at_most(path, LIMIT_BYTES).map_err(|e| refuse(e.to_string()))?;
         let text = String::from_utf8(bytes).map_err(|e| {
             refuse(format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to() + 1))
         })?;

@@ -419,3 +419,54 @@ fn regress_an_x_ss_of_another_vehicle_is_reported() {
         stderr(&output)
     );
 }
+
+/// Files that never end are refused, whichever verb reads them, in the memory of their bounds.
+#[cfg(target_os = "linux")]
+#[test]
+fn files_without_an_end_are_refused() {
+    let place = tempfile::tempdir().unwrap();
+    let out = place.path().to_str().unwrap();
+    for (arguments, told) in [
+        (&["replay", "/dev/zero", "x500_drop"][..], "larger than 512 MiB"),
+        (&["fidelity", "x500_drop", "--by", "/dev/zero", "--by", "/dev/zero"], "longer than 65536 bytes"),
+        (&["drop", "/dev/zero"], "larger than 64 MiB"),
+        (&["drop", "x500_drop", "--gains", "/dev/zero"], "larger than 64 MiB"),
+        (&["drop", "x500_drop", "--trajectory", "/dev/zero"], "larger than 64 MiB"),
+        (&["params", "diff", "/dev/zero", "/dev/zero"], "larger than 64 MiB"),
+    ] {
+        let of_out: &[&str] = if arguments[0] == "params" { &[] } else { &["--out", out] };
+        let output = samara(&[arguments, of_out].concat());
+        assert_eq!(code(&output), 2, "{arguments:?}: {}", stderr(&output));
+        assert!(stderr(&output).contains(told), "{arguments:?}: {}", stderr(&output));
+    }
+}
+
+/// A path that holds what acts on a terminal is shown as words, on one line.
+#[cfg(unix)]
+#[test]
+fn a_path_that_acts_on_a_terminal_is_shown_as_words() {
+    let output = samara(&["drop", "x500_drop", "--gains", "./x\n=cmd\u{1b}]0;own\u{7}\u{202e}.json"]);
+    assert_eq!(code(&output), 2);
+    let said = stderr(&output);
+    assert!(said.contains(r"./x\x0a=cmd\x1b]0;own\x07\u{202e}.json") && said.lines().count() == 1, "{said}");
+}
+
+/// Where PX4 flies, --gains takes a parameter file as --params does; where it does not, the option that does
+/// is named.
+#[test]
+fn gains_that_are_a_parameter_file_are_px4s() {
+    let place = tempfile::tempdir().unwrap();
+    let file = "params/px4/x500_px4_tuned.params";
+    let fly = |option: &str| {
+        let out = place.path().join(option);
+        let args =
+            ["assess", "x500_drop", "--autopilot", "px4-model", "--trials", "1", "--json", option, file];
+        let output = samara(&[&args[..], &["--out", out.to_str().unwrap()]].concat());
+        assert_eq!(code(&output), 0, "{}", stderr(&output));
+        output.stdout
+    };
+    assert_eq!(fly("--gains"), fly("--params"));
+    let refused = samara(&["drop", "x500_drop", "--gains", file]);
+    assert_eq!(code(&refused), 2);
+    assert!(stderr(&refused).contains("a parameter file is chosen with --params"), "{}", stderr(&refused));
+}

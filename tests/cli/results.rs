@@ -21,7 +21,7 @@ fn files(folder: &Path) -> BTreeMap<String, String> {
     fs::read_dir(folder)
         .unwrap()
         .map(|entry| entry.unwrap().path())
-        .filter(|path| !path.to_str().unwrap().ends_with("_manifest.json"))
+        .filter(|path| path.is_file() && !path.to_str().unwrap().ends_with("_manifest.json"))
         .map(|path| (path.file_name().unwrap().to_str().unwrap().to_owned(), sha256(&path)))
         .collect()
 }
@@ -160,19 +160,118 @@ fn what_replaces_another_run_says_so_and_leaves_nothing_of_it() {
     );
     assert_eq!(said, expected);
     fs::write(out.path().join("flight.csv"), "mine").unwrap();
+    fs::write(out.path().join("assess.html"), "page").unwrap();
+    let written = ["assess.html", "plan.json"].map(|name| (name, sha256(&out.path().join(name))));
     let long = serde_json::json!({
         "verb": "assess", "mission": "x500_drop", "gains": "x500", "input_hash": "other", "choices": {},
-        "files": { "assess.html": "", "plan.json": "" },
+        "files": BTreeMap::from(written),
     });
     fs::write(out.path().join("assess_manifest.json"), long.to_string()).unwrap();
     let said = run(&["plan", "mission/x500_drop.json", "--nodes", "41"]);
-    assert!(said.contains("`samara drop` of x500_drop with gains x500_hover, seed 2 in"), "{said}");
-    assert!(said.contains("plan.json in") && said.contains("whose other results stay"), "{said}");
+    assert!(
+        said.contains("`samara drop` of x500_drop with gains x500_hover, seed 2 are set aside"),
+        "{said}"
+    );
+    assert!(said.contains("`samara assess` of x500_drop") && said.contains("stays where it is"), "{said}");
     let left: Vec<String> = files(out.path()).into_keys().collect();
-    assert_eq!(left, ["flight.csv", "plan.json", "plan.svg", "trajectory.csv"]);
+    assert_eq!(left, ["assess.html", "flight.csv", "plan.json", "plan.svg", "trajectory.csv"]);
     assert!(
         !out.path().join("drop_manifest.json").exists() && out.path().join("assess_manifest.json").exists()
     );
+    for run in fs::read_dir(out.path().join("earlier")).unwrap().map(|entry| entry.unwrap().path()) {
+        let manifest = fs::read_dir(&run).unwrap().map(|entry| entry.unwrap().path());
+        let manifest = manifest.into_iter().find(|path| path.ends_with("drop_manifest.json"));
+        let name = if manifest.is_some() { "drop_manifest.json" } else { "assess_manifest.json" };
+        let mut listed = listed(&object(&run.join(name)));
+        // The flight that was edited is no longer the run's.
+        listed.remove("flight.csv");
+        assert_eq!(listed, files(&run), "{name}: as it was written");
+    }
+}
+
+/// Files that are the user's own are set aside and named; the next run has nothing to say about its own.
+#[test]
+fn a_file_that_no_manifest_lists_is_set_aside() {
+    let out = tempfile::tempdir().unwrap();
+    let at = |name: &str| out.path().join(name);
+    for name in ["plan.json", "drop.html"] {
+        fs::write(at(name), "mine").unwrap();
+    }
+    let drop =
+        || samara(&["drop", "mission/x500_drop.json", "--no-html", "--out", out.path().to_str().unwrap()]);
+    let first = drop();
+    assert_eq!(code(&first), 0, "{}", stderr(&first));
+    let said = stderr(&first);
+    assert!(said.starts_with("samara: drop.html, plan.json: no manifest in "), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+    assert!(!at("drop.html").exists());
+    let mine: Vec<_> = fs::read_dir(at("earlier")).unwrap().map(|entry| entry.unwrap().path()).collect();
+    let text = |name: &str| mine.iter().find_map(|place| fs::read_to_string(place.join(name)).ok());
+    assert_eq!([text("plan.json"), text("drop.html")], [Some("mine".to_owned()), Some("mine".to_owned())]);
+    assert_eq!(stderr(&drop()), "");
+}
+
+/// A link that leads out of the folder, a pipe and a device are no files to write results to: refused by
+/// name, at once, and what the link leads to is as it was.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_refused_in_a_folder_of_results() {
+    let place = tempfile::tempdir().unwrap();
+    let precious = place.path().join("precious");
+    fs::write(&precious, "precious").unwrap();
+    let fly = |name: &str, make: &dyn Fn(&Path)| {
+        let out = place.path().join(format!("out of {name}"));
+        fs::create_dir(&out).unwrap();
+        make(&out.join(name));
+        let output = samara(&["drop", "mission/x500_drop.json", "--out", out.to_str().unwrap()]);
+        assert_eq!(code(&output), 2, "{}", stderr(&output));
+        assert!(stderr(&output).contains(&format!("{name}: a file is expected")), "{}", stderr(&output));
+        assert!(!out.join("drop_manifest.json").exists());
+        stderr(&output)
+    };
+    for name in ["plan.json", "hil.tlog", "flight.csv", "drop_manifest.json"] {
+        let said = fly(name, &|path| std::os::unix::fs::symlink(&precious, path).unwrap());
+        assert!(said.contains(&format!("a link to {}", precious.display())), "{said}");
+        assert_eq!(fs::read_to_string(&precious).unwrap(), "precious");
+    }
+    let pipe = |path: &Path| {
+        assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+    };
+    assert!(fly("drop.json", &pipe).contains("a pipe"));
+}
+
+/// Two runs into one folder: the second is refused and names the first, whose lock goes with it, however it
+/// ends. The first one waits, the folder its own, for a trajectory from a pipe.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_second_run_into_a_folder_is_refused_and_names_the_first() {
+    let place = tempfile::tempdir().unwrap();
+    let (pipe, out) = (place.path().join("pipe"), place.path().join("out"));
+    assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    let folder = out.to_str().unwrap();
+    let mut first = std::process::Command::new(env!("CARGO_BIN_EXE_samara"))
+        .args(["drop", "mission/x500_drop.json", "--trajectory", pipe.to_str().unwrap(), "--out", folder])
+        .stdout(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    let lock = out.join(".autopilot.lock");
+    let begun = || fs::read_to_string(&lock).is_ok_and(|text| text.contains("drop"));
+    while !begun() {
+        assert!(first.try_wait().unwrap().is_none(), "it waits");
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    for verb in ["assess", "plan"] {
+        let output = samara(&[verb, "mission/x500_drop.json", "--out", folder]);
+        assert_eq!(code(&output), 2);
+        let named = format!("process {}, `samara drop`, begun ", first.id());
+        assert!(stderr(&output).contains(&named) && output.stdout.is_empty(), "{}", stderr(&output));
+        assert_eq!(files(&out).into_keys().collect::<Vec<_>>(), [".autopilot.lock", ".simulator.lock"]);
+    }
+    first.kill().unwrap();
+    first.wait().unwrap();
+    let output = samara(&["plan", "mission/x500_drop.json", "--out", folder]);
+    assert_eq!((code(&output), stderr(&output).as_str()), (0, ""));
+    assert_eq!(files(&out).into_keys().collect::<Vec<_>>(), ["plan.json", "plan.svg", "trajectory.csv"]);
 }
 
 /// On the estimator the errors of the sensors are flown, the same on every run; the manifest says so, and the

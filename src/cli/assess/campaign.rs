@@ -294,6 +294,9 @@ pub fn run_all<const N: usize>(
             )));
         }
     }
+    if resume {
+        folder.resume(entries.iter().map(file_name));
+    }
     // All files first: what cannot be continued is refused before anything is flown, and none is left of
     // another run.
     let mut kept = [0; N];

@@ -28,7 +28,7 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let trials = trials_of(args.trials, TRIALS, "--effects")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("effects", args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };

@@ -31,7 +31,7 @@ const FLIGHTS_OF_A_RAY: u64 = 3000;
 pub fn run(args: &AssessArgs, pairs: &[[EnvelopeAxis; 2]], stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let mission = mission(args, "--envelope", &narrator)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("assess_envelope", args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };

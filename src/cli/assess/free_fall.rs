@@ -30,7 +30,7 @@ pub fn run(args: &AssessArgs, hours: u64, stop: &AtomicBool) -> Result<Answer, F
     let trials = trials_of(args.trials, RELEASES, "--free-fall")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("free_fall", args.mission.out.as_deref(), &mission.name)?;
     let pool = thread_pool(args.threads)?;
     let progress = Progress::new("assess", "releases and hours", trials + hours);
     progress.set_message("releases");

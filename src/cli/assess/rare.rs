@@ -28,7 +28,7 @@ const FAILURE: &str = "rare_failure";
 pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let mission = mission(args, "--rare", &narrator)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("assess_rare", args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -105,7 +105,7 @@ pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
             file.display()
         )));
     }
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("assess_only", args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };

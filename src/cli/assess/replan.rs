@@ -49,7 +49,7 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
     let trials = trials_of(args.trials, TRIALS, "--replan")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("replan", args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -195,7 +195,7 @@ impl Wire<'_> {
             mission: &mission,
             trajectory: &planned.trajectory,
             replan: replan.as_ref(),
-            folder: &OutputFolder::create(Some(&place), &mission.name)?,
+            folder: &OutputFolder::plain(&place)?,
             narrator: &Narrator::of_trial(trial),
             instance: instance_at(self.args, self.pilot, u16::try_from(thread).unwrap_or(u16::MAX)),
             speed: Speed::Max,

@@ -20,7 +20,7 @@ use samara::report::sobol::{Replaced, SobolReport, outputs_of};
 pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let mission = mission(args, "--sobol", &narrator)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("assess_sobol", args.mission.out.as_deref(), &mission.name)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };

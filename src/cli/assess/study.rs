@@ -23,7 +23,11 @@ use samara::report::{plan_json, plan_text};
 pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let mission = mission(args, &narrator)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let verb = if args.only.is_some() { "assess_only" } else { "assess" };
+    let folder = OutputFolder::create(verb, args.mission.out.as_deref(), &mission.name)?;
+    if args.resume {
+        folder.resume([]);
+    }
     let plan = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &plan.plan)?;
     let Some(plan) = converged(args, &mission, plan, &narrator)? else { return Ok(Answer::No) };

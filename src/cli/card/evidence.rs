@@ -14,6 +14,7 @@ use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::new::relative;
 use crate::cli::results::{OutputFolder, sha256_of};
 use crate::cli::terminal::print_err;
+use samara::config::bounded::text_at_most;
 use samara::report::card::Evidence;
 use samara::report::card::command::command;
 use samara::report::card::finding::Finding;
@@ -23,6 +24,9 @@ use samara::report::shell::command_line;
 
 /// Largest file that is read [bytes]; an envelope of all pairs and 64 rays has less than a tenth of it.
 const LARGEST: u64 = 64 << 20;
+
+/// The manifest of a design.
+const DESIGN_MANIFEST: &str = "design_manifest.json";
 
 /// The evidence of the folders that were named, or of where verbs put results.
 pub fn of_folders(
@@ -45,6 +49,15 @@ pub fn of_folders(
             let place = Place { args, present, folder, card: card.path() };
             found.extend(place.evidence()?);
         }
+    }
+    // Where a design was written that has made the mission, what it found lies beside it, among the evidence
+    // of the mission that it began from.
+    let beside = present.mission().file.parent().filter(|beside| beside.join(DESIGN_MANIFEST).is_file());
+    if let Some(folder) = beside.filter(|_| !named)
+        && fs::canonicalize(folder).is_ok_and(|place| seen.insert(place))
+    {
+        let of_design = Place { args, present, folder, card: card.path() }.evidence()?;
+        found.extend(of_design.into_iter().filter(|evidence| evidence.kind == Kind::Design));
     }
     found.sort_by_key(|evidence| evidence.kind);
     Ok(found)
@@ -239,13 +252,36 @@ struct ResultFile {
 fn read(path: &Path) -> Result<ResultFile, String> {
     let cannot = |error: std::io::Error| match error.kind() {
         std::io::ErrorKind::NotFound => "it is gone".to_owned(),
+        std::io::ErrorKind::InvalidInput | std::io::ErrorKind::FileTooLarge => {
+            format!("it is no file of results: {error}")
+        }
         _ => format!("it cannot be read: {error}"),
     };
-    let about = fs::metadata(path).map_err(cannot)?;
-    if !about.is_file() || about.len() > LARGEST {
-        return Err("it is no file of results".to_owned());
-    }
-    #[expect(clippy::disallowed_methods, reason = "a result of an earlier run")]
-    let text = fs::read_to_string(path).map_err(cannot)?;
+    let text = text_at_most(path, LARGEST).map_err(cannot)?;
     Ok(ResultFile { sha256: sha256_of(&text), text })
+}
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "a test that makes files")]
+mod tests {
+    use super::*;
+
+    /// What is no file of results is refused before it is read: a pipe that nobody writes to, a device, more
+    /// than the bound.
+    #[test]
+    #[cfg(unix)]
+    fn what_is_no_file_of_results_is_not_read() {
+        let place = tempfile::tempdir().unwrap();
+        let at = |name: &str| place.path().join(name);
+        fs::write(at("good"), "abc").unwrap();
+        assert_eq!(read(&at("good")).map(|file| file.text).as_deref(), Ok("abc"));
+        assert!(std::process::Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
+        std::os::unix::fs::symlink("/dev/zero", at("zeros")).unwrap();
+        fs::File::create(at("large")).unwrap().set_len(LARGEST + 1).unwrap();
+        for name in ["pipe", "zeros", "large"] {
+            let why = read(&at(name)).map(|file| file.text.len()).unwrap_err();
+            assert!(why.starts_with("it is no file of results"), "{name}: {why}");
+        }
+        assert_eq!(read(&at("gone")).map(|file| file.text.len()), Err("it is gone".to_owned()));
+    }
 }

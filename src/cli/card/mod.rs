@@ -34,7 +34,7 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
             mission.file.display()
         )));
     }
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("card", args.mission.out.as_deref(), &mission.name)?;
     let card = Card {
         mission,
         mission_word: args.mission_word(mission),

@@ -17,7 +17,6 @@ use rayon::prelude::*;
 use super::answer::{Answer, BadInput as _, Failure};
 use super::estimate::warn_one_at_a_time;
 use super::mission::{open_mission, print_origin};
-use super::results::OutputFolder;
 use super::search::{SearchSession, identity_of, run_search};
 use super::system::{Stopwatch, thread_pool};
 use super::terminal::{print, print_err, print_remarks};
@@ -25,6 +24,9 @@ pub use args::DesignArgs;
 use samara::config::Mission;
 use samara::design::{DesignSearch, FlyPortion, FlyPortions, NotJudged, judge_finalists, judge_fresh};
 use samara::report::design::{self, DesignRun, JudgedDesign};
+
+/// Name of the checkpoint.
+const CHECKPOINT: &str = "design_checkpoint.json";
 
 /// Searches a design, judges it on fresh flights, writes and reports it.
 pub fn run(args: &DesignArgs) -> Result<Answer, Failure> {
@@ -71,7 +73,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let others = if args.search.part.is_some() { Vec::new() } else { others(args, mission)? };
     let judge = mission.design_judge();
     let mut search = DesignSearch::new(mission.design_search(args.budget as usize));
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = args.search.folder("design", CHECKPOINT, (args.mission.out.as_deref(), &mission.name))?;
     let interrupted = args.search.interrupt_flag()?;
     let in_time = || args.time_limit.is_none_or(|limit_s| watch.ms() < 1e3 * limit_s);
     let own = search.settings().own;
@@ -83,7 +85,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let session = SearchSession {
         verb: "design",
         folder: &folder,
-        checkpoint: "design_checkpoint.json",
+        checkpoint: CHECKPOINT,
         identity: &identity,
         how: &args.search,
         stop: &|| interrupted.load(Ordering::Relaxed) || !in_time(),

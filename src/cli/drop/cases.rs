@@ -53,7 +53,7 @@ pub fn run(
                 narrator.warn("stopped: the cases that follow were not flown\n");
                 break 'cases;
             }
-            let place = folder.part(Path::new(case).join(name), &mission.name)?;
+            let place = folder.part("drop", Path::new(case).join(name))?;
             planned.write_to(&place, &swinging)?;
             let flown =
                 pilot.fly(&Flight { mission: &swinging, folder: &place, narrator: &quiet, ..*nominal })?;

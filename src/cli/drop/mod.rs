@@ -44,7 +44,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         pilot.introduction()
     ));
     narrator.check()?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("drop", args.mission.out.as_deref(), &mission.name)?;
     let planned = match &args.trajectory {
         Some(given) => Some(Planned::given(given, &mut mission, &folder)?),
         None => Planned::found(&mission, args.planning.verbose, args.mission.json, &folder, &narrator)?,

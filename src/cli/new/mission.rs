@@ -115,8 +115,8 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
             "{shown} is there already, and nothing was written; another name is expected"
         )));
     }
-    let output = OutputFolder::create(Some(&folder), &name)?;
-    let gains_output = OutputFolder::create(Some(gains_folder), &name)?;
+    let output = OutputFolder::plain(&folder)?;
+    let gains_output = OutputFolder::plain(gains_folder)?;
     let mut draft = MissionDraft {
         name,
         vehicle: match is_built_in(&vehicle_file) {

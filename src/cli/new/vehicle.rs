@@ -104,7 +104,7 @@ pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
     };
     let file = new_file(args.out.as_deref(), "params/vehicles", &name)?;
     let (folder, file_name) = place(&file)?;
-    let output = OutputFolder::create(Some(&folder), "vehicle")?;
+    let output = OutputFolder::plain(&folder)?;
     let draft = VehicleDraft {
         name,
         mass_kg,

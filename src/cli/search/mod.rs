@@ -10,6 +10,7 @@ mod ask;
 pub mod evaluate;
 
 use std::ops::{ControlFlow, Range};
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
@@ -19,7 +20,7 @@ use rayon::prelude::*;
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::ParentArgs;
 use super::progress::Progress;
-use super::results::OutputFolder;
+use super::results::{OutputFolder, place_of};
 use super::system;
 use super::terminal::{print, print_err};
 use ask::Part;
@@ -50,6 +51,27 @@ impl SearchArgs {
     /// Whether this process searches and judges, from the beginning to the end.
     pub fn is_whole(&self) -> bool {
         !self.ask && self.part.is_none()
+    }
+
+    /// The folder of the search, whose checkpoint has this name. Parts are judged by many at once, each of
+    /// which writes a file of its own there.
+    pub fn folder(
+        &self,
+        verb: &str,
+        checkpoint: &str,
+        (out, mission_name): (Option<&Path>, &str),
+    ) -> Result<OutputFolder, Failure> {
+        if self.part.is_some() {
+            return OutputFolder::plain(&place_of(out, mission_name));
+        }
+        let folder = OutputFolder::create(verb, out, mission_name)?;
+        if self.resume || (self.ask && folder.path().join(checkpoint).exists()) {
+            folder.resume([checkpoint.to_owned()]);
+        }
+        if self.ask {
+            folder.take_over([ask::CANDIDATES.to_owned()]);
+        }
+        Ok(folder)
     }
 
     /// As [`system::interrupt_flag`]; also raised when the process ends whose end is this one's.

@@ -5,11 +5,10 @@ use std::sync::atomic::Ordering;
 
 use super::args::{TuneArgs, name_of};
 use super::contest;
-use super::results::{no_gains, report_nothing, write_gains, write_search, write_tune_manifest};
+use super::results::{CHECKPOINT, no_gains, report_nothing, write_gains, write_search, write_tune_manifest};
 use super::settings::{identity, tuning, without_bound};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
-use crate::cli::results::OutputFolder;
 use crate::cli::search::{SearchSession, run_search};
 use crate::cli::system::Stopwatch;
 use crate::cli::terminal::{print, print_err};
@@ -34,7 +33,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         ));
     }
     let identity = identity(args, mission, &settings);
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = args.search.folder("tune", CHECKPOINT, (args.mission.out.as_deref(), &mission.name))?;
     let mut search = Search::new(settings);
     let stop = args.search.interrupt_flag()?;
     if let Some(reason) = judge.one_at_a_time().filter(|_| args.search.is_whole()) {
@@ -49,7 +48,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let session = SearchSession {
         verb: "tune",
         folder: &folder,
-        checkpoint: "checkpoint.json",
+        checkpoint: CHECKPOINT,
         identity: &identity,
         how: &args.search,
         stop: &|| stop.load(Ordering::Relaxed),

@@ -17,7 +17,7 @@ use samara::tune::near_hover::near_hover;
 pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
     let found = near_hover(&tuning(args).setting(mission, plan)).bad_input()?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("tune", args.mission.out.as_deref(), &mission.name)?;
     folder.remove_leftovers(&["convergence.csv", "convergence.svg", "front.csv", "checkpoint.json"])?;
     write_gains(args, &folder, mission, &found.adjusted, &report::about(mission))?;
     let judge = tuning(args).judge(mission, plan).bad_input()?;

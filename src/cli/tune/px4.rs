@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::args::{MethodArg, ModelArg, ObjectiveArg, STALL, TuneArgs, name_of};
-use super::results::{no_gains, report_nothing};
+use super::results::{CHECKPOINT, no_gains, report_nothing};
 use super::settings::particles;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::pilot::px4::upload::suits;
@@ -73,7 +73,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let wind_sigma_m_s = mission.study.monte_carlo.wind_sigma_m_s;
     let drops = |trials| drops(&setting, &releases, wind_sigma_m_s, mission.seed, trials);
     let references = [(PX4S_DEFAULTS, &defaults), ("the mission's gains", &missions)];
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = args.search.folder("tune", CHECKPOINT, (args.mission.out.as_deref(), &mission.name))?;
     let mut search = Px4Search::new(&defaults, &missions, settings(args, mission));
     let mut seen = drops(0..DROPS);
     seen.extend(drops_from(&setting, mission.case_parachutes()));
@@ -83,7 +83,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let session = SearchSession {
         verb: "tune",
         folder: &folder,
-        checkpoint: "checkpoint.json",
+        checkpoint: CHECKPOINT,
         identity: &identity(args, mission),
         how: &args.search,
         stop: &|| stop.load(Ordering::Relaxed),

@@ -16,6 +16,9 @@ use samara::report::params::params_file;
 use samara::report::tune::{TuneRun, records};
 use samara::tune::{Longitudinal, Search};
 
+/// Name of a search's checkpoint.
+pub const CHECKPOINT: &str = "checkpoint.json";
+
 /// Writes `gains.json` and `gains.params`.
 pub fn write_gains(
     args: &TuneArgs,

@@ -257,3 +257,17 @@ fn a_fault_in_a_named_file_is_reported_there() {
     let shown = load_mission(&shipped("mission")).unwrap_err().to_string();
     assert!(shown.contains("directory"), "{shown}");
 }
+
+/// A file of a byte more than 64 MiB is not read, be it a mission with spaces behind it.
+#[test]
+fn a_file_beyond_the_bound_is_refused_unread() {
+    let place = tempfile::tempdir().unwrap();
+    let path = place.path().join("large.json");
+    std::fs::copy(shipped(TITAN), &path).unwrap();
+    let file = std::fs::OpenOptions::new().write(true).open(&path).unwrap();
+    file.set_len((64 << 20) + 1).unwrap();
+    let refused = load_mission(&path).unwrap_err().to_string();
+    assert!(refused.ends_with("it is larger than 64 MiB"), "{refused}");
+    file.set_len(64 << 20).unwrap();
+    assert!(!load_mission(&path).unwrap_err().to_string().contains("larger"), "at the bound it is read");
+}

@@ -1,11 +1,20 @@
 //! The lines of a campaign, as `samara assess` writes them, read for what two campaigns can be compared by.
 
 use std::collections::BTreeSet;
+use std::io::{self, BufRead as _, BufReader, Read};
 
 use crate::assess::{ByTrial, Share};
 use crate::config::Mission;
+use crate::config::bounded::BoundedLines;
 use crate::report::json::VERSION;
 use crate::units::DEG_PER_RAD;
+
+/// Lines of the head.
+const HEAD_LINES: usize = 4;
+/// Longest line that is read [bytes].
+const LINE_MOST: usize = 1 << 16;
+/// Most trials of a campaign.
+const TRIALS_MOST: usize = 100_000_000;
 
 /// A quantity that campaigns of every kind have: its key, its words, and the columns that hold it with the
 /// factor to the key's unit.
@@ -21,7 +30,7 @@ pub(super) const QUANTITIES: [Quantity; 5] = [
 ];
 
 /// A campaign by one way to fly.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct CampaignLines {
     /// The campaign in the words of its file.
     pub flown: String,
@@ -79,6 +88,12 @@ pub enum LinesError {
         /// The trial.
         trial: u64,
     },
+    /// There are more trials than any campaign has.
+    #[error("more than {TRIALS_MOST} trials stand there")]
+    Endless,
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] io::Error),
     /// The file is no CSV.
     #[error(transparent)]
     Csv(#[from] csv::Error),
@@ -89,10 +104,18 @@ impl CampaignLines {
     /// by PX4 or by its model has the parameter file among them.
     ///
     /// # Errors
-    /// [`LinesError`]: it is no such file, or is of other inputs, another seed or another version of samara.
-    pub fn parse(text: &str, mission: &Mission, input_hashes: &[&str]) -> Result<Self, LinesError> {
-        let (flown, input_hash) = head(text, mission, input_hashes)?;
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
+    /// [`LinesError`]: it is no such file, or is of other inputs, another seed or another version of samara;
+    /// it has no end, or a line that has none.
+    pub fn read(from: impl Read, mission: &Mission, input_hashes: &[&str]) -> Result<Self, LinesError> {
+        let mut from = BufReader::new(BoundedLines::new(from, LINE_MOST));
+        let mut top = String::new();
+        for _ in 0..HEAD_LINES {
+            from.read_line(&mut top)?;
+        }
+        let (flown, input_hash) = head(&top, mission, input_hashes)?;
+        // The head once more, so that lines are counted from the file's first.
+        let whole = top.as_bytes().chain(from);
+        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(whole);
         let names = reader.headers()?.clone();
         let place = |column: &str| names.iter().position(|name| name == column);
         let trial_at = place("trial").ok_or(LinesError::Column("trial"))?;
@@ -122,6 +145,9 @@ impl CampaignLines {
             let trial: u64 = cell(trial_at).parse().map_err(|_| bad(trial_at, "the number of a trial"))?;
             if !lines.trials.insert(trial) {
                 return Err(LinesError::Twice { line, trial });
+            }
+            if lines.trials.len() > TRIALS_MOST {
+                return Err(LinesError::Endless);
             }
             for (values, (at, factor)) in lines.quantities.iter_mut().zip(places.into_iter().flatten()) {
                 let value: Option<f64> = match cell(at) {

@@ -52,7 +52,7 @@ fn campaigns(mission: &Mission) -> Vec<CampaignLines> {
     let model = (0..5000).map(|k| drop_of(k, model(k), Some(1.5)));
     [lines(mission, "px4", faithful), lines(mission, "px4-model", model)]
         .iter()
-        .map(|text| CampaignLines::parse(text, mission, &[&mission.inputs.hash]).unwrap())
+        .map(|text| CampaignLines::read(text.as_bytes(), mission, &[&mission.inputs.hash]).unwrap())
         .collect()
 }
 
@@ -95,7 +95,7 @@ fn closed_form_trials_without_a_value_leave_no_help() {
     ];
     let rungs: Vec<CampaignLines> = campaigns
         .iter()
-        .map(|text| CampaignLines::parse(text, &mission, &[&mission.inputs.hash]).unwrap())
+        .map(|text| CampaignLines::read(text.as_bytes(), &mission, &[&mission.inputs.hash]).unwrap())
         .collect();
     let report = FidelityReport::new(&mission, rungs, None, ChosenAmong::ONE);
     let mean = report.quantities()[2].mean.as_ref().unwrap();
@@ -115,7 +115,8 @@ fn closed_form_trials_without_j_tpf_count_as_the_worst() {
     let faithful = (0..200).map(|k| if k < 30 { lost(k) } else { drop_of(k, 0.5, Some(2.0)) });
     let mut rungs = campaigns(&mission);
     rungs[0] =
-        CampaignLines::parse(&lines(&mission, "px4", faithful), &mission, &[&mission.inputs.hash]).unwrap();
+        CampaignLines::read(lines(&mission, "px4", faithful).as_bytes(), &mission, &[&mission.inputs.hash])
+            .unwrap();
     let report = FidelityReport::new(&mission, rungs, None, ChosenAmong::ONE);
     let text = report.text();
     assert!(text.contains("too many trials have no J_TPF to bound that of 90 % of the drops"), "{text}");
@@ -178,7 +179,8 @@ fn few_trials_are_no_panic() {
     for n in [0, 1, 9] {
         let drops = || (0..n).map(|k| drop_of(k, model(k), Some(2.0)));
         let read = |by| {
-            CampaignLines::parse(&lines(&mission, by, drops()), &mission, &[&mission.inputs.hash]).unwrap()
+            CampaignLines::read(lines(&mission, by, drops()).as_bytes(), &mission, &[&mission.inputs.hash])
+                .unwrap()
         };
         let rungs = vec![read("px4"), read("px4-model")];
         let report = FidelityReport::new(&mission, rungs, None, ChosenAmong::ONE);
@@ -194,7 +196,9 @@ fn what_is_no_campaign_of_this_mission_is_refused() {
     let mission = mission();
     let good = lines(&mission, "px4", (0..3).map(|k| drop_of(k, 0.5, Some(1.0))));
     let refusal = |text: &str| {
-        CampaignLines::parse(text, &mission, &["def", &mission.inputs.hash]).unwrap_err().to_string()
+        CampaignLines::read(text.as_bytes(), &mission, &["def", &mission.inputs.hash])
+            .unwrap_err()
+            .to_string()
     };
     let with = |from: &str, to: &str| good.replacen(from, to, 1);
     assert!(refusal("").contains("line 1: `# samara ` is expected"));
@@ -214,4 +218,18 @@ fn what_is_no_campaign_of_this_mission_is_refused() {
     let mut short = good.clone();
     let _ = writeln!(short, "9,1,2");
     assert!(refusal(&short).contains("found record with 3 fields"));
+}
+
+/// A device that never ends is refused at its first line, and so is a head with a line that has no end.
+#[test]
+fn what_has_no_end_is_refused_at_its_first_line() {
+    let mission = mission();
+    let hashes = [mission.inputs.hash.as_str()];
+    for byte in [0, b'1', b'#'] {
+        let refused = CampaignLines::read(std::io::repeat(byte), &mission, &hashes).unwrap_err().to_string();
+        assert!(refused.contains("longer than 65536 bytes"), "{refused}");
+    }
+    let good = lines(&mission, "px4", (0..3).map(|k| drop_of(k, 0.5, Some(1.0))));
+    let endless = std::io::Read::chain(good.as_bytes(), std::io::repeat(b'1'));
+    assert!(CampaignLines::read(endless, &mission, &hashes).unwrap_err().to_string().contains("longer than"));
 }

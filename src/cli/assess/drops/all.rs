@@ -225,7 +225,7 @@ impl Campaign<'_> {
         let scratch = files.scratch.join(format!("place_{place}"));
         // The files of the trial that was flown here before are not this one's.
         let emptied = if scratch.is_dir() { remove_folder(&scratch) } else { Ok(()) };
-        let made = emptied.and_then(|()| OutputFolder::create(Some(&scratch), &self.mission.name));
+        let made = emptied.and_then(|()| OutputFolder::plain(&scratch));
         let folder = match made {
             Ok(folder) => folder,
             Err(why) => return Some(Over { trial: failed(&why), flown: false, version: None }),

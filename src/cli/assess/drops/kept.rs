@@ -6,10 +6,14 @@ use std::fs;
 
 use anyhow::Context as _;
 
-use super::{Campaign, remove_folder};
+use super::Campaign;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
+use samara::config::bounded::text_at_most;
 use samara::report::drops::{DropTrial, TrialFile};
+
+/// Larger files are not of a trial [bytes].
+const TRIAL_MOST: u64 = 1 << 20;
 
 /// A trial that is over.
 pub struct Over {
@@ -44,9 +48,9 @@ impl KeptDrops {
             )));
         }
         if !resume {
-            remove_folder(&path)?;
+            results.clear_folder(&campaign.name())?;
         }
-        let folder = results.part(campaign.name(), &campaign.mission.name)?;
+        let folder = results.part(&campaign.name(), campaign.name())?;
         let (mut kept, mut there) = (Self { folder, version: None, count: 0 }, BTreeMap::new());
         for trial in kept.numbers()? {
             let (trial, version) = kept.read(campaign, trial)?;
@@ -122,8 +126,7 @@ impl KeptDrops {
 
     fn read(&self, campaign: &Campaign<'_>, trial: u64) -> Result<(DropTrial, Option<String>), Failure> {
         let path = self.folder.path().join(name_of(trial));
-        #[expect(clippy::disallowed_methods, reason = "a result of an earlier run")]
-        let text = fs::read_to_string(&path);
+        let text = text_at_most(&path, TRIAL_MOST);
         let text = text.with_context(|| format!("cannot read {}", path.display())).bad_input()?;
         let file = TrialFile::parse(&text, &campaign.mission, campaign.pilot.name(), trial)
             .with_context(|| format!("{}: cannot be resumed", path.display()))

@@ -58,7 +58,16 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     }
     let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
     print_origin(&args.mission, &mission)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let name = campaign_name(pilot.as_ref(), &mission);
+    let verb = match (&args.only, args.repeat) {
+        (Some(Only::Trial(trial)), Some(_)) => repeats_name(pilot.as_ref(), *trial),
+        (Some(_), None) => "assess_only".to_owned(),
+        _ => name.clone(),
+    };
+    let folder = OutputFolder::create(&verb, args.mission.out.as_deref(), &mission.name)?;
+    if args.resume {
+        folder.resume([format!("{name}.csv")]);
+    }
     let timed = plan_mission(&mission, false)?;
     if timed.plan.status == Status::Converged {
         pilot.check(&mission, &timed.plan.trajectory, args.instance)?;
@@ -68,12 +77,22 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
     match (&args.only, args.repeat) {
         (Some(Only::Trial(trial)), Some(times)) => campaign.repeat(*trial, times, &folder, stop),
-        (Some(Only::Trial(trial)), None) => campaign.only(*trial, stop),
+        (Some(Only::Trial(trial)), None) => campaign.only(*trial, &folder, stop),
         _ => {
             campaign.check_places()?;
             campaign.fly_all(&folder, stop)
         }
     }
+}
+
+/// The name of a campaign's files, and the verb of its manifest.
+pub fn campaign_name(pilot: &dyn Pilot, mission: &Mission) -> String {
+    format!("drops_{}_{}", pilot.name(), mission.control.gains_name.trim_end_matches(".params"))
+}
+
+/// The name of the files of a trial that is flown again and again, and the verb of its manifest.
+fn repeats_name(pilot: &dyn Pilot, trial: u64) -> String {
+    format!("repeats_{}_trial_{trial}", pilot.name())
 }
 
 /// The plan as it is flown, if it is one; else says why there is none.
@@ -115,8 +134,7 @@ impl<'a> Campaign<'a> {
     }
 
     fn name(&self) -> String {
-        let gains = self.mission.control.gains_name.trim_end_matches(".params");
-        format!("drops_{}_{gains}", self.pilot.name())
+        campaign_name(self.pilot.as_ref(), &self.mission)
     }
 
     /// Writes all files of a flight, as `samara drop` leaves them, and reports what there is to report.

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context as _;
 
-use super::{Campaign, remove_folder};
+use super::{Campaign, remove_folder, repeats_name};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
@@ -17,11 +17,14 @@ use samara::report::repeats::{repeats_header, repeats_json, repeats_row, repeats
 
 impl Campaign<'_> {
     /// Flies one trial, reported as `samara drop` reports it, all files kept.
-    pub(super) fn only(&self, trial: u64, stop: &AtomicBool) -> Result<Answer, Failure> {
+    pub(super) fn only(
+        &self,
+        trial: u64,
+        results: &OutputFolder,
+        stop: &AtomicBool,
+    ) -> Result<Answer, Failure> {
         let drawn = self.mission.draw_drop(trial);
-        let path = self.folder.join(format!("trial_{trial}"));
-        remove_folder(&path)?;
-        let folder = OutputFolder::create(Some(&path), &self.mission.name)?;
+        let folder = results.part("drop", format!("trial_{trial}"))?;
         let narrator = Narrator::together(self.args.mission.json);
         let mission = self.mission.with_drop(&drawn);
         let flown = self.fly(&mission, self.args.instance, &folder, &narrator, stop)?;
@@ -48,7 +51,7 @@ impl Campaign<'_> {
         stop: &AtomicBool,
     ) -> Result<Answer, Failure> {
         self.pilot.check_instance(self.args.instance)?;
-        let name = format!("repeats_{}_trial_{trial}", self.pilot.name());
+        let name = repeats_name(self.pilot.as_ref(), trial);
         let csv = format!("{name}.csv");
         let mut file = folder.continued(&csv, 0)?;
         let mut write = |text: &str| file.write_all(text.as_bytes()).context(csv.clone()).bad_input();
@@ -58,7 +61,7 @@ impl Campaign<'_> {
         let (mut flights, mut failed, mut flown_times) = (Vec::new(), 0, 0);
         for number in 1..=times {
             remove_folder(&scratch)?;
-            let place = OutputFolder::create(Some(&scratch), &self.mission.name)?;
+            let place = OutputFolder::plain(&scratch)?;
             let flown = self.fly(&mission, self.args.instance, &place, &Narrator::of_trial(trial), stop);
             if stop.load(Ordering::Relaxed) {
                 break;

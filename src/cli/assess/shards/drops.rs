@@ -13,7 +13,7 @@ use crate::cli::assess::drops::{Campaign, planned};
 use crate::cli::pilot::pilot_and_mission;
 use crate::cli::planning::plan_mission;
 use crate::cli::progress::Progress;
-use crate::cli::results::OutputFolder;
+use crate::cli::results::{OutputFolder, place_of};
 use samara::report::campaign::{CampaignSummary, TrialRecord};
 use samara::report::cut::Cut;
 use samara::report::drops::{DropTally, DropTrial};
@@ -31,7 +31,7 @@ pub fn run(
     let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
     let mut head = head_of(args, &mission, Some(pilot.name()), shard);
     check_campaign(args, &head)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
     let place = Place::new(folder.path(), shard)?;
     if place.is_whole(&head)? {
         return report(args, shard, &head, &place, false);

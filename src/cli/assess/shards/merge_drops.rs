@@ -6,7 +6,7 @@ use super::parts::Parts;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::assess::args::AssessArgs;
-use crate::cli::assess::drops::{Campaign, planned};
+use crate::cli::assess::drops::{Campaign, campaign_name, planned};
 use crate::cli::mission::print_origin;
 use crate::cli::pilot::pilot_and_mission;
 use crate::cli::planning::{plan_mission, write_plan};
@@ -23,7 +23,8 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result
     let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
     print_origin(&args.mission, &mission)?;
     parts.check_mission(&mission)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let name = campaign_name(pilot.as_ref(), &mission);
+    let folder = OutputFolder::create(&name, args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
     let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
@@ -75,6 +76,7 @@ fn lines(campaign: &Campaign<'_>, parts: &Parts, folder: &OutputFolder) -> Resul
         part.check_rows(found, expected)?;
     }
     aside.named(file.flush())?;
-    aside.finish()?;
+    drop(file);
+    folder.finish(aside)?;
     Ok(values)
 }

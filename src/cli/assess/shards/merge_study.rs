@@ -26,7 +26,7 @@ pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
     let narrator = &Narrator::alone(args.mission.json);
     let mission = mission(args, narrator)?;
     parts.check_mission(&mission)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::create("assess", args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
     let Some(plan) = converged(args, &mission, timed, narrator)? else { return Ok(Answer::No) };
@@ -49,7 +49,7 @@ pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
         let written = campaigns.each_mut().map(|campaign| lines(campaign, &parts.parts, &runner));
         // Nothing that was there is replaced before all lines are right.
         for aside in written.into_iter().collect::<Result<Vec<_>, _>>()? {
-            aside.finish()?;
+            runner.folder.finish(aside)?;
         }
     }
     campaigns.iter_mut().try_for_each(|campaign| campaign.find_quantiles(&runner))?;

@@ -83,7 +83,11 @@ impl Place {
 
 /// The file of a part, to be read; `None` where there is none.
 pub fn open(path: &Path) -> Result<Option<File>, Failure> {
-    match File::options().read(true).open(path) {
+    let opened = fs::metadata(path).and_then(|there| match there.is_file() {
+        true => File::options().read(true).open(path),
+        false => Err(io::Error::new(io::ErrorKind::InvalidInput, "it is no file")),
+    });
+    match opened {
         Ok(file) => Ok(Some(file)),
         Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(None),
         Err(e) => Err(e).with_context(|| format!("cannot read {}", path.display())).bad_input(),

@@ -12,7 +12,7 @@ use crate::cli::assess::study::{converged, mission, runner};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_mission;
 use crate::cli::progress::Progress;
-use crate::cli::results::OutputFolder;
+use crate::cli::results::{OutputFolder, place_of};
 use samara::assess::{RandomRelease, StudyEntry};
 use samara::report::campaign::own::own_entries;
 use samara::report::campaign::{CampaignSummary, SHOWN, TrialRecord};
@@ -28,7 +28,7 @@ pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, F
     let mission = mission(args, &narrator)?;
     let head = head_of(args, &mission, None, shard);
     check_campaign(args, &head)?;
-    let folder = OutputFolder::create(args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
     let place = Place::new(folder.path(), shard)?;
     if place.is_whole(&head)? {
         return report(args, shard, &head, &place, false);

@@ -6,12 +6,16 @@ use std::sync::Arc;
 
 use anyhow::{Context as _, Result, anyhow, bail};
 
+use samara::config::bounded::bytes_at_most;
 use samara::control::px4::is_quad_x;
 use samara::control::px4::versions::ToldBy;
 use samara::link::px4_events::EventTexts;
 use samara::link::shell::event_texts;
 use samara::model::Vehicle;
 use samara::params::Value;
+
+/// Larger metadata of events is passed over [bytes].
+const METADATA_MOST: u64 = 1 << 20;
 
 /// Files that must be in a build folder.
 const PROGRAM: &str = "bin/px4";
@@ -113,8 +117,7 @@ impl BuildFolder {
 
     /// The texts of its events, of a version that has them.
     pub fn event_texts(&self) -> Option<Arc<EventTexts>> {
-        #[expect(clippy::disallowed_methods, reason = "metadata of the PX4 that is to be started")]
-        let metadata = fs::read(self.etc().join("extras/all_events.json.xz")).ok()?;
+        let metadata = bytes_at_most(&self.etc().join("extras/all_events.json.xz"), METADATA_MOST).ok()?;
         event_texts(&metadata).ok().map(Arc::new)
     }
 
