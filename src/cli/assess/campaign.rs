@@ -339,8 +339,8 @@ pub fn paired_difference(runner: &TrialRunner<'_>, campaigns: [&Campaign; 2]) ->
     Ok(difference)
 }
 
-/// J_TPF of a campaign by the release, and its velocities at release and end, read from its file. Releases are
-/// counted apart beyond the pitch of figure 10, and beyond the rate of a swing of that amplitude.
+/// J_TPF of a campaign by the release, and its velocities at release and end, read from its file. Releases
+/// are counted apart beyond the pitch of figure 10, and beyond the rate of a swing of that amplitude.
 pub fn trends(runner: &TrialRunner<'_>, campaign: &Campaign) -> Result<ReleaseTrends, Failure> {
     let omega_rad_s = runner.mission.study.monte_carlo.omega_rad_s;
     let beyond_rad = paper::FIGURE_10_PITCH_RAD;

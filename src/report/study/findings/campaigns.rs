@@ -1,6 +1,6 @@
 //! Statements of section V.A about the statistics of the Monte Carlo campaigns.
 
-use super::{Finding, WHY_OTHER, within, within_factor};
+use super::finding::{Finding, WHY_OTHER, within, within_factor};
 use crate::assess::{Summary, paper};
 use crate::report::study::Assessment;
 

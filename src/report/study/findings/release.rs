@@ -1,7 +1,7 @@
 //! Statements of section II and (31), which need no flight: the fall before the rotors start, and the steady
 //! state at the target.
 
-use super::Finding;
+use super::finding::Finding;
 use crate::assess::paper;
 use crate::model::trim::trim;
 use crate::report::study::Assessment;

@@ -1,6 +1,6 @@
 //! Statements of section V about the plan and Table 5.
 
-use super::{Finding, WHY_OTHER, ends, within, within_factor};
+use super::finding::{Finding, WHY_OTHER, ends, within, within_factor};
 use crate::assess::{Summary, paper};
 use crate::report::study::{Assessed, Assessment};
 

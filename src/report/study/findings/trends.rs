@@ -1,7 +1,7 @@
 //! Statements of section V.A about figures 9 to 14: how far velocities lie apart, where flights end, and how
 //! J_TPF hangs on the release.
 
-use super::{Finding, WHY_OTHER, ends};
+use super::finding::{Finding, WHY_OTHER, ends, within_factor};
 use crate::assess::Side::{Negative, Positive};
 use crate::assess::{ReleaseTrends, Summary, paper};
 use crate::report::study::{Assessed, Assessment};
@@ -58,7 +58,7 @@ fn variance_alike(trends: &ReleaseTrends) -> Finding {
         "about the same order of magnitude",
         here,
         "within a factor of 10",
-        super::within_factor(ratio, 1.0, factor),
+        within_factor(ratio, 1.0, factor),
         WHY_OTHER,
     )
 }
@@ -75,8 +75,8 @@ fn variance_falls(what: &str, trends: &ReleaseTrends, why: &'static str) -> Find
     )
 }
 
-/// "This means that the controller is consistently bringing the vehicle to the required final velocity", which
-/// section II has as a 1 % error.
+/// "This means that the controller is consistently bringing the vehicle to the required final velocity": to
+/// within 1 %, as section II has it.
 fn ends_at_target(a: &Assessment<'_>) -> Finding {
     let trends = [&a.assessed[1].trends, &a.assessed[2].trends];
     let [near_hover, pso] = trends.map(ReleaseTrends::mean_end_v_ned);
@@ -282,8 +282,8 @@ mod tests {
         assert!(figure_14_rate(&both).reproduced && !figure_14_pitch(&both).reproduced);
     }
 
-    /// A cost that rises beyond 4 deg has the statement; one that rises as much with the rate of such a swing, or
-    /// not at all, has not.
+    /// A cost that rises beyond 4 deg has the statement; one that rises as much with the rate of such a
+    /// swing, or not at all, has not.
     #[test]
     fn closed_form_a_cost_that_rises_beyond_a_pitch() {
         let beyond = |x: f64, most: f64| 0.01 * (x.abs() - most).max(0.0);
