@@ -38,6 +38,7 @@ mod reference_flight;
 mod replan;
 mod replay;
 mod report_drop;
+mod results;
 mod rotors;
 mod shards;
 mod swap;

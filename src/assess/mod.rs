@@ -22,6 +22,7 @@
 //! | [`quantiles`] | histograms that add up, and exact quantiles | |
 //! | [`chosen`] | bounds on what was chosen among several | |
 //! | [`fidelity`] | means in a costly way to fly, by trials of a cheaper one | |
+//! | [`trends`] | J_TPF by the release, and how far velocities lie apart | V.A |
 //! | [`paper`] | what the paper prints of its study | Table 5, V.A |
 
 pub mod batch;
@@ -47,6 +48,7 @@ pub mod sobol;
 pub mod statistics;
 pub mod study;
 pub mod tracking;
+pub mod trends;
 
 pub use batch::{BatchMeasure, Outcome, judge_flights};
 pub use blocks::{BLOCK_TRIALS, BlockError, BlockNode, BlockSummary, Tally};
@@ -63,6 +65,7 @@ pub use safety::{TrialOutcome, Verdict, VerdictBuilder, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;
+pub use trends::{ReleaseTrends, Side};
 
 pub use crate::sim::{SafetyLimits, StateCost};
 

@@ -5,6 +5,8 @@
 //! parachute-dropped multirotor", Table 5 and sections V and V.A. (The gains of Table 4 are
 //! [`crate::control::Gains`]' own.)
 
+use crate::units::RAD_PER_DEG;
+
 /// Statistics of a campaign as the text of section V.A prints them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrintedCampaign {
@@ -41,6 +43,26 @@ pub const NEAR_HOVER_OPTIMAL: PrintedCampaign =
 
 /// V.A.3: PSO controller and optimal trajectory.
 pub const PSO_OPTIMAL: PrintedCampaign = PrintedCampaign { mean: 0.62, std: 0.01, min: 0.6069, max: 0.6358 };
+
+/// Section V of Table 5: mean of the reductions case by case, and their standard deviation [%].
+pub const REDUCTION_MEAN_AND_STD: [f64; 2] = [24.0, 15.0];
+
+/// Table 5: the least and the greatest reduction [%]. (The text says 44 of the greatest.)
+pub const REDUCTION_LEAST_AND_MOST: [f64; 2] = [-1.0, 45.0];
+
+/// V.A.1, figure 10: the pitch beyond which J_TPF is said to be more sensitive [rad].
+pub const FIGURE_10_PITCH_RAD: f64 = 4.0 * RAD_PER_DEG;
+
+/// V.A, figures 11 and 13: the variance of the velocity at the release over that at the end is more than
+/// this; in figure 9 the two are of about the same order of magnitude.
+pub const VARIANCE_RATIO: f64 = 10.0;
+
+/// Section II: after each of these delays [s] the way between vehicle and aeroshell [m] and the gain in
+/// descent velocity [m/s], under Titan's gravity.
+pub const FREE_FALLS: [(f64, f64, f64); 2] = [(0.5, 0.16, 0.6), (1.0, 0.67, 1.3)];
+
+/// (31): the pitch of the steady state [rad], of `q_2 = -0.0026`.
+pub const STEADY_PITCH_RAD: f64 = -0.0052;
 
 /// Statistics that the paper prints of a campaign, by the campaign's name.
 pub fn campaign(name: &str) -> Option<PrintedCampaign> {

@@ -3,7 +3,9 @@
 
 use std::sync::LazyLock;
 
-use samara::assess::{ReleaseDistribution, SafetyStudy, StudyEntry, StudyReference, Summary, paper};
+use samara::assess::{
+    ReleaseDistribution, ReleaseTrends, SafetyStudy, StudyEntry, StudyReference, Summary, paper,
+};
 use samara::control::Gains;
 use samara::frames::pitch;
 use samara::model::Parachute;
@@ -104,4 +106,32 @@ fn reference_campaign_with_the_longer_pendulum() {
         let off = found - number(&wanted[key]);
         assert!(off.abs() < 1e-9, "{key}: {off:.2e}");
     }
+}
+
+/// Velocities at the release lie apart in proportion to the pendulum's length, (42) and (43): their variance
+/// is (1/0.34)^2 = 8.65 times as large with 1 m. With that the near-hover gains end with less than a tenth of
+/// it, as figure 11 has it; the PSO gains do not.
+#[test]
+fn closed_form_variances_of_the_velocity_by_the_pendulum() {
+    let (amplitudes, phases) = (numbers(&NUMBERS["theta0_rad"]), numbers(&NUMBERS["phi_rad"]));
+    let trends = |name, length_m| {
+        let (study, entry) = (study(), entry(name));
+        let mut trends = ReleaseTrends::new(0.0, 0.0);
+        for (amplitude, phase) in amplitudes.iter().zip(&phases) {
+            let release = distribution(length_m).state(*amplitude, *phase);
+            trends.push(&release, &study.outcome(&entry, &release));
+        }
+        trends
+    };
+    let ratio = |t: &ReleaseTrends| t.variance_at_release() / t.variance_at_end();
+    let [short, long, pso] =
+        [("NHopt", 0.34), ("NHopt", 1.0), ("PSOopt", 1.0)].map(|(name, m)| trends(name, m));
+    let longer = long.variance_at_release() / short.variance_at_release();
+    assert!((longer * 0.34 * 0.34 - 1.0).abs() < 1e-9, "{longer}");
+    assert!(
+        ratio(&short) < 10.0 && ratio(&long) > 10.0 && ratio(&pso) < 1.0,
+        "{} {}",
+        ratio(&short),
+        ratio(&long)
+    );
 }

@@ -18,8 +18,8 @@ use crate::cli::results::OutputFolder;
 #[cfg(feature = "shards")]
 use samara::assess::BlockError;
 use samara::assess::{
-    Limits, RandomRelease, ReleaseDistribution, SafetyStudy, Selection, StudyEntry, Summary, Tally,
-    TrialOutcome,
+    Limits, RandomRelease, ReleaseDistribution, ReleaseTrends, SafetyStudy, Selection, StudyEntry, Summary,
+    Tally, TrialOutcome, paper,
 };
 use samara::config::Mission;
 use samara::report::campaign::exact::{MeasurePasses, MeasureValues};
@@ -340,6 +340,20 @@ pub fn paired_difference(runner: &TrialRunner<'_>, campaigns: [&Campaign; 2]) ->
         difference.push(more.j_tpf - less.j_tpf);
     }
     Ok(difference)
+}
+
+/// J_TPF of a campaign by the release, and its velocities at release and end, read from its file. Releases
+/// are counted apart beyond the pitch of figure 10, and beyond the rate of a swing of that amplitude.
+pub fn trends(runner: &TrialRunner<'_>, campaign: &Campaign) -> Result<ReleaseTrends, Failure> {
+    let omega_rad_s = runner.mission.study.monte_carlo.omega_rad_s;
+    let beyond_rad = paper::FIGURE_10_PITCH_RAD;
+    let mut trends = ReleaseTrends::new(beyond_rad, omega_rad_s * beyond_rad);
+    let mut lines = campaign.lines(runner)?;
+    for trial in 0..campaign.summary.end() {
+        let (release, outcome) = next_line(&mut lines, runner, trial)?;
+        trends.push(&release.state, &outcome);
+    }
+    Ok(trends)
 }
 
 /// The next line of a campaign's file, which is that of a trial.

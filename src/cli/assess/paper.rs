@@ -77,22 +77,28 @@ fn assessment<'a>(
             }
         })
     };
+    let [step, near_hover, pso, ours] = campaigns;
+    let assessed = |c: &Campaign| {
+        Ok::<_, Failure>(Assessed {
+            entry: c.entry.clone(),
+            cases: cases(&c.entry),
+            tally: c.tally.clone(),
+            trends: campaign::trends(runner, c)?,
+        })
+    };
     Ok(Assessment {
         mission,
         command: Command::of(args, mission).with_trials(runner.trials),
         alone: Command::of(args, mission).alone(),
         plan: mission.integrated(&plan.trajectory),
+        plan_end_v_ned: plan.trajectory.nodes().last().map_or_else(Default::default, |node| node.v_ned),
         plan_objective: plan.objective,
         bound: runner.limits.j_tpf_below,
         trials: runner.trials,
         is_the_papers: mission.is_the_papers_study(),
-        pso_less_near_hover: campaign::paired_difference(runner, [&campaigns[1], &campaigns[2]])?,
+        pso_less_near_hover: campaign::paired_difference(runner, [near_hover, pso])?,
         tracking_period_s: tracking::control_period_s(&plan.trajectory),
-        assessed: campaigns.each_ref().map(|c| Assessed {
-            entry: c.entry.clone(),
-            cases: cases(&c.entry),
-            tally: c.tally.clone(),
-        }),
+        assessed: [assessed(step)?, assessed(near_hover)?, assessed(pso)?, assessed(ours)?],
     })
 }
 

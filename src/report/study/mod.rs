@@ -6,6 +6,7 @@
 //! | [`campaign_csv`] | every trial of a campaign, written and read again |
 //! | [`records`] | the rows of the tables; `--json` and the CSV files |
 //! | [`findings`] | which claims of the paper are reproduced, and why others are not |
+//! | [`readings`] | what the paper leaves open and what is chosen here, and its slips of print |
 //! | [`grid`], [`tables`] | the tables, as text and as HTML |
 //! | [`only`] | one trial alone |
 //! | [`page`] | `assess.html` |
@@ -15,10 +16,13 @@ pub mod findings;
 pub mod grid;
 pub mod only;
 pub mod page;
+pub mod readings;
 pub mod records;
 pub mod tables;
 
-use crate::assess::{IntegratedPlan, StudyEntry, Summary, Tally};
+use nalgebra::Vector3;
+
+use crate::assess::{IntegratedPlan, ReleaseTrends, StudyEntry, Summary, Tally};
 use crate::config::Mission;
 
 /// Name of the campaign with the chosen gains.
@@ -44,6 +48,8 @@ pub struct Assessed {
     pub cases: Vec<CaseResult>,
     /// Statistics of the campaign.
     pub tally: Tally,
+    /// The campaign's J_TPF by the release, and its velocities at release and end.
+    pub trends: ReleaseTrends,
 }
 
 /// The whole study.
@@ -57,6 +63,8 @@ pub struct Assessment<'a> {
     pub alone: String,
     /// The plan from node to node; the paper's J_TPF is that at its nodes.
     pub plan: IntegratedPlan,
+    /// Velocity at the plan's end, NED [m/s].
+    pub plan_end_v_ned: Vector3<f64>,
     /// Cost J_d of the plan.
     pub plan_objective: f64,
     /// Bound on J_TPF below which a trial is safe.

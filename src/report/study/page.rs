@@ -3,6 +3,7 @@
 
 use super::findings::findings;
 use super::grid::{escape, rich};
+use super::readings::{ANOTHER_READING, CHOICES, SLIPS};
 use super::tables::{INTERVALS, campaigns, reproduction, table_4, table_5, tracking_note, verdict};
 use super::{Assessment, OURS, campaign_csv};
 use crate::report::json::VERSION;
@@ -51,6 +52,9 @@ pub fn page(a: &Assessment<'_>, figures: &[Figure]) -> String {
         table_4(a).html()
     );
     html += &reproduced(a);
+    if a.is_the_papers {
+        html += &readings();
+    }
     html += "<h2>Figures</h2>\n";
     for figure in figures {
         html += &format!(
@@ -80,6 +84,23 @@ fn reproduced(a: &Assessment<'_>) -> String {
         );
     }
     html
+}
+
+/// What the paper leaves open, another reading of its law, and its slips of print.
+fn readings() -> String {
+    let mut html = "<h2>What the paper leaves open</h2>\n<dl>\n".to_owned();
+    for (what, chosen) in CHOICES {
+        html += &format!("<dt>{}</dt><dd>{}</dd>\n", rich(what), rich(chosen));
+    }
+    html += "</dl>\n<h2>Another reading of the control law</h2>\n";
+    for paragraph in ANOTHER_READING {
+        html += &format!("<p>{}</p>\n", rich(paragraph));
+    }
+    html += "<h2>Slips of print in the paper</h2>\n<ul>\n";
+    for slip in SLIPS {
+        html += &format!("<li>{}</li>\n", rich(slip));
+    }
+    html + "</ul>\n"
 }
 
 fn origin(a: &Assessment<'_>) -> String {

@@ -164,6 +164,7 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
             );
             text += &wrapped(&line, 118);
         }
+        text += "What the paper leaves open and is chosen here, PX4's reading of its law, and its slips of print: assess.html\n";
         text.push('\n');
     }
     text

@@ -1,0 +1,28 @@
+//! Which statements of the paper's study are reproduced, each with a bar and, where it is missed, the reason.
+//! The judgement uses the study's own numbers.
+//!
+//! | file | holds |
+//! |---|---|
+//! | `finding` | a statement with its bar |
+//! | `release` | section II: the fall before the rotors start; (31) |
+//! | `table_5` | section V: the plan and Table 5, case by case |
+//! | `campaigns` | section V.A: statistics of the Monte Carlo campaigns |
+//! | `trends` | section V.A: figures 9 to 14 |
+
+mod campaigns;
+mod finding;
+mod release;
+mod table_5;
+mod trends;
+
+use super::Assessment;
+pub use finding::Finding;
+
+/// The findings, in the paper's order; none when the study is not the paper's.
+pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
+    if !a.is_the_papers {
+        return Vec::new();
+    }
+    let parts = [release::findings(a), table_5::findings(a), campaigns::findings(a), trends::findings(a)];
+    parts.into_iter().flatten().collect()
+}
