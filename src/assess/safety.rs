@@ -19,6 +19,7 @@ use crate::model::{DiskState, Environment, MAX_ROTORS, Rotor, Vehicle};
 use crate::sim::ground::Grounded;
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::sim::{Phase, Sample};
+use crate::trajectory::Trajectory;
 
 /// The peaks and the end of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -31,7 +31,7 @@ pub(super) fn findings(a: &Assessment<'_>) -> Vec<Finding> {
     let (_, printed_worst) = ends(paper::TABLE_5_NEAR_HOVER);
     vec![
         Finding::new(
-            "J_TPF of the optimal trajectory",
+            "J_TPF of the optimal trajectory, at its nodes",
             format!("{}", paper::PLAN_J_TPF),
             format!("{:.4}", a.plan.j_tpf_at_nodes),
             "within 2 %",
