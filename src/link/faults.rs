@@ -33,8 +33,8 @@ pub struct Faults {
     /// Frames refused because their signature is not newer than the last of that sender:
     /// somebody plays back what he has recorded.
     pub replayed: u64,
-    /// Frames rightly signed and refused as their stamp is more than a minute ahead of our clock, or that of a
-    /// new sender more than a minute behind: the clocks of the two machines differ, or they were recorded.
+    /// Frames rightly signed and refused as their stamp is more than a minute ahead of our clock, or that of
+    /// a new sender more than a minute behind: the clocks of the two machines differ, or they were recorded.
     pub clock: u64,
     /// Frames with the sequence number of the frame before them; taken.
     pub repeated: u64,

@@ -5,8 +5,8 @@
 //! time (<https://mavlink.io/en/guide/message_signing.html>).
 //!
 //! Time comes as an argument. The protocol wants the real time there: a receiver takes nobody's stamps that
-//! are more than a minute ahead of its own clock, and those of a sender that it does not know yet only if they
-//! are not more than a minute behind. Its own clock is the measure, and not the latest stamp that it has
+//! are more than a minute ahead of its own clock, and those of a sender that it does not know yet only if
+//! they are not more than a minute behind. Its own clock is the measure, and not the latest stamp that it has
 //! believed, as in the protocol's C library: there one sender that is ahead locks out all others.
 
 use sha2::{Digest, Sha256};
@@ -109,8 +109,8 @@ pub enum ClockError {
     /// It says a time before the stamps begin.
     #[error("this machine's clock is before 2015, when the stamps of signed frames begin: set it")]
     BeforeEpoch,
-    /// It is this many seconds behind the last stamp of an earlier run, more than a minute: nobody whose clock
-    /// is right would believe what follows.
+    /// It is this many seconds behind the last stamp of an earlier run, more than a minute: nobody whose
+    /// clock is right would believe what follows.
     #[error(
         "this machine's clock is {0} s behind the last stamp there: set it, or remove the file if the clock was \
          wrong then"

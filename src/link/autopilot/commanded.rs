@@ -6,8 +6,7 @@
 
 use mavlink::dialects::common::MavMessage;
 
-use super::AutopilotSession;
-use super::outbox::Peer;
+use super::outbox::{Outbox, Peer};
 use crate::autopilot::{Autopilot, FlightMode};
 use crate::link::Link;
 
@@ -27,7 +26,7 @@ impl Standing {
     }
 
     /// What has been commanded since, in words, if it was armed.
-    fn changed_to(self, now: Self) -> Option<String> {
+    pub(super) fn changed_to(self, now: Self) -> Option<String> {
         match now {
             _ if !self.armed => None,
             Self { armed: false, .. } => Some("disarmed".to_owned()),
@@ -39,40 +38,10 @@ impl Standing {
     }
 }
 
-impl AutopilotSession {
-    /// Tells the simulator what a frame of a peer has changed of an autopilot that stood so.
-    pub(super) fn tell_change(&mut self, before: Standing, peer: Peer) {
-        if peer.link != Link::Simulator
-            && let Some(what) = before.changed_to(Standing::of(&self.vehicle.autopilot))
-        {
-            self.tell_simulator(&format!("{what} by {}", who(peer)));
-        }
+/// Tells the simulator what is a peer's doing: words that lead up to who it is.
+pub(super) fn tell(outbox: &mut Outbox, what: &str, peer: Peer) {
+    let text = format!("{COMMANDED}{what} system {}, component {}", peer.system, peer.component);
+    for message in outbox.notices(&text) {
+        outbox.send(Link::Simulator, &MavMessage::STATUSTEXT(message));
     }
-
-    /// Tells the simulator that a peer has set the parameter of an index, if the vehicle is armed.
-    pub(super) fn tell_parameter(&mut self, index: usize, peer: Peer) {
-        if self.vehicle.autopilot.is_armed()
-            && let Some(entry) = self.parameters.parameters.at(index)
-        {
-            let what = format!("parameter {} set to {} by {}", entry.name, entry.value, who(peer));
-            self.tell_simulator(&what);
-        }
-    }
-
-    /// Tells the simulator whose sticks are lost, if the vehicle is armed.
-    pub(super) fn tell_lost_sticks(&mut self) {
-        if let Some(peer) = self.pilot.filter(|_| self.vehicle.autopilot.is_armed()) {
-            self.tell_simulator(&format!("manual control lost: sticks of {}", who(peer)));
-        }
-    }
-
-    fn tell_simulator(&mut self, what: &str) {
-        for text in self.outbox.notices(&format!("{COMMANDED}{what}")) {
-            self.outbox.send(Link::Simulator, &MavMessage::STATUSTEXT(text));
-        }
-    }
-}
-
-fn who(peer: Peer) -> String {
-    format!("system {}, component {}", peer.system, peer.component)
 }

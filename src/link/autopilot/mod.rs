@@ -54,7 +54,7 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use self::clock::Clock;
-use self::commanded::Standing;
+use self::commanded::{Standing, tell};
 use self::files::FileServer;
 use self::logging::record;
 use self::missions::{Missions, Reports};
@@ -284,8 +284,10 @@ impl AutopilotSession {
         } else if let Some((target, request)) = parameters::Request::read(frame) {
             if self.is_for_us(target) {
                 let Self { parameters, vehicle, outbox, .. } = &mut *self;
-                if let Some(index) = parameters.handle(peer, request, &mut vehicle.autopilot, outbox) {
-                    self.tell_parameter(index, peer);
+                let changed = parameters.handle(peer, request, &mut vehicle.autopilot, outbox);
+                let entry = changed.and_then(|index| parameters.parameters.at(index));
+                if let Some(entry) = entry.filter(|_| vehicle.autopilot.is_armed()) {
+                    tell(outbox, &format!("parameter {} set to {} by", entry.name, entry.value), peer);
                 }
             }
         } else if let Some((target, setpoint)) = setpoints::read(frame, &self.vehicle) {
@@ -424,8 +426,8 @@ impl AutopilotSession {
         while let Some(event) = self.vehicle.autopilot.take_event() {
             let sticks_lost = event.text == Condition::SticksLost.text();
             self.outbox.report(self.clock.now(), event);
-            if sticks_lost {
-                self.tell_lost_sticks();
+            if let Some(pilot) = self.pilot.filter(|_| sticks_lost && self.vehicle.autopilot.is_armed()) {
+                tell(&mut self.outbox, "manual control lost: sticks of", pilot);
             }
         }
     }
@@ -441,7 +443,10 @@ impl Session for AutopilotSession {
         }
         let (before, peer) = (Standing::of(&self.vehicle.autopilot), Peer::of(link, frame));
         self.route(peer, frame);
-        self.tell_change(before, peer);
+        let changed = before.changed_to(Standing::of(&self.vehicle.autopilot));
+        if let Some(what) = changed.filter(|_| link != Link::Simulator) {
+            tell(&mut self.outbox, &format!("{what} by"), peer);
+        }
         self.report_events();
     }
 

@@ -9,8 +9,8 @@ pub(super) enum Argument {
     Unsigned(u8),
     Signed(u8),
     Float,
-    /// One of the names, or where `bits` all whose bits are set; so many bytes. All arguments of an enum share
-    /// its names.
+    /// One of the names, or where `bits` all whose bits are set; so many bytes. All arguments of an enum
+    /// share its names.
     Named {
         bytes: u8,
         bits: bool,
