@@ -116,9 +116,9 @@ fn a_trial_of_a_campaign_whose_px4_is_mute_fails_and_says_so() {
     assert!(lines.matches(PORT).count() == 2 && out.join("trial_1").is_dir(), "{lines}");
 }
 
-/// samara's own autopilot in PX4's place, on real sockets: as PX4 after v1.17 it has parameters of both types,
-/// takes none in the other, and tells the kinds of refusal by PARAM_ERROR. A whole number that a file has as
-/// a real one reaches it; what is out of its range stops the drop by name, before anything is armed.
+/// samara's own autopilot in PX4's place, on real sockets: as PX4 after v1.17 it has parameters of both
+/// types, takes none in the other, and tells the kinds of refusal by PARAM_ERROR. What is out of its range
+/// stops the drop by name, before anything is armed.
 #[test]
 fn a_parameter_that_the_vehicle_does_not_take_stops_the_drop_by_its_name() {
     let program = env!("CARGO_BIN_EXE_samara");
@@ -127,7 +127,7 @@ fn a_parameter_that_the_vehicle_does_not_take_stops_the_drop_by_its_name() {
         format!("exec {program} autopilot {} --instance {INSTANCE} --once --out own", mission.display());
     let px4 = StandIn::new(&script);
     let file = px4.path("given.params");
-    fs::write(&file, "1\t1\tCOM_LOW_BAT_ACT\t2\t9\n1\t1\tMPC_XY_CRUISE\t1000\t9\n").unwrap();
+    fs::write(&file, "1\t1\tMPC_XY_CRUISE\t1000\t9\n").unwrap();
     let out = px4.path("out");
     let more = ["--params", file.to_str().unwrap(), "--json", "--patience", "30"];
     let output = px4.samara("drop", MISSION, &out, &more);

@@ -1,14 +1,28 @@
 //! Whether the vehicle falls, watched in every flight: a release in a mode in which nobody starts the motors
 //! is said, and any mode that is chosen in the fall starts them.
 //!
-//! The accelerometer shows where a fall begins ([`FreeFallDetector`]). Its end the accelerometer does not
-//! show: what falls at its terminal velocity is carried by the air. It is over when the vehicle sinks no
-//! faster than when it was found, on the ground, under a canopy that had only slackened, or on its motors.
+//! The accelerometer shows where a fall begins ([`FreeFallDetector`]). Its end the accelerometer alone does
+//! not show: what falls at its terminal velocity is carried by the air as by a canopy. It is over
+//!
+//! - when the vehicle sinks no faster than when it was found: on the ground, under a canopy that had only
+//!   slackened, or on its motors;
+//! - when it began at rest and something carries the vehicle again at a canopy's speed: it was let go by a
+//!   hook or a carrier, into its canopy.
 
 use nalgebra::Vector3;
 
 use crate::control::{FreeFallDetector, FreeFallSettings};
 use crate::time::TimeUs;
+
+/// Fastest descent under a canopy into which a vehicle falls from rest [m/s].
+const CANOPY_M_S: f64 = 10.0;
+/// Share of gravity that carries.
+const CARRIES: f64 = 0.7;
+/// So long it must carry [us].
+const CARRIED_US: TimeUs = 500_000;
+/// A fall from rest sinks, when it is found, no faster than this many times gravity allows in the time that
+/// finding it takes.
+const AT_REST: f64 = 2.0;
 
 /// How far it has fallen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,11 +35,15 @@ enum Fall {
     From(f64),
 }
 
-/// A watch for falls; `None` of a detector where there is no gravity to fall by.
+/// A watch for falls; without gravity there are none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct FallWatch {
+    gravity_m_s2: f64,
     detector: Option<FreeFallDetector>,
     fall: Fall,
+    /// Since when something carries the vehicle.
+    carried_since: Option<TimeUs>,
+    is_carried: bool,
 }
 
 impl FallWatch {
@@ -33,11 +51,15 @@ impl FallWatch {
     pub fn new(gravity_m_s2: f64) -> Self {
         let settings =
             FreeFallSettings::of(gravity_m_s2, FreeFallSettings::LEVEL, 0.0, FreeFallSettings::TIME_S);
-        Self { detector: settings.map(FreeFallDetector::new), fall: Fall::None }
+        let detector = settings.map(FreeFallDetector::new);
+        Self { gravity_m_s2, detector, fall: Fall::None, carried_since: None, is_carried: false }
     }
 
     /// Takes the accelerometer's reading, body [m/s^2]; whether a fall is found by it.
     pub fn feel(&mut self, now_us: TimeUs, specific_force_body: &Vector3<f64>) -> bool {
+        let carries = specific_force_body.norm() >= CARRIES * self.gravity_m_s2;
+        self.carried_since = carries.then(|| self.carried_since.unwrap_or(now_us));
+        self.is_carried = self.carried_since.is_some_and(|since| now_us.saturating_sub(since) >= CARRIED_US);
         let found = self.detector.as_mut().is_some_and(|d| d.take(now_us, specific_force_body).is_some());
         if found {
             self.fall = Fall::Found;
@@ -47,15 +69,18 @@ impl FallWatch {
 
     /// Takes the speed of descent [m/s] of a step.
     pub fn look(&mut self, v_down_m_s: f64) {
-        match self.fall {
-            Fall::None => {}
-            Fall::Found => self.fall = Fall::From(v_down_m_s),
-            Fall::From(found_m_s) if v_down_m_s >= found_m_s => {}
-            Fall::From(_) => {
-                self.fall = Fall::None;
-                // It finds one fall; the next one is another detector's.
-                self.detector = self.detector.map(|d| FreeFallDetector::new(*d.settings()));
+        let from_m_s = match self.fall {
+            Fall::None => return,
+            Fall::Found => {
+                self.fall = Fall::From(v_down_m_s);
+                return;
             }
+            Fall::From(from_m_s) => from_m_s,
+        };
+        let from_rest = from_m_s < AT_REST * self.gravity_m_s2 * FreeFallSettings::TIME_S;
+        if v_down_m_s < from_m_s || (from_rest && self.is_carried && v_down_m_s < CANOPY_M_S) {
+            // The detector finds one fall; the next one is another's.
+            *self = Self::new(self.gravity_m_s2);
         }
     }
 
@@ -120,6 +145,32 @@ mod tests {
             found += usize::from(watch.feel(now, &Vector3::new(0.0, 0.0, force)));
         }
         assert!(found == 1 && watch.falls());
+    }
+
+    /// As x500_drop hangs: from a hook at rest into a canopy that it then sinks under with 5 m/s. That was taken
+    /// for a fall without an end, and HOLD started the motors under the canopy.
+    #[test]
+    fn regress_a_fall_from_a_hook_into_the_canopy_is_over() {
+        let released = |terminal_m_s: f64| {
+            let (mut watch, mut now, mut v_down) = (FallWatch::new(G), 0, 0.0);
+            // On the hook, then with drag: f = g (v/v_t)^2.
+            for i in 0..3_000 {
+                now = 4_000 * i;
+                let share = if i < 500 { 1.0 } else { (v_down / terminal_m_s).powi(2) };
+                v_down += 0.004 * G * (1.0 - share);
+                watch.feel(now, &Vector3::new(0.0, 0.0, -G * share));
+                watch.look(v_down);
+            }
+            (watch, now)
+        };
+        let (mut watch, mut now) = released(5.0);
+        assert!(!watch.falls(), "under its canopy");
+        for _ in 0..50 {
+            now += 4_000;
+            watch.feel(now, &Vector3::zeros());
+        }
+        assert!(watch.falls(), "released from it");
+        assert!(released(16.0).0.falls(), "from a balloon, at its terminal velocity");
     }
 
     #[test]

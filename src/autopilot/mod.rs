@@ -33,8 +33,8 @@
 //! STABILIZED has been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a
 //! takeoff: before that an armed vehicle waits with its motors at zero, as one on the ground or under a
 //! canopy must. From then on every mode flies. A vehicle that falls meanwhile, since it was released, says
-//! that its motors stand still, and any mode that is then chosen starts them. HOLD is also what a loss of setpoints leads to, unless
-//! COM_OBL_RC_ACT says otherwise.
+//! that its motors stand still, and any mode that is then chosen starts them. HOLD is also what a loss of
+//! setpoints leads to, unless COM_OBL_RC_ACT says otherwise.
 //!
 //! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with
 //! each switch between velocity, attitude and rates.

@@ -28,7 +28,8 @@ pub struct InitArgs {
     pub json: bool,
 }
 
-/// Writes the shipped files, the schemas, a README and a script's library, unless one of them is there already.
+/// Writes the shipped files, the schemas, a README and a script's library, unless one of them is there
+/// already.
 pub fn run(args: &InitArgs) -> Result<Answer, Failure> {
     let schemas = schemas().map(|(name, text)| (format!("params/schema/{name}"), text));
     let shipped = SHIPPED.iter().map(|file| (file.path.to_owned(), file.text.to_owned()));

@@ -128,13 +128,12 @@ impl Narrator {
             self.reported.borrow_mut().push(event.event.to_string());
         }
         match &event.event {
-            HilEvent::Drop(DropEvent::RotorsFree) => self.at(
-                event.at,
-                &format!(
-                    "rotors free after {} s of fall, the plan begins",
-                    mission.release.parachute.delay_s
-                ),
-            ),
+            HilEvent::Drop(DropEvent::RotorsFree) => {
+                // Alone it does not know whether anybody flies one.
+                let then = if self.together { "the plan begins" } else { "t = 0 of a plan" };
+                let delay_s = mission.release.parachute.delay_s;
+                self.at(event.at, &format!("rotors free after {delay_s} s of fall, {then}"));
+            }
             // The shell has reported it.
             HilEvent::Connected { again: false } => {}
             // Reported by the streamer or in the verdict, or of no interest in lockstep.

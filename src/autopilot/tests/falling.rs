@@ -87,7 +87,7 @@ fn a_fall_that_is_over_starts_nothing() {
     }
 }
 
-/// Who flies is not told that the motors stand still.
+/// A vehicle that flies is not told that the motors stand still.
 #[test]
 fn a_fall_in_flight_is_not_remarked_on() {
     let mut bench = Bench::engaged(level(0.0));

@@ -9,7 +9,7 @@
 //! | `vehicle` | the vehicle as it shows itself |
 //! | `setpoint` | the plan as setpoints |
 //! | `replanning` | plans that are renewed, from the vehicle's telemetry |
-//! | `request`, `parameters` | a command until it is answered; parameters asked for, and given in the vehicle's types |
+//! | `request`, `parameters` | a command until it is answered; parameters, in the vehicle's types |
 //! | `download` | a file of the vehicle's, by MAVLink FTP |
 //! | `patience` | when what was sent counts as unanswered |
 //! | `falling` | the release, found by the fall that the vehicle's accelerometer shows |

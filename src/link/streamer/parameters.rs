@@ -109,7 +109,7 @@ impl Item {
         }
     }
 
-    /// Its tries are over, and so is the time for an answer to the last one.
+    /// The tries are over, and so is the time for an answer to the last one.
     fn give_up(&mut self) {
         self.stage = match self.stage {
             Stage::Reading => Stage::Absent,
