@@ -101,8 +101,9 @@ fn designed_name(name: &str) -> String {
 }
 
 /// The mission's file with a design in place of its plan's settings and its gains, under the name
-/// `<mission>_design`: everything else stays as it is written in `text`, the text of that file. `gains` is the path of the gains' file; `relative` makes
-/// paths of the mission's other files hold for the folder that the text is written to.
+/// `<mission>_design`: everything else stays as it is written in `text`, the text of that file. `gains` is
+/// the path of the gains' file; `relative` makes paths of the mission's other files hold for the folder that
+/// the text is written to.
 ///
 /// # Errors
 /// [`DesignError`] when the text is not that of a mission.
@@ -226,7 +227,8 @@ mod tests {
         assert_eq!(designed_name(&"a".repeat(64)), "a".repeat(57) + "_design");
     }
 
-    /// Everything but name, plan and gains stays as it was; the text is a mission, whose plan is the design's.
+    /// Everything but name, plan and gains stays as it was; the text is a mission, whose plan is the
+    /// design's.
     #[test]
     fn a_designed_mission_is_read_and_keeps_the_rest() {
         let mission = Mission::shipped("titan_paper").unwrap();

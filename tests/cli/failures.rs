@@ -460,7 +460,7 @@ fn gains_that_are_a_parameter_file_are_px4s() {
     let fly = |option: &str| {
         let out = place.path().join(option);
         let args =
-            ["assess", "x500_drop", "--autopilot", "px4-model", "--trials", "1", "--json", option, file];
+            ["assess", "x500_drop", "--autopilot", "px4-model", "--trials", "2", "--json", option, file];
         let output = samara(&[&args[..], &["--out", out.to_str().unwrap()]].concat());
         assert_eq!(code(&output), 0, "{}", stderr(&output));
         output.stdout

@@ -83,8 +83,8 @@ impl Guard {
         self.ours.borrow_mut().extend(names);
     }
 
-    /// Makes room for a file of this run, or for none where one was; `sha256`: of what is to be written, where
-    /// that is known.
+    /// Makes room for a file of this run, or for none where one was; `sha256`: of what is to be written,
+    /// where that is known.
     pub fn make_room(&self, name: &str, sha256: Option<&str>) -> Result<(), Failure> {
         if self.ours.borrow().contains(name) {
             return Ok(());

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 
 use crate::cli::answer::{BadInput as _, Failure};
+use crate::cli::terminal::print_err;
 
 /// What of a folder is a run's own while it writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -33,6 +34,8 @@ impl Owned {
     }
 }
 
+/// The verb that waits for another one of its kind.
+pub const MERGE: &str = "merge";
 /// Longest text of a lock that is shown [bytes].
 const TEXT_MOST: u64 = 200;
 
@@ -58,6 +61,11 @@ impl FolderLock {
             let mut file = opened.with_context(cannot).bad_input()?;
             match file.try_lock() {
                 Ok(()) => {}
+                // What a driver that was killed has begun comes to its end, and the next one merges again.
+                Err(TryLockError::WouldBlock) if verb == MERGE && holder(&mut file).contains(MERGE) => {
+                    print_err(&format!("samara: {}: waits for {}\n", folder.display(), holder(&mut file)));
+                    file.lock().with_context(cannot).bad_input()?;
+                }
                 Err(TryLockError::WouldBlock) => return Err(taken(folder, &mut file)),
                 Err(TryLockError::Error(_)) => return Ok(None),
             }
@@ -109,11 +117,16 @@ fn is_at(_file: &File, _path: &Path) -> bool {
     true
 }
 
-/// The refusal, which names who has the lock, and since when.
-fn taken(folder: &Path, file: &mut File) -> Failure {
+/// The run that has a lock, in words.
+fn holder(file: &mut File) -> String {
     let mut text = String::new();
     let read = file.rewind().and_then(|()| file.take(TEXT_MOST).read_to_string(&mut text));
-    let who = if read.is_ok() && !text.is_empty() { text } else { "another run of samara".to_owned() };
+    if read.is_ok() && !text.is_empty() { text } else { "another run of samara".to_owned() }
+}
+
+/// The refusal, which names who has the lock, and since when.
+fn taken(folder: &Path, file: &mut File) -> Failure {
+    let who = holder(file);
     let since = file.metadata().and_then(|data| data.modified()).ok().and_then(|at| at.elapsed().ok());
     let since = since.map_or_else(String::new, |age| format!(", begun {} s ago,", age.as_secs()));
     Failure::input(format!(
@@ -148,6 +161,27 @@ mod tests {
         assert!(refused.contains("`samara assess rare`"), "{refused}");
         drop(whole);
         assert_eq!(std::fs::read_dir(place.path()).unwrap().count(), 0);
+    }
+
+    /// A merge waits for the end of another one, and for nothing else.
+    #[test]
+    fn a_merge_waits_for_a_merge_alone() {
+        let place = tempfile::tempdir().unwrap();
+        let first = FolderLock::take(place.path(), Owned::Whole, MERGE).unwrap();
+        assert!(FolderLock::take(place.path(), Owned::Whole, "assess").is_err());
+        let (folder, (done, comes)) = (place.path().to_owned(), std::sync::mpsc::channel());
+        let second = std::thread::spawn(move || {
+            let second = FolderLock::take(&folder, Owned::Whole, MERGE).unwrap();
+            done.send(()).unwrap();
+            drop(second);
+        });
+        assert!(comes.recv_timeout(std::time::Duration::from_millis(100)).is_err(), "it waits");
+        drop(first);
+        comes.recv().unwrap();
+        second.join().unwrap();
+        let drop_of = FolderLock::take(place.path(), Owned::Whole, "drop").unwrap();
+        assert!(FolderLock::take(place.path(), Owned::Whole, MERGE).is_err());
+        drop(drop_of);
     }
 
     /// The file of a run that was killed is nobody's.

@@ -90,9 +90,18 @@ impl OutputFolder {
 
     /// As [`OutputFolder::create`], of a party of a drop, which writes beside another one.
     pub fn owned(owned: Owned, verb: &str, out: Option<&Path>, mission_name: &str) -> Result<Self, Failure> {
-        let path = place_of(out, mission_name);
+        Self::locked(owned, verb, verb, place_of(out, mission_name))
+    }
+
+    /// As [`OutputFolder::create`], of `samara merge`, which waits for another one that has begun.
+    #[cfg(feature = "shards")]
+    pub fn merged(verb: &str, out: Option<&Path>, mission_name: &str) -> Result<Self, Failure> {
+        Self::locked(Owned::Whole, lock::MERGE, verb, place_of(out, mission_name))
+    }
+
+    fn locked(owned: Owned, command: &str, verb: &str, path: PathBuf) -> Result<Self, Failure> {
         made(&path)?;
-        let locks = FolderLock::take(&path, owned, verb)?;
+        let locks = FolderLock::take(&path, owned, command)?;
         aside::tidy(&path);
         let guard = Some(Rc::new(Guard::new(&path, verb, true)));
         Ok(Self { path, written: Rc::default(), guard, locks: Rc::new(locks) })
@@ -316,8 +325,8 @@ impl OutputFolder {
     }
 
     /// Writes `<verb>_manifest.json`: version, seed and hash of the inputs of this run, its circumstances
-    /// (which are no inputs), and the SHA-256 of each file as it was written; one that lies there otherwise is
-    /// refused. What else lies in the folder is of another run.
+    /// (which are no inputs), and the SHA-256 of each file as it was written; one that lies there otherwise
+    /// is refused. What else lies in the folder is of another run.
     pub fn write_manifest(
         &self,
         verb: &str,

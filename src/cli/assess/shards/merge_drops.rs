@@ -24,7 +24,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result
     print_origin(&args.mission, &mission)?;
     parts.check_mission(&mission)?;
     let name = campaign_name(pilot.as_ref(), &mission);
-    let folder = OutputFolder::create(&name, args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::merged(&name, args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
     let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };

@@ -26,7 +26,7 @@ pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
     let narrator = &Narrator::alone(args.mission.json);
     let mission = mission(args, narrator)?;
     parts.check_mission(&mission)?;
-    let folder = OutputFolder::create("assess", args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::merged("assess", args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
     let Some(plan) = converged(args, &mission, timed, narrator)? else { return Ok(Answer::No) };
