@@ -5,6 +5,7 @@
 //! | [`safety`] | J_TPF, the verdict on a drop | (51) |
 //! | [`power`] | what a drop asks of its battery | |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
+//! | [`better`] | by which margin one flies better than another | |
 //! | [`batch`] | both for many planar flights at once | |
 //! | [`releases`] | random releases | (40)-(44), IV.B |
 //! | [`coordinates`] | a trial as independent standard-normal coordinates | |
@@ -24,6 +25,7 @@
 
 pub mod batch;
 pub mod beta;
+pub mod better;
 pub mod blocks;
 pub mod chosen;
 pub mod coordinates;
@@ -45,6 +47,7 @@ pub mod study;
 pub mod tracking;
 
 pub use batch::{BatchMeasure, Outcome, judge_flights};
+pub use better::{LEAST_DIFFERENCE, clearly_less};
 pub use blocks::{BLOCK_TRIALS, BlockError, BlockNode, BlockSummary, Tally};
 pub use chosen::{ChosenAmong, quantile_rank};
 pub use drops::{DropMeasure, DropOutcome, RandomDrop};
