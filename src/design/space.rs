@@ -216,14 +216,9 @@ impl DesignSpace {
         ];
         let gains = Gains::LONGITUDINAL_KEYS.into_iter().zip(self.gains).zip(design.gains);
         let gains = gains.map(|((name, range), value)| (name, range, value));
-        RangeEnds::of(
-            weights.chain(others).chain(gains).map(|(name, Range { least, most }, value)| SearchedNumber {
-                name,
-                value,
-                least,
-                most,
-            }),
-        )
+        RangeEnds::of(weights.chain(others).chain(gains).map(|(name, Range { least, most }, value)| {
+            SearchedNumber { name: name.into(), value, least, most }
+        }))
     }
 
     /// How many numbers and choices are searched.
@@ -327,7 +322,8 @@ mod tests {
         let searched = space.range_ends(&design);
         assert_eq!((searched.searched, searched.at_end.len()), (12, 0));
         (design.plan.weights[0], design.plan.input_weight, design.gains[3]) = (0.0105, 96.0, 3.8);
-        let names: Vec<&str> = space.range_ends(&design).at_end.iter().map(|number| number.name).collect();
+        let ends = space.range_ends(&design);
+        let names: Vec<&str> = ends.at_end.iter().map(|number| &*number.name).collect();
         assert_eq!(names, ["attitude_weight", "input_weight", "k_pvz_per_s"]);
         let back = space.design(&space.place(&design));
         assert!(back.is_same_as(&design) && design.is_same_as(&back));

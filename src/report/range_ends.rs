@@ -40,7 +40,7 @@ pub fn range_ends_words(ends: &RangeEnds) -> Option<String> {
 /// The value of the key `at_range_ends`.
 pub(super) fn range_ends_json(ends: &RangeEnds) -> impl Serialize + use<> {
     let number = |number: &SearchedNumber| {
-        object! { name: number.name, value: number.value, least: number.least, most: number.most }
+        object! { name: number.name.clone(), value: number.value, least: number.least, most: number.most }
     };
     object! {
         of: ends.searched,
@@ -55,7 +55,8 @@ mod tests {
 
     #[test]
     fn the_sentence_names_each_number_and_its_end() {
-        let number = |name, value| SearchedNumber { name, value, least: 1e-4, most: 5.0 };
+        let number =
+            |name: &'static str, value| SearchedNumber { name: name.into(), value, least: 1e-4, most: 5.0 };
         let numbers = [number("K_pq", 4.8123), number("K_iq", 1e-4), number("K_pvx", 1.0)];
         let words = range_ends_words(&RangeEnds::of(numbers)).unwrap();
         let expected = "2 of 3 numbers stand within 6 % of an end of their range: K_pq 4.812 (to 5), K_iq 0.0001 (from 0.0001)";

@@ -1,14 +1,16 @@
 //! Numbers of a search's result that stand at an end of their range: beyond it something better may be.
 
+use std::borrow::Cow;
+
 /// So near to an end of its range, as a part of that end's value, a number stands at it; of an end at zero, as
 /// a part of the range's width.
 pub const NEAR_AN_END: f64 = 0.06;
 
 /// A number that was searched, with the range that it was searched in.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SearchedNumber {
     /// Name in files.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// The number that was found.
     pub value: f64,
     /// Least value of the range.
@@ -47,7 +49,7 @@ impl RangeEnds {
         let mut ends = Self::default();
         for number in numbers.into_iter().filter(|number| number.least < number.most) {
             ends.searched += 1;
-            ends.at_end.extend(number.at_end().map(|_| number));
+            ends.at_end.extend(number.at_end().is_some().then_some(number));
         }
         ends
     }
@@ -60,7 +62,7 @@ mod tests {
     /// By hand: 94 % of 5 is 4.7; 106 % of 0.0001 is 0.000106; at zero 6 % of a width of 3 are 0.18.
     #[test]
     fn closed_form_ends_by_a_ratio() {
-        let end = |value, least, most| SearchedNumber { name: "k", value, least, most }.at_end();
+        let end = |value, least, most| SearchedNumber { name: "k".into(), value, least, most }.at_end();
         for (value, least, most, expected) in [
             (4.73, 1e-4, 5.0, Some(5.0)),
             (4.70, 1e-4, 5.0, Some(5.0)),
@@ -80,8 +82,8 @@ mod tests {
     #[test]
     fn closed_form_the_x500s_gains_stand_at_the_end_of_their_range() {
         let found = [4.81, 1.2, 4.73, 4.97, 1.1, 2.0, 0.1];
-        let number = |value| SearchedNumber { name: "k", value, least: 1e-4, most: 5.0 };
-        let fixed = SearchedNumber { name: "k", value: 1.0, least: 1.0, most: 1.0 };
+        let number = |value| SearchedNumber { name: "k".into(), value, least: 1e-4, most: 5.0 };
+        let fixed = SearchedNumber { name: "k".into(), value: 1.0, least: 1.0, most: 1.0 };
         let ends = RangeEnds::of(found.map(number).into_iter().chain([fixed]));
         assert_eq!(ends.searched, 7);
         assert_eq!(ends.at_end.iter().map(|n| n.value).collect::<Vec<_>>(), [4.81, 4.73, 4.97]);

@@ -153,7 +153,7 @@ impl Search {
     pub fn range_ends(&self, k: &Longitudinal) -> RangeEnds {
         let (least, most) = BOUNDS;
         let named = Gains::LONGITUDINAL_KEYS.into_iter().zip(*k);
-        RangeEnds::of(named.map(|(name, value)| SearchedNumber { name, value, least, most }))
+        RangeEnds::of(named.map(|(name, value)| SearchedNumber { name: name.into(), value, least, most }))
     }
 
     /// Whether it ended after its first iteration because each candidate lost a flight: there is nothing to

@@ -66,7 +66,7 @@ pub fn start(from: &Parameters, bounds: &[(f64, f64); DIMENSIONS]) -> Candidate 
 pub fn range_ends(candidate: &Candidate, bounds: &[(f64, f64); DIMENSIONS]) -> RangeEnds {
     let coordinates = SPACE.iter().zip(candidate.iter().zip(bounds));
     RangeEnds::of(coordinates.map(|((names, ..), (&value, &(least, most)))| SearchedNumber {
-        name: names[0],
+        name: names[0].into(),
         value,
         least,
         most,
@@ -75,6 +75,8 @@ pub fn range_ends(candidate: &Candidate, bounds: &[(f64, f64); DIMENSIONS]) -> R
 
 #[cfg(test)]
 mod tests {
+    use std::borrow::Cow;
+
     use super::*;
 
     #[test]
@@ -89,8 +91,8 @@ mod tests {
         }
         assert_eq!(bounds[10], (20.0, 45.0));
         let mut candidate = bounds.map(|(low, high)| 0.5 * (low + high));
-        let at_end = |candidate: &Candidate| -> Vec<&str> {
-            range_ends(candidate, &bounds).at_end.iter().map(|number| number.name).collect()
+        let at_end = |candidate: &Candidate| -> Vec<Cow<'static, str>> {
+            range_ends(candidate, &bounds).at_end.iter().map(|number| number.name.clone()).collect()
         };
         assert!(at_end(&candidate).is_empty());
         (candidate[1], candidate[6], candidate[7]) = (bounds[1].0, 0.99 * bounds[6].1, 0.9 * bounds[7].1);

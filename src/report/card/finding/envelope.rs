@@ -8,8 +8,26 @@ use crate::report::columns::short;
 use crate::report::envelope::{EnvelopeOutline, EnvelopePair, EnvelopeReach};
 
 /// A quantity in words, without its unit.
-fn bare(axis: EnvelopeAxis) -> &'static str {
+pub(in crate::report::card) fn bare(axis: EnvelopeAxis) -> &'static str {
     axis.words().split([',', '[']).next().unwrap_or_default().trim_end()
+}
+
+/// Unit of a quantity in words, behind a space.
+pub(in crate::report::card) fn unit(axis: EnvelopeAxis) -> String {
+    axis.words().split(['[', ']']).nth(1).map_or_else(String::new, |unit| format!(" {unit}"))
+}
+
+/// How what a mission draws of a quantity lies in what an envelope confirms of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coverage {
+    /// Within it.
+    Whole,
+    /// This range is confirmed: less than is drawn, but at least a third of it either way.
+    Part([f64; 2]),
+    /// This range is confirmed, which is less than a third of what is drawn, on one side at least.
+    TooLittle([f64; 2]),
+    /// Nothing is confirmed, either way.
+    Nothing,
 }
 
 /// J_state that safe flights stay below.
@@ -126,6 +144,41 @@ impl EnvelopeFound {
         (!parts.is_empty()).then(|| parts.join("; "))
     }
 
+    /// The range that is drawn of a quantity, so far either way; no further than there is something to look at
+    /// below what cannot be less.
+    pub fn drawn(&self, axis: EnvelopeAxis, off: f64) -> Option<[f64; 2]> {
+        let AxisRange { low, nominal, .. } = self.range(axis)?;
+        let ends_at_zero =
+            matches!(axis, EnvelopeAxis::Descent | EnvelopeAxis::Delay | EnvelopeAxis::Turbulence);
+        let below = if ends_at_zero { off.min(nominal - low) } else { off };
+        Some([nominal - below, nominal + off])
+    }
+
+    /// How what is drawn of a quantity, so far either way, lies in what is confirmed below J_state 1 with the
+    /// others nominal; `None` where the quantity was not looked at. Where nothing is confirmed one way, the nominal
+    /// release ends what is.
+    pub fn coverage(&self, axis: EnvelopeAxis, off: f64) -> Option<Coverage> {
+        let reach =
+            self.one_at_a_time.iter().find(|reach| reach.axis == axis.name() && reach.limit == SAFE)?;
+        let nominal = self.nominal(axis)?;
+        let [from, to] = self.drawn(axis, off)?;
+        let confirmed = [&reach.low, &reach.high].map(|end| end.as_ref().and_then(|end| end.confirmed));
+        if confirmed == [None, None] {
+            return Some(Coverage::Nothing);
+        }
+        let [low, high] = confirmed.map(|end| end.unwrap_or(nominal));
+        let holds = |share: f64| {
+            let rounding = 1e-9 * (to - from);
+            low <= nominal - share * (nominal - from) + rounding
+                && high >= nominal + share * (to - nominal) - rounding
+        };
+        Some(match (holds(1.0), holds(1.0 / 3.0)) {
+            (true, _) => Coverage::Whole,
+            (_, true) => Coverage::Part([low, high]),
+            _ => Coverage::TooLittle([low, high]),
+        })
+    }
+
     /// How much of what is to be looked at was not, as a share of the pairs.
     pub fn missing_share(&self) -> f64 {
         self.missing().len() as f64 / EnvelopeAxis::pairs().len() as f64
@@ -191,6 +244,32 @@ mod tests {
             one_at_a_time: Vec::new(),
             pairs: pairs.iter().map(pair).collect(),
         }
+    }
+
+    /// By hand, wind with a sigma of 1.5 m/s, three of them 4.5: confirmed beyond, to two, to a half of one, one way
+    /// only, not at all; turbulence has no way down.
+    #[test]
+    fn closed_form_what_is_drawn_within_what_is_confirmed() {
+        use EnvelopeAxis::Wind;
+        let end = |confirmed| Some(crate::report::envelope::ReachEnd { confirmed, is_the_end: false });
+        let of = |axis: EnvelopeAxis, low, high, off: f64| {
+            let reach = EnvelopeReach { axis: axis.name().to_owned(), limit: SAFE, low, high };
+            let range = AxisFound { axis: axis.name().to_owned(), low: 0.0, nominal: 0.0, high: 12.0 };
+            let found =
+                EnvelopeFound { one_at_a_time: vec![reach], axes: vec![range], ..envelope(&[], false) };
+            found.coverage(axis, off).unwrap()
+        };
+        let wind = |low, high| of(Wind, end(low), end(high), 4.5);
+        assert_eq!(wind(Some(-5.6), Some(4.5)), Coverage::Whole);
+        assert_eq!(wind(Some(-5.6), Some(3.0)), Coverage::Part([-5.6, 3.0]));
+        assert_eq!(wind(Some(-5.6), Some(0.75)), Coverage::TooLittle([-5.6, 0.75]));
+        assert_eq!(wind(None, Some(0.06)), Coverage::TooLittle([0.0, 0.06]));
+        assert_eq!(wind(None, None), Coverage::Nothing);
+        assert_eq!(of(Wind, end(None), end(Some(0.06)), 0.0), Coverage::Whole, "nothing is drawn");
+        assert_eq!(of(Turbulence, None, end(Some(0.5)), 0.7), Coverage::Part([0.0, 0.5]));
+        assert_eq!(of(Turbulence, None, end(None), 0.0), Coverage::Nothing);
+        assert_eq!(of(Turbulence, None, None, 0.0), Coverage::Nothing);
+        assert_eq!(envelope(&[], false).coverage(Wind, 1.0), None);
     }
 
     /// A fragment says what it leaves out: quantities of no pair, pairs of the others, and where rays go
