@@ -212,17 +212,15 @@ fn envelope(card: &Card<'_>) -> Result<String, FigureError> {
     };
     let rows: Vec<Vec<String>> = reaches
         .iter()
-        .map(|reach| {
+        .enumerate()
+        .map(|(row, reach)| {
             let nominal = reach.nominal.map_or_else(|| "not known".to_owned(), |x| short(x, 2));
             let [narrow, wide] = reach.confirmed.each_ref().map(|reach| escape(&reach.words()));
             let drawn = escape(&reach.drawn_words());
-            vec![
-                escape(reach.words),
-                nominal,
-                drawn,
-                narrow,
-                wide + &links(card, std::slice::from_ref(&reach.from)),
-            ]
+            // The evidence is named at the first of its rows.
+            let is_first = row == 0 || reaches[row - 1].from != reach.from;
+            let from = if is_first { links(card, std::slice::from_ref(&reach.from)) } else { String::new() };
+            vec![escape(reach.words), nominal, drawn, narrow, wide + &from]
         })
         .collect();
     let head = ["one at a time", "nominal", "drawn", "J_state < 0.7", "J_state < 1: go"];
