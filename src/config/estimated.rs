@@ -6,8 +6,8 @@ use super::error::ConfigError;
 use super::source::Source;
 
 /// Keys whose numbers are estimated or guessed, of the files of a mission, as paths
-/// (`motor.first_order.tau_up_s`); a section's key stands for all that is in it. `None`: the file does not say,
-/// so that nobody knows; none of them: everything is measured or given.
+/// (`motor.first_order.tau_up_s`); a section's key stands for all that is in it. `None`: the file does not
+/// say, so that nobody knows; none of them: everything is measured or given.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Estimated {
     /// Of the vehicle's file.

@@ -99,9 +99,9 @@ impl FreshResults {
         rank.checked_sub(1).map_or(f64::NAN, |i| self.ascending[i])
     }
 
-    /// Whether these flights are better than another design's on the same draws: the quantile or the worst J_TPF
-    /// is clearly less ([`clearly_less`]), and the other's quantile is passed less often than chance allows
-    /// ([`passes_less_often`]); of a worst flight there is no such test.
+    /// Whether these flights are better than another design's on the same draws: the quantile or the worst
+    /// J_TPF is clearly less ([`clearly_less`]), and the other's quantile is passed less often than chance
+    /// allows ([`passes_less_often`]); of a worst flight there is no such test.
     pub fn is_better_than(&self, other: &Self, objective: DesignObjective) -> bool {
         match objective {
             DesignObjective::Quantile(p) => {
@@ -236,9 +236,9 @@ mod tests {
         assert!(results.quantile_at_most(0.9, ChosenAmong::ONE).is_some_and(|bound| bound > 0.9));
     }
 
-    /// 300 flights at J_TPF 0.300, 0.301, .. 0.599. Each of them lower by a tenth passes the p90 of 0.569 in no
-    /// flight instead of 30: better. Lower by 1e-9 is no margin; a tenth lower in four of the 30 is, but by
-    /// chance (four pairs of 1/16), and a p90 that is no lower decides against it.
+    /// 300 flights at J_TPF 0.300, 0.301, .. 0.599. Each of them lower by a tenth passes the p90 of 0.569 in
+    /// no flight instead of 30: better. Lower by 1e-9 is no margin; a tenth lower in four of the 30 is, but
+    /// by chance (four pairs of 1/16), and a p90 that is no lower decides against it.
     #[test]
     fn closed_form_better_by_a_margin_and_more_than_chance() {
         let flight = |j_tpf: f64| FreshFlight { j_tpf, end_error_m_s: 0.1, steady_after_s: None };

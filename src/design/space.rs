@@ -27,8 +27,8 @@ pub struct Design {
 }
 
 impl Design {
-    /// Whether two designs are the same but for what arithmetic leaves: a design that goes through the logarithms
-    /// and roots of its place comes back with other last digits.
+    /// Whether two designs are the same but for what arithmetic leaves: a design that goes through the
+    /// logarithms and roots of its place comes back with other last digits.
     pub fn is_same_as(&self, other: &Self) -> bool {
         let (a, b) = (&self.plan, &other.plan);
         let weights = |plan: &PlanDesign| {
@@ -313,8 +313,8 @@ mod tests {
         }
     }
 
-    /// By hand, of ten numbers that are searched: 0.0105 is within 6 % of 0.01, 96 of 100; of a gain of 3.8 four are
-    /// within 6 %. A design of a place differs from itself in its last digits, and is the same.
+    /// By hand, of ten numbers that are searched: 0.0105 is within 6 % of 0.01, 96 of 100; of a gain of 3.8
+    /// four are within 6 %. A design of a place differs from itself in its last digits, and is the same.
     #[test]
     fn closed_form_numbers_at_an_end_and_the_same_design() {
         let space = space();

@@ -38,8 +38,8 @@ impl RotorLimits {
         all.reduce(weaker).unwrap_or(Self { thrust_n: 0.0, thrust_slew_n_s: 0.0 })
     }
 
-    /// Lift of all rotors [N] at the speeds that their motors hold at full throttle, up where the body is level: of a
-    /// coaxial pair that of both, each with what it makes.
+    /// Lift of all rotors [N] at the speeds that their motors hold at full throttle, up where the body is
+    /// level: of a coaxial pair that of both, each with what it makes.
     pub fn lift_n(vehicle: &Vehicle, density_kg_m3: f64) -> f64 {
         let mut known: Vec<(Interference, f64)> = Vec::new();
         let mut thrust_n = |kind: Interference| {

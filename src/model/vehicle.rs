@@ -66,8 +66,8 @@ pub struct RotorMount {
 }
 
 impl RotorMount {
-    /// Distance of the hub from another rotor's axis [m], where this one stands below that one and so in its wake:
-    /// behind it in the direction of the thrust that both give.
+    /// Distance of the hub from another rotor's axis [m], where this one stands below that one and so in its
+    /// wake: behind it in the direction of the thrust that both give.
     pub fn beside_the_axis_above_m(&self, above: &Self) -> Option<f64> {
         let apart = above.position_body_m - self.position_body_m;
         let along = apart.dot(&self.axis_body);
@@ -214,14 +214,15 @@ impl Vehicle {
         self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3).thrust_n
     }
 
-    /// Lift of all rotors at full throttle in still air [N], up where the body is level: of a coaxial pair that of
-    /// both, the lower one's as the upper one leaves it.
+    /// Lift of all rotors at full throttle in still air [N], up where the body is level: of a coaxial pair
+    /// that of both, the lower one's as the upper one leaves it.
     pub fn static_lift_n(&self, density_kg_m3: f64) -> f64 {
         let shares = self.rotors.iter().map(|rotor| rotor.interference.thrust * -rotor.axis_body.z);
         shares.sum::<f64>() * self.static_thrust_n(density_kg_m3)
     }
 
-    /// Throttle at which all rotors together carry the vehicle in still air, each at the same: above 1 they cannot.
+    /// Throttle at which all rotors together carry the vehicle in still air, each at the same: above 1 they
+    /// cannot.
     pub fn hover_throttle(&self, gravity_m_s2: f64, density_kg_m3: f64) -> f64 {
         (self.mass.mass_kg * gravity_m_s2 / self.static_lift_n(density_kg_m3)).sqrt()
     }

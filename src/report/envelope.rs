@@ -59,8 +59,8 @@ pub struct ReachEnd {
 }
 
 impl EnvelopeReach {
-    /// From where to where, in words: `-2.1 .. 4+`, `up to 1.5`, `nothing confirmed .. 0.3`, `nothing confirmed`; +
-    /// where it is the end of what was looked at.
+    /// From where to where, in words: `-2.1 .. 4+`, `up to 1.5`, `nothing confirmed .. 0.3`, `nothing
+    /// confirmed`; + where it is the end of what was looked at.
     pub fn words(&self) -> String {
         let words = |end: &ReachEnd| {
             let mark = if end.is_the_end { "+" } else { "" };
@@ -78,8 +78,8 @@ impl EnvelopeReach {
     }
 }
 
-/// What a way is said to be along which no point held on fresh flights, or that begins where the nominal release
-/// is not safe.
+/// What a way is said to be along which no point held on fresh flights, or that begins where the nominal
+/// release is not safe.
 pub(super) const NOTHING_CONFIRMED: &str = "nothing confirmed";
 
 /// What the edges of an envelope were confirmed by, where `any` were, on so many fresh flights, for this

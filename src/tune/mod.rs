@@ -77,8 +77,8 @@ pub trait CandidateSearch {
     fn update(&mut self, judgements: &[Self::Judgement]);
 }
 
-/// Gains that differ by no more than this part of each other are the same: a search that goes through logarithms
-/// and roots comes back to where it began but for the last digits.
+/// Gains that differ by no more than this part of each other are the same: a search that goes through
+/// logarithms and roots comes back to where it began but for the last digits.
 const SAME_GAIN: f64 = 1e-9;
 
 /// Whether two numbers of a search are the same but for what arithmetic leaves.

@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
-/// So near to an end of its range, as a part of that end's value, a number stands at it; of an end at zero, as
-/// a part of the range's width.
+/// So near to an end of its range, as a part of that end's value, a number stands at it; of an end at zero,
+/// as a part of the range's width.
 pub const NEAR_AN_END: f64 = 0.06;
 
 /// A number that was searched, with the range that it was searched in.
@@ -20,8 +20,8 @@ pub struct SearchedNumber {
 }
 
 impl SearchedNumber {
-    /// The end of the range that the number stands at, or lies beyond, if it does: so a ratio decides, whatever
-    /// scale the search has. The nearer one, where it stands at both.
+    /// The end of the range that the number stands at, or lies beyond, if it does: so a ratio decides,
+    /// whatever scale the search has. The nearer one, where it stands at both.
     pub fn at_end(&self) -> Option<f64> {
         let Self { value, least, most, .. } = *self;
         let within = |end: f64| NEAR_AN_END * if end == 0.0 { most - least } else { end.abs() };

@@ -34,8 +34,8 @@ pub struct CardArgs {
     pub p_failure: Option<f64>,
     /// Accept what vehicle and mission merely estimate or guess.
     ///
-    /// Without it no card is a go whose inputs have estimates, by the key `estimated` of their files, or do not say
-    /// which of their numbers are. The list stands above the signatures.
+    /// Without it no card is a go whose inputs have estimates, by the key `estimated` of their files, or do
+    /// not say which of their numbers are. The list stands above the signatures.
     #[arg(long)]
     pub accept_estimates: bool,
     /// How many designs this one was chosen among by the trials of the evidence.

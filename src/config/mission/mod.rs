@@ -77,9 +77,9 @@ pub(super) struct MissionJson {
     /// Description of the mission, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
-    /// Keys of this file whose numbers are estimated or guessed, neither measured nor required, as paths (`limits`,
-    /// `parachute.descent_m_s`); a section's key stands for all that is in it. None: `[]`. A release card asks for
-    /// their acceptance, also where this key is left out, since nobody knows then.
+    /// Keys of this file whose numbers are estimated or guessed, neither measured nor required, as paths
+    /// (`limits`, `parachute.descent_m_s`); a section's key stands for all that is in it. None: `[]`. A
+    /// release card asks for their acceptance, also where this key is left out, since nobody knows then.
     estimated: Option<Vec<String>>,
     /// Name of the mission; results go to `out/NAME/`.
     name: Name,

@@ -314,9 +314,10 @@ fn coaxial_pairs_are_found_and_their_lower_rotors_weakened() {
     assert!(message.contains("coaxial: expected a rotor on another one's axis, below it"), "{message}");
 }
 
-/// By hand: a rotor of the dragonfly makes 326 N at its greatest speed in Titan's air of 5.11 kg/m3, which an upper
-/// one holds but for half a percent, and a lower one 180.5; all together 2027 over a weight of 1184 N. At one
-/// throttle for all, a share of the greatest speed, the thrusts go with its square: W = d^2 (4 + 4 f) T.
+/// By hand: a rotor of the dragonfly makes 326 N at its greatest speed in Titan's air of 5.11 kg/m3, which an
+/// upper one holds but for half a percent, and a lower one 180.5; all together 2027 over a weight of 1184 N.
+/// At one throttle for all, a share of the greatest speed, the thrusts go with its square: W = d^2 (4 + 4 f)
+/// T.
 #[test]
 fn closed_form_coaxial_rotors_lift_together() {
     let mission = Mission::shipped("dragonfly_drop").unwrap();
@@ -344,8 +345,8 @@ fn closed_form_coaxial_rotors_lift_together() {
     assert!(derived.odd.is_empty(), "{:?}", derived.odd);
 }
 
-/// PX4's thrust in hover is a share of the greatest thrust, the throttle in hover of the greatest speed: without
-/// coaxial pairs one is the other's square.
+/// PX4's thrust in hover is a share of the greatest thrust, the throttle in hover of the greatest speed:
+/// without coaxial pairs one is the other's square.
 #[test]
 fn closed_form_hover_throttle_is_the_root_of_px4s() {
     for name in ["x500_drop", "titan_drop", "hexa_drop", "octo_drop"] {
@@ -377,7 +378,8 @@ fn regress_rotors_above_one_another_want_factors() {
     );
 }
 
-/// What a file calls estimated are keys of it; a file that says nothing is another than one that says nothing is.
+/// What a file calls estimated are keys of it; a file that says nothing is another than one that says nothing
+/// is.
 #[test]
 fn what_is_estimated_are_keys_of_the_file() {
     let estimated = |to: &str| x500("\"rotor.blade_element.tip_loss\"", to);

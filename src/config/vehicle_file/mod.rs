@@ -69,9 +69,10 @@ pub(super) struct VehicleJson {
     /// Rotors before their motors drive them, and their start; without it rotors are held at rest until t =
     /// 0, and driven from there on.
     rotor_start: Option<RotorStartJson>,
-    /// Keys of this file whose numbers are estimated or guessed, neither measured nor given by a data sheet, as
-    /// paths (`inertia_kg_m2`, `motor.first_order.tau_up_s`); a section's key stands for all that is in it. None:
-    /// `[]`. A release card asks for their acceptance, also where this key is left out, since nobody knows then.
+    /// Keys of this file whose numbers are estimated or guessed, neither measured nor given by a data sheet,
+    /// as paths (`inertia_kg_m2`, `motor.first_order.tau_up_s`); a section's key stands for all that is in
+    /// it. None: `[]`. A release card asks for their acceptance, also where this key is left out, since
+    /// nobody knows then.
     estimated: Option<Vec<String>>,
     /// Where the numbers come from.
     #[serde(rename = "provenance")]

@@ -1,10 +1,10 @@
 //! Whether to go: within the whole envelope, restricted to a part of what the mission draws, or not.
 //!
 //! The envelope knows quantities one at a time. For each, three standard deviations of what the mission draws
-//! ([`Mission::drawn_off`](crate::config::Mission::drawn_off)) must lie within what is confirmed below J_state 1.
-//! Where they do not but one standard deviation does, either way, the release is **restricted** to what is
-//! confirmed: two of three draws lie there, and whoever releases can wait for them. What is smaller, or where
-//! nothing is confirmed, is no envelope to release within.
+//! ([`Mission::drawn_off`](crate::config::Mission::drawn_off)) must lie within what is confirmed below
+//! J_state 1. Where they do not but one standard deviation does, either way, the release is **restricted** to
+//! what is confirmed: two of three draws lie there, and whoever releases can wait for them. What is smaller,
+//! or where nothing is confirmed, is no envelope to release within.
 
 use super::finding::{Coverage, bare, unit};
 use super::sections::range_words;
@@ -47,7 +47,8 @@ impl Decision {
     }
 }
 
-/// A range that a quantity of the release must lie in, since what the mission draws goes beyond what is confirmed.
+/// A range that a quantity of the release must lie in, since what the mission draws goes beyond what is
+/// confirmed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Restriction {
     /// The quantity.
@@ -73,8 +74,8 @@ impl Restriction {
 }
 
 impl Card<'_> {
-    /// How each envelope covers what the mission draws of each quantity that it knows, with its number and what is
-    /// drawn.
+    /// How each envelope covers what the mission draws of each quantity that it knows, with its number and
+    /// what is drawn.
     fn coverages(&self) -> Vec<(String, EnvelopeAxis, Coverage, [f64; 2])> {
         let drawn_off = self.mission.drawn_off();
         let of_each = self.envelopes().flat_map(|(id, envelope)| {
@@ -86,7 +87,8 @@ impl Card<'_> {
         of_each.collect()
     }
 
-    /// What the release must be restricted to, quantity by quantity; by several envelopes what all of them confirm.
+    /// What the release must be restricted to, quantity by quantity; by several envelopes what all of them
+    /// confirm.
     pub fn restrictions(&self) -> Vec<Restriction> {
         let mut restrictions: Vec<Restriction> = Vec::new();
         for (id, axis, coverage, drawn) in self.coverages() {
@@ -102,8 +104,8 @@ impl Card<'_> {
         restrictions
     }
 
-    /// Reasons not to go where an envelope confirms nothing of a quantity, or less than a third of what the mission
-    /// draws of it.
+    /// Reasons not to go where an envelope confirms nothing of a quantity, or less than a third of what the
+    /// mission draws of it.
     pub(super) fn not_covered(&self) -> Vec<Reason> {
         let reason = |(id, axis, coverage, drawn): (String, EnvelopeAxis, Coverage, [f64; 2])| {
             let (what, unit) = (bare(axis), unit(axis));

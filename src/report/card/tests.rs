@@ -182,8 +182,8 @@ fn wind_envelope(low: Option<f64>, high: Option<f64>) -> Evidence {
     evidence
 }
 
-/// Three sigma of 1.5 m/s are 4.5: within what is confirmed it is a go; with two of three draws within, a go for
-/// that range; with less, or nothing, none, and the sheet says so in words.
+/// Three sigma of 1.5 m/s are 4.5: within what is confirmed it is a go; with two of three draws within, a go
+/// for that range; with less, or nothing, none, and the sheet says so in words.
 #[test]
 fn regress_a_card_restricts_or_refuses_what_the_envelope_does_not_confirm() {
     let mission = mission(1.5);

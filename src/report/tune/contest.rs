@@ -6,8 +6,8 @@
 //! case; of those that do, the best have the lowest worst J_TPF on the unseen flights, or on the varied ones
 //! when the tuning was for them; of equals, those that track better. For tracking or for J_TPF alone that
 //! number's worst on these flights decides. Better than the mission's own are gains by a margin only
-//! ([`clearly_less`]): less is what arithmetic and a few flights make of gains that are as good. Gains that lose one of the flights that decide, which are in the
-//! air that the mission names, are never the best.
+//! ([`clearly_less`]): less is what arithmetic and a few flights make of gains that are as good. Gains that
+//! lose one of the flights that decide, which are in the air that the mission names, are never the best.
 
 use super::gains_table;
 use crate::assess::{LEAST_DIFFERENCE, Tally, clearly_less};
@@ -156,8 +156,8 @@ impl Contest {
         number(a).total_cmp(&number(b)).then(a.cases.rms.total_cmp(&b.cases.rms))
     }
 
-    /// What the gains found are clearly better in than the mission's own, if they are: the number that decides,
-    /// or tracking, where that number is as good.
+    /// What the gains found are clearly better in than the mission's own, if they are: the number that
+    /// decides, or tracking, where that number is as good.
     fn decides(&self, own: &Contender, found: &Contender) -> Option<Deciding> {
         let number = |c| self.number(c).0;
         let (number_own, number_found) = (number(own), number(found));
@@ -397,8 +397,9 @@ mod tests {
         assert_eq!(again.verdict(), "tuned is ours found again: nothing changes");
     }
 
-    /// Numbers that differ by arithmetic, or by less than a thousandth, make nothing better; where the number is
-    /// as good the tracking decides, by a thousandth, too; gains that differ in their last bits are the same.
+    /// Numbers that differ by arithmetic, or by less than a thousandth, make nothing better; where the number
+    /// is as good the tracking decides, by a thousandth, too; gains that differ in their last bits are the
+    /// same.
     #[test]
     fn regress_what_is_less_by_a_bit_is_not_better() {
         let between = |found_j: f64, found_rms: f64| {

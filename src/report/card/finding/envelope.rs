@@ -144,8 +144,8 @@ impl EnvelopeFound {
         (!parts.is_empty()).then(|| parts.join("; "))
     }
 
-    /// The range that is drawn of a quantity, so far either way; no further than there is something to look at
-    /// below what cannot be less.
+    /// The range that is drawn of a quantity, so far either way; no further than there is something to look
+    /// at below what cannot be less.
     pub fn drawn(&self, axis: EnvelopeAxis, off: f64) -> Option<[f64; 2]> {
         let AxisRange { low, nominal, .. } = self.range(axis)?;
         let ends_at_zero =
@@ -155,8 +155,8 @@ impl EnvelopeFound {
     }
 
     /// How what is drawn of a quantity, so far either way, lies in what is confirmed below J_state 1 with the
-    /// others nominal; `None` where the quantity was not looked at. Where nothing is confirmed one way, the nominal
-    /// release ends what is.
+    /// others nominal; `None` where the quantity was not looked at. Where nothing is confirmed one way, the
+    /// nominal release ends what is.
     pub fn coverage(&self, axis: EnvelopeAxis, off: f64) -> Option<Coverage> {
         let reach =
             self.one_at_a_time.iter().find(|reach| reach.axis == axis.name() && reach.limit == SAFE)?;
@@ -246,8 +246,8 @@ mod tests {
         }
     }
 
-    /// By hand, wind with a sigma of 1.5 m/s, three of them 4.5: confirmed beyond, to two, to a half of one, one way
-    /// only, not at all; turbulence has no way down.
+    /// By hand, wind with a sigma of 1.5 m/s, three of them 4.5: confirmed beyond, to two, to a half of one,
+    /// one way only, not at all; turbulence has no way down.
     #[test]
     fn closed_form_what_is_drawn_within_what_is_confirmed() {
         use EnvelopeAxis::Wind;
