@@ -6,7 +6,7 @@
 //! what is confirmed: two of three draws lie there, and whoever releases can wait for them. What is smaller,
 //! or where nothing is confirmed, is no envelope to release within.
 
-use super::finding::{Coverage, bare, unit};
+use super::finding::Coverage;
 use super::sections::range_words;
 use super::{Card, Reason, ReasonKind};
 use crate::assess::envelope::EnvelopeAxis;
@@ -68,8 +68,8 @@ impl Restriction {
     pub fn words(&self) -> String {
         let [low, high] = self.drawn.map(range_words);
         let [from, to] = [self.from, self.to].map(range_words);
-        let (what, unit) = (bare(self.axis), unit(self.axis));
-        format!("{what} from {from} to {to}{unit} (the mission draws {low} to {high})")
+        let (what, unit) = (self.axis.bare_words(), self.axis.unit());
+        format!("{what} from {from} to {to} {unit} (the mission draws {low} to {high})")
     }
 }
 
@@ -108,14 +108,14 @@ impl Card<'_> {
     /// mission draws of it.
     pub(super) fn not_covered(&self) -> Vec<Reason> {
         let reason = |(id, axis, coverage, drawn): (String, EnvelopeAxis, Coverage, [f64; 2])| {
-            let (what, unit) = (bare(axis), unit(axis));
+            let (what, unit) = (axis.bare_words(), axis.unit());
             let text = match coverage {
                 Coverage::Whole | Coverage::Part(_) => return None,
                 Coverage::Nothing => format!("envelope: nothing confirmed of {what}"),
                 Coverage::TooLittle(confirmed) => {
                     let [[from, to], [low, high]] = [confirmed, drawn].map(|range| range.map(range_words));
                     format!(
-                        "envelope: {what} is confirmed from {from} to {to}{unit} alone, and the mission draws {low} to {high}"
+                        "envelope: {what} is confirmed from {from} to {to} {unit} alone, and the mission draws {low} to {high}"
                     )
                 }
             };

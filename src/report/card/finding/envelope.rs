@@ -7,16 +7,6 @@ use crate::config::ENVELOPE_LIMITS;
 use crate::report::columns::short;
 use crate::report::envelope::{EnvelopeOutline, EnvelopePair, EnvelopeReach};
 
-/// A quantity in words, without its unit.
-pub(in crate::report::card) fn bare(axis: EnvelopeAxis) -> &'static str {
-    axis.words().split([',', '[']).next().unwrap_or_default().trim_end()
-}
-
-/// Unit of a quantity in words, behind a space.
-pub(in crate::report::card) fn unit(axis: EnvelopeAxis) -> String {
-    axis.words().split(['[', ']']).nth(1).map_or_else(String::new, |unit| format!(" {unit}"))
-}
-
 /// How what a mission draws of a quantity lies in what an envelope confirms of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Coverage {
@@ -131,11 +121,11 @@ impl EnvelopeFound {
             .collect();
         let mut parts: Vec<String> = Vec::new();
         if !alone.is_empty() {
-            parts.push(alone.iter().map(|axis| bare(*axis)).collect::<Vec<_>>().join(", "));
+            parts.push(alone.iter().map(|axis| axis.bare_words()).collect::<Vec<_>>().join(", "));
         }
         let together = missing.iter().filter(|pair| !pair.iter().any(|axis| alone.contains(axis)));
         let together: Vec<String> =
-            together.map(|[x, y]| format!("{} with {}", bare(*x), bare(*y))).collect();
+            together.map(|[x, y]| format!("{} with {}", x.bare_words(), y.bare_words())).collect();
         let seen = EnvelopeAxis::ALL.len() - alone.len();
         if !together.is_empty() {
             let all = together.len() == seen * (seen - 1) / 2;

@@ -24,7 +24,6 @@ pub use design::{DesignFound, FreshFound, FreshNumbers, MarginFound, PlanFound, 
 use drop::CasesFile;
 pub use drop::{CaseFound, DropFound, pilot_words};
 pub use envelope::{Coverage, EnvelopeFound};
-pub(super) use envelope::{bare, unit};
 pub use rare::{MostLikely, RareFound};
 
 /// Results of a run, as far as a card needs them.
