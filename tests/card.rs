@@ -29,7 +29,7 @@ fn well(args: &[&str], out: &Path) {
 /// A card's exit code and object.
 fn card(mission: &str, evidence: &Path, more: &[&str]) -> (Option<i32>, Value) {
     let out = tempfile::tempdir().unwrap();
-    let args = ["card", mission, "--json", "--evidence", evidence.to_str().unwrap()];
+    let args = ["card", mission, "--json", "--accept-estimates", "--evidence", evidence.to_str().unwrap()];
     let output = samara(&[&args, more].concat(), out.path());
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     (code(&output), serde_json::from_slice(&output.stdout).unwrap_or_else(|e| panic!("{e}: {said}")))
@@ -123,7 +123,8 @@ fn a_card_goes_by_evidence_that_is_whole_and_of_these_inputs() {
     // The command, read by a shell, makes the same bytes.
     let written = place.path().join("it's");
     let again = || {
-        let output = samara(&["card", &mission, "--evidence", out.to_str().unwrap()], &written);
+        let args = ["card", &mission, "--accept-estimates", "--evidence", out.to_str().unwrap()];
+        let output = samara(&args, &written);
         assert_eq!(code(&output), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
         ["card.json", "card.html"].map(|name| fs::read_to_string(written.join(name)).unwrap())
     };
@@ -140,6 +141,19 @@ fn a_card_goes_by_evidence_that_is_whole_and_of_these_inputs() {
         page.contains(">GO</p>") && page.contains("a &lt;b&gt; &amp; &quot;c&quot;/out/drop.json"),
         "{page}"
     );
+    // The shipped mission says what of it is estimated: nobody goes by that unawares.
+    let unaware =
+        samara(&["card", &mission, "--evidence", out.to_str().unwrap()], &place.path().join("unaware"));
+    let said = String::from_utf8_lossy(&unaware.stdout).into_owned();
+    assert!(
+        code(&unaware) == Some(1) && said.starts_with("No go: what is estimated is not accepted"),
+        "{said}"
+    );
+    assert!(
+        said.contains("in vehicle: body_aero") && said.contains("in mission: limits.pitch_deg"),
+        "{said}"
+    );
+    assert_eq!((&found["decision"], &found["estimates_accepted"]), (&"go".into(), &true.into()));
     assert!(!page.contains("<b> &") && !page.contains("<script") && page.contains("%3Cb%3E"), "{page}");
 
     let manifest = out.join("assess_manifest.json");

@@ -6,6 +6,7 @@
 //! | [`judge`] | whether a flight was safe, and why not: the one place that says so | V |
 //! | [`power`] | what a drop asks of its battery | |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
+//! | [`better`] | by which margin one flies better than another | |
 //! | [`batch`] | both for many planar flights at once | |
 //! | [`releases`] | random releases | (40)-(44), IV.B |
 //! | [`coordinates`] | a trial as independent standard-normal coordinates | |
@@ -27,6 +28,7 @@
 
 pub mod batch;
 pub mod beta;
+pub mod better;
 pub mod blocks;
 pub mod chosen;
 pub mod coordinates;
@@ -51,6 +53,7 @@ pub mod tracking;
 pub mod trends;
 
 pub use batch::{BatchMeasure, Outcome, judge_flights};
+pub use better::{LEAST_DIFFERENCE, clearly_less};
 pub use blocks::{BLOCK_TRIALS, BlockError, BlockNode, BlockSummary, Tally};
 pub use chosen::{ChosenAmong, quantile_rank};
 pub use drops::{DropOutcome, RandomDrop};

@@ -113,14 +113,27 @@ fn of_the_vehicle(mission: &Mission) -> Group {
 
 fn of_the_rotors(mission: &Mission, rotors: &RotorLimits) -> Group {
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
-    let up: f64 = vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
+    let density = site.density_kg_m3;
     let weight_n = vehicle.mass.mass_kg * site.gravity_m_s2;
-    let hover_n = weight_n / up;
-    let throttle = (hover_n / vehicle.static_thrust_n(site.density_kg_m3)).sqrt();
+    let lift_n = RotorLimits::lift_n(vehicle, density);
+    let throttle = vehicle.hover_throttle(site.gravity_m_s2, density);
+    // A rotor alone, and the lower ones of coaxial pairs.
+    let mut shares: Vec<f64> = Vec::new();
+    for share in vehicle.rotors.iter().map(|rotor| rotor.interference.thrust) {
+        if !shares.contains(&share) {
+            shares.push(share);
+        }
+    }
+    let alone_n = throttle * throttle * vehicle.static_thrust_n(density);
+    let hover_n: Vec<f64> = shares.iter().map(|share| share * alone_n).collect();
+    let [of_pairs, of_the_lower, of_all] = match shares.len() {
+        1 => [""; 3],
+        _ => ["upper, lower", "of a pair the lower", "all rotors, the lower ones with what the upper leave"],
+    };
     let rows = vec![
-        row("thrust_max_n", "greatest thrust of a rotor", "N", &[rotors.thrust_n], String::new()),
-        row("thrust_to_weight", "thrust to weight", "", &[rotors.thrust_n * up / weight_n], String::new()),
-        row("hover_thrust_n", "thrust of a rotor in hover", "N", &[hover_n], String::new()),
+        row("thrust_max_n", "greatest thrust of a rotor", "N", &[rotors.thrust_n], of_the_lower.to_owned()),
+        row("thrust_to_weight", "thrust to weight", "", &[lift_n / weight_n], of_all.to_owned()),
+        row("hover_thrust_n", "thrust of a rotor in hover", "N", &hover_n, of_pairs.to_owned()),
         row("hover_throttle", "throttle in hover", "", &[throttle], "1 is full".to_owned()),
         row("thrust_slew_n_s", "rate of change of thrust", "N/s", &[rotors.thrust_slew_n_s], String::new()),
         row(
@@ -139,14 +152,15 @@ fn of_the_battery(mission: &Mission, battery: &ElectricBattery, odd: &mut Vec<St
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
     let (pack, charge, n) = (battery.pack(), battery.charge(), vehicle.rotors.len() as f64);
     let limits = pack.limits();
-    let up: f64 = vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
-    let hover_n = vehicle.mass.mass_kg * site.gravity_m_s2 / up;
-    let throttle = (hover_n / vehicle.static_thrust_n(site.density_kg_m3)).sqrt();
+    let throttle = vehicle.hover_throttle(site.gravity_m_s2, site.density_kg_m3);
     // Power, voltage and current of the bus with all rotors at a part of their speed at full throttle.
     let at = |share: f64| {
         let omega_rad_s = share * vehicle.motor.omega_max_rad_s();
         let torque_nm = vehicle.rotor.static_load(omega_rad_s, site.density_kg_m3).torque_nm;
-        let power_w = n * pack.steady_power_w(&vehicle.motor, omega_rad_s, torque_nm);
+        let of_rotors = vehicle.rotors.iter().map(|rotor| {
+            pack.steady_power_w(&vehicle.motor, omega_rad_s, rotor.interference.torque * torque_nm)
+        });
+        let power_w: f64 = of_rotors.sum();
         (power_w, pack.bus_v_under(power_w, charge).map(|bus_v| (bus_v, power_w / bus_v)))
     };
     let capacity_ah = battery.capacity_c() / C_PER_AH;

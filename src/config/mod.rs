@@ -7,6 +7,7 @@
 //! | [`draft`] | first drafts of vehicles, missions and gains |
 //! | `designing` | how plan and gains of a mission are designed, and the mission with a design
 //! | `tuning` | how a mission's gains are tuned |
+//! | `estimated` | which numbers of a file are estimated, as it says |
 //! | `envelope` | releases about the points of its safe-release envelope, and their flights |
 //! | `plan_grid` | its grid of plans: what it spans, how it is judged, its files |
 //! | `gains_file` | `params/gains/*.json` |
@@ -37,6 +38,7 @@ mod designing;
 pub mod draft;
 mod envelope;
 mod error;
+mod estimated;
 mod gains_file;
 mod mission;
 mod names;
@@ -60,6 +62,7 @@ pub use derived::{Derived, Group, Row, derived};
 pub use designing::{DesignError, designed_mission_json};
 pub use envelope::{ENVELOPE_LIMITS, MissionEnvelope};
 pub use error::ConfigError;
+pub use estimated::Estimated;
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{
     CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, NoFreeFall,

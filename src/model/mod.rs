@@ -64,7 +64,9 @@ pub use rotor::{Rotor, RotorTable};
 pub use rotor_limits::RotorLimits;
 pub use rotor_start::RotorStart;
 pub use trim::{Trim, TrimError, trim};
-pub use vehicle::{ForceBalance, Interference, RotationSense, RotorMount, Vehicle, VehicleOptions};
+pub use vehicle::{
+    ForceBalance, Interference, RotationSense, RotorMount, SAME_AXIS, Vehicle, VehicleOptions,
+};
 
 /// Most rotors that a vehicle may have; per-rotor arrays have this length, so that nothing allocates in
 /// flight.

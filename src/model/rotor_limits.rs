@@ -38,6 +38,21 @@ impl RotorLimits {
         all.reduce(weaker).unwrap_or(Self { thrust_n: 0.0, thrust_slew_n_s: 0.0 })
     }
 
+    /// Lift of all rotors [N] at the speeds that their motors hold at full throttle, up where the body is
+    /// level: of a coaxial pair that of both, each with what it makes.
+    pub fn lift_n(vehicle: &Vehicle, density_kg_m3: f64) -> f64 {
+        let mut known: Vec<(Interference, f64)> = Vec::new();
+        let mut thrust_n = |kind: Interference| {
+            let found = known.iter().find(|(of, _)| *of == kind).map(|(_, thrust_n)| *thrust_n);
+            found.unwrap_or_else(|| {
+                let thrust_n = Self::under(vehicle, kind, density_kg_m3).thrust_n;
+                known.push((kind, thrust_n));
+                thrust_n
+            })
+        };
+        vehicle.rotors.iter().map(|rotor| -rotor.axis_body.z * thrust_n(rotor.interference)).sum()
+    }
+
     /// The limits of a rotor with this interference.
     fn under(vehicle: &Vehicle, interference: Interference, density_kg_m3: f64) -> Self {
         let load = |omega: f64| {

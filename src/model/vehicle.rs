@@ -65,6 +65,20 @@ pub struct RotorMount {
     pub interference: Interference,
 }
 
+impl RotorMount {
+    /// Distance of the hub from another rotor's axis [m], where this one stands below that one and so in its
+    /// wake: behind it in the direction of the thrust that both give.
+    pub fn beside_the_axis_above_m(&self, above: &Self) -> Option<f64> {
+        let apart = above.position_body_m - self.position_body_m;
+        let along = apart.dot(&self.axis_body);
+        let parallel = (above.axis_body - self.axis_body).norm() <= SAME_AXIS;
+        (parallel && along > SAME_AXIS).then(|| (apart - self.axis_body * along).norm())
+    }
+}
+
+/// How far apart the axes of a coaxial pair may be [m], and how far from parallel [rad].
+pub const SAME_AXIS: f64 = 1e-3;
+
 /// A multirotor: body, rotors and motors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct VehicleOptions {
@@ -198,6 +212,19 @@ impl Vehicle {
     /// channel. A rotor in another's wake makes [`Interference::thrust`] times as much.
     pub fn static_thrust_n(&self, density_kg_m3: f64) -> f64 {
         self.rotor.static_load(self.motor.omega_max_rad_s(), density_kg_m3).thrust_n
+    }
+
+    /// Lift of all rotors at full throttle in still air [N], up where the body is level: of a coaxial pair
+    /// that of both, the lower one's as the upper one leaves it.
+    pub fn static_lift_n(&self, density_kg_m3: f64) -> f64 {
+        let shares = self.rotors.iter().map(|rotor| rotor.interference.thrust * -rotor.axis_body.z);
+        shares.sum::<f64>() * self.static_thrust_n(density_kg_m3)
+    }
+
+    /// Throttle at which all rotors together carry the vehicle in still air, each at the same: above 1 they
+    /// cannot.
+    pub fn hover_throttle(&self, gravity_m_s2: f64, density_kg_m3: f64) -> f64 {
+        (self.mass.mass_kg * gravity_m_s2 / self.static_lift_n(density_kg_m3)).sqrt()
     }
 
     /// Longest Runge-Kutta step [s] in which the rotors' speeds are integrated stably, and followed as far as

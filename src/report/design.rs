@@ -5,16 +5,18 @@ use serde::Serialize;
 use super::columns::{columns, short};
 use super::figure::{Distribution, FigureError, distribution_figure, j_tpf};
 use super::json::{VERSION, object, text as json_text};
-use super::tune::{gains_table, named};
-use crate::assess::ChosenAmong;
+use super::range_ends::{range_ends_json, range_ends_words};
+use super::tune::{Standing, gains_table, named};
+use crate::assess::{ChosenAmong, LEAST_DIFFERENCE};
 use crate::config::{Mission, Stamp};
 use crate::control::Gains;
 use crate::design::{
-    CONDITIONS, Design, DesignJudge, DesignObjective, DesignSearch, Finalist, FlyPortions, FreshResults,
-    Judgement, LIMIT, LOOPS, LoopsAt, Margins, NotJudged, TriedDesign, Unknown, WEIGHT_GROUPS, best_finalist,
-    judge_fresh,
+    CONDITIONS, Design, DesignJudge, DesignObjective, DesignSearch, DesignSearchSettings, DesignSpace,
+    Finalist, FlyPortions, FreshResults, Judgement, LIMIT, LOOPS, LoopsAt, Margins, NotJudged, TriedDesign,
+    Unknown, WEIGHT_GROUPS, best_finalist, judge_fresh,
 };
 use crate::plan::InputReference;
+use crate::tune::RangeEnds;
 use crate::units::DEG_PER_RAD;
 
 /// A design on flights that chose nothing, by condition of [`CONDITIONS`].
@@ -35,8 +37,12 @@ pub struct DesignRun {
     pub objective: DesignObjective,
     /// Flights that judged each design.
     pub flights: usize,
-    /// The design that was chosen.
+    /// The design that was chosen: the mission's own, where what was found is the same.
     pub chosen: TriedDesign,
+    /// The mission's own design.
+    pub own: Design,
+    /// Space of the search.
+    space: DesignSpace,
     /// Whether it keeps every bound on the search's flights.
     pub allowed: bool,
     /// The finalists, best of the search first; none when the search was interrupted.
@@ -54,6 +60,13 @@ pub struct DesignRun {
     pub wall_s: f64,
 }
 
+/// What was found with the mission's own design in its place, where they are the same but for what arithmetic
+/// leaves.
+fn or_own(found: TriedDesign, own: &Design) -> TriedDesign {
+    let design = if found.design.is_same_as(own) { *own } else { found.design };
+    TriedDesign { design, ..found }
+}
+
 /// Name of the mission's own design.
 pub const OWN: &str = "own";
 
@@ -64,12 +77,15 @@ impl DesignRun {
     /// The best design of a search so far, not judged on any other flights; `None` when not one has a plan.
     pub fn of(name: &str, judge: &DesignJudge<'_>, search: &DesignSearch) -> Option<Self> {
         let (objective, bounds) = judge.objective();
-        let best = search.best()?;
+        let DesignSearchSettings { own, space, .. } = search.settings();
+        let best = or_own(search.best()?, own);
         Some(Self {
             name: name.to_owned(),
             objective,
             flights: judge.count(),
             chosen: best,
+            own: *own,
+            space: space.clone(),
             allowed: best.judgement.is_allowed(&bounds),
             finalists: Vec::new(),
             judged: Vec::new(),
@@ -86,7 +102,7 @@ impl DesignRun {
         let (objective, bounds) = judge.objective();
         let best = best_finalist(&self.finalists, objective, &bounds);
         if let Some(chosen) = best {
-            self.chosen = chosen;
+            self.chosen = or_own(chosen, &self.own);
             self.allowed = chosen.judgement.is_allowed(&bounds);
         }
         best.is_some()
@@ -147,9 +163,28 @@ impl DesignRun {
 
     /// Whether the design keeps all bounds and is better than the mission's own on fresh flights.
     pub fn is_better(&self) -> bool {
-        let Some((own, chosen)) = self.own_and_chosen() else { return false };
-        let number = self.number(chosen);
-        self.allowed && own.is_none_or(|own| number < self.number(own))
+        self.standing() == Standing::Better
+    }
+
+    /// How the design stands beside the mission's own: better where it keeps all bounds and, on fresh flights
+    /// with everything unknown and turbulence, is so by a margin ([`FreshResults::is_better_than`]), or where
+    /// the mission's own has no plan.
+    pub fn standing(&self) -> Standing {
+        if self.chosen.design == self.own {
+            return Standing::Same;
+        }
+        let better = self.own_and_chosen().is_some_and(|(own, chosen)| {
+            own.is_none_or(|own| match (chosen.fresh.last(), own.fresh.last()) {
+                (Some(chosen), Some(own)) => chosen.is_better_than(own, self.objective),
+                _ => false,
+            })
+        });
+        if self.allowed && better { Standing::Better } else { Standing::NotBetter }
+    }
+
+    /// Which numbers of the design stand at an end of their range.
+    pub fn range_ends(&self) -> RangeEnds {
+        self.space.range_ends(&self.chosen.design)
     }
 
     /// The answer in a sentence.
@@ -167,7 +202,7 @@ impl DesignRun {
         if std::ptr::eq(own, chosen) {
             let bounds = if self.allowed { "keeps every bound" } else { "breaks a bound or is unsafe" };
             return format!(
-                "the mission's own design stands: {what} of J_TPF in turbulence {number:.4}; it {bounds} in the \
+                "the mission's own design stands, nothing changes: {what} of J_TPF in turbulence {number:.4}; it {bounds} in the \
                  search's flights"
             );
         }
@@ -177,6 +212,12 @@ impl DesignRun {
                 format!("{} breaks a bound or is unsafe in the search's flights ({against})", chosen.name)
             }
             (true, true) => format!("{} is better than {} ({against})", chosen.name, own.name),
+            (true, false) if self.number(chosen) < self.number(own) => format!(
+                "{} is not better than {} ({against}: less than {} % apart, or no more than chance): keep it",
+                chosen.name,
+                own.name,
+                100.0 * LEAST_DIFFERENCE
+            ),
             (true, false) => {
                 format!("{} is not better than {} ({against}): keep it", chosen.name, own.name)
             }
@@ -254,7 +295,8 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
     out += "(factors on the mission's own weights; reference of the input; weight of the peak and bounds, - for none; feed-forward)\n\n";
     let sets: Vec<_> = shown.iter().map(|(name, design)| (name.as_str(), design.gains)).collect();
     out += &gains_table(&sets);
-    out + "\n" + &loops_text(run) + &finalists_text(run) + &fresh_text(run)
+    let ends = range_ends_words(&run.range_ends()).map_or_else(String::new, |words| words + "\n");
+    out + "\n" + &loops_text(run) + &finalists_text(run) + &fresh_text(run) + &ends
 }
 
 fn loops_text(run: &DesignRun) -> String {
@@ -512,6 +554,8 @@ pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: O
         finalists: finalists,
         fresh: judged,
         better: run.is_better(),
+        standing: run.standing().word(),
+        at_range_ends: range_ends_json(&run.range_ends()),
         #[serde(flatten)]
         time: wall_s.map(|wall_s| object! { wall_s: wall_s }),
     })

@@ -59,21 +59,28 @@ pub struct ReachEnd {
 }
 
 impl EnvelopeReach {
-    /// From where to where, in words: `-2.1 .. 4+`, `up to 1.5`; + where it is the end of what was looked at,
-    /// - where nothing is confirmed.
+    /// From where to where, in words: `-2.1 .. 4+`, `up to 1.5`, `nothing confirmed .. 0.3`, `nothing
+    /// confirmed`; + where it is the end of what was looked at.
     pub fn words(&self) -> String {
         let words = |end: &ReachEnd| {
             let mark = if end.is_the_end { "+" } else { "" };
-            end.confirmed.map_or_else(|| "-".to_owned(), |value| short(value, 2) + mark)
+            end.confirmed.map(|value| short(value, 2) + mark)
         };
+        let nothing = || NOTHING_CONFIRMED.to_owned();
         match (self.low.as_ref().map(words), self.high.as_ref().map(words)) {
-            (Some(low), Some(high)) => format!("{low} .. {high}"),
-            (None, Some(high)) => format!("up to {high}"),
-            (Some(low), None) => format!("down to {low}"),
-            (None, None) => "none".to_owned(),
+            (None, Some(Some(high))) => format!("up to {high}"),
+            (Some(Some(low)), None) => format!("down to {low}"),
+            (Some(low), Some(high)) if low.is_some() || high.is_some() => {
+                format!("{} .. {}", low.unwrap_or_else(nothing), high.unwrap_or_else(nothing))
+            }
+            _ => nothing(),
         }
     }
 }
+
+/// What a way is said to be along which no point held on fresh flights, or that begins where the nominal
+/// release is not safe.
+pub(super) const NOTHING_CONFIRMED: &str = "nothing confirmed";
 
 /// What the edges of an envelope were confirmed by, where `any` were, on so many fresh flights, for this
 /// share of flights with this confidence: a sentence without a full stop.
@@ -84,7 +91,7 @@ pub(super) fn confirmed_words(any: bool, fresh_flights: u64, share: f64, confide
     let [share, confidence] = [share, confidence].map(|x| short(100.0 * x, 2));
     format!(
         "At each confirmed edge all of {fresh_flights} fresh flights stayed below that limit of J_state, so that {share} % do, with \
-         {confidence} % confidence for each edge; whether they become steady is not judged. + the end of what is looked at, - nothing confirmed"
+         {confidence} % confidence for each edge; whether they become steady is not judged. + the end of what is looked at"
     )
 }
 
@@ -355,6 +362,27 @@ mod tests {
         assert_eq!((none.area_share(1.0, &ranges), none.area_share(0.7, &ranges)), (0.0, 0.0));
     }
 
+    /// What is not confirmed is said in words, on the side where it is not.
+    #[test]
+    fn a_reach_says_what_is_not_confirmed() {
+        let held = |value| Some(ReachEnd { confirmed: Some(value), is_the_end: false });
+        let nothing = Some(ReachEnd { confirmed: None, is_the_end: false });
+        for (low, high, words) in [
+            (held(-2.1), held(4.0), "-2.1 .. 4"),
+            (None, held(1.5), "up to 1.5"),
+            (held(-1.5), None, "down to -1.5"),
+            (nothing, held(0.06), "nothing confirmed .. 0.06"),
+            (held(-0.5), nothing, "-0.5 .. nothing confirmed"),
+            (nothing, nothing, "nothing confirmed"),
+            (None, nothing, "nothing confirmed"),
+            (nothing, None, "nothing confirmed"),
+            (None, None, "nothing confirmed"),
+        ] {
+            let reach = EnvelopeReach { axis: "wind_m_s".to_owned(), limit: 1.0, low, high };
+            assert_eq!(reach.words(), words);
+        }
+    }
+
     /// A row for each edge, as many cells as columns, what is not there empty, and what has no edge said.
     #[test]
     fn rows_have_the_columns_of_the_head() {
@@ -372,7 +400,11 @@ mod tests {
             "{csv}"
         );
         let text = report.text();
-        assert!(text.contains("J_state < 0.7: not kept by each") && text.contains("- .. -"), "{text}");
+        assert!(
+            text.contains("J_state < 0.7: not kept by each") && text.contains("nothing confirmed"),
+            "{text}"
+        );
+        assert!(!text.contains("- .."), "{text}");
         // Nothing held, so nothing says that flights were safe anywhere.
         assert!(text.contains("Nothing is confirmed") && !text.contains("all of"), "{text}");
         let (held, ranges) = self::fan(true);

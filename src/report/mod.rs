@@ -31,6 +31,7 @@
 //! | [`fidelity`] | one campaign by several ways to fly it: means, bounds |
 //! | [`free_fall`] | finding the fall from the accelerometer alone: tables |
 //! | [`envelope`] | the safe-release envelope: tables, edges |
+//! | [`range_ends`] | numbers of a search at an end of their range |
 //! | [`rare`] | probabilities of rare failures: tables, the most likely failure |
 //! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the flights, their table |
@@ -66,6 +67,7 @@ pub mod plan;
 pub mod plan_grid;
 mod plan_motion;
 pub mod px4_gains;
+pub mod range_ends;
 pub mod rare;
 pub mod repeats;
 pub mod replan;

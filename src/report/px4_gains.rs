@@ -3,9 +3,11 @@
 
 use super::columns::columns;
 use super::json::{head, object, text};
+use super::range_ends::{range_ends_json, range_ends_words};
 use crate::config::Mission;
 use crate::control::px4::{Law, Parameters};
 use crate::params::Purpose;
+use crate::tune::RangeEnds;
 use crate::tune::px4::Measures;
 use crate::tune::px4::space::names;
 use crate::units::DEG_PER_RAD;
@@ -31,8 +33,8 @@ pub struct Px4Gains {
     pub found: Measures,
     /// All parameters that the model of PX4's controller reads.
     pub parameters: Parameters,
-    /// Those of them that the search left at a bound.
-    pub at_bounds: Vec<&'static str>,
+    /// Those of the numbers searched that stand at an end of their range.
+    pub range_ends: RangeEnds,
     /// Drops that candidates were judged by.
     pub drops: u64,
     /// Unseen drops.
@@ -61,12 +63,6 @@ const SHARES: [Measure; 2] = [
 ];
 
 impl Px4Gains {
-    /// The remark on parameters at a bound of the search, if there are any.
-    fn bounded(&self) -> Option<String> {
-        let names = self.at_bounds.join(", ");
-        (!names.is_empty()).then(|| format!("within 3 % of a bound of the search: {names}"))
-    }
-
     /// The remark on the measure of costs, if it is not the usual one.
     fn other_measure(&self) -> Option<String> {
         let by = self.measured_by;
@@ -95,7 +91,7 @@ impl Px4Gains {
             ),
             format!("PX4's defaults on the same: {}", listed(&self.defaults)),
         ];
-        found.into_iter().chain(measured_by).chain(self.bounded()).collect()
+        found.into_iter().chain(measured_by).chain(range_ends_words(&self.range_ends)).collect()
     }
 }
 
@@ -129,7 +125,7 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
     out += &format!(
         "\n{verdict} PX4's defaults: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
     );
-    let remarks = gains.other_measure().into_iter().chain(gains.bounded());
+    let remarks = gains.other_measure().into_iter().chain(range_ends_words(&gains.range_ends));
     out + &remarks.map(|remark| remark + "\n").collect::<String>()
 }
 
@@ -152,7 +148,7 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
         r#for: gains.purpose.name(),
         name: &gains.name,
         gains: parameters.collect::<serde_json::Map<_, _>>(),
-        at_bounds: &gains.at_bounds,
+        at_range_ends: range_ends_json(&gains.range_ends),
         evaluations: gains.evaluations,
         drops_per_evaluation: gains.drops,
         unseen_drops: gains.unseen,

@@ -9,6 +9,7 @@
 //! | [`swarm`] | particle swarm | IV.C |
 //! | [`cma_es`] | evolution strategy that learns the shape of the valley | |
 //! | [`search`] | an optimiser on an objective, with the best and the front of all that was tried | |
+//! | [`range_ends`] | which numbers of a result stand at an end of their range | |
 //! | [`px4`] | gains for PX4, on the model of its own law | |
 //! | [`near_hover`](mod@near_hover) | Ziegler and Nichols on the vehicle's own loops | IV.D |
 //!
@@ -22,6 +23,7 @@ pub mod near_hover;
 
 pub mod objective;
 pub mod px4;
+pub mod range_ends;
 pub mod release_cases;
 pub mod search;
 pub mod swarm;
@@ -30,6 +32,7 @@ pub mod unknowns;
 pub use cma_es::CmaEs;
 pub use gain_judge::GainJudge;
 pub use objective::{Evaluation, Objective};
+pub use range_ends::{RangeEnds, SearchedNumber};
 pub use release_cases::ReleaseCase;
 pub use search::{Method, Search, SearchSettings};
 pub use swarm::ParticleSwarm;
@@ -72,6 +75,20 @@ pub trait CandidateSearch {
 
     /// Takes the judgements of the candidates, in their order, and makes new ones.
     fn update(&mut self, judgements: &[Self::Judgement]);
+}
+
+/// Gains that differ by no more than this part of each other are the same: a search that goes through
+/// logarithms and roots comes back to where it began but for the last digits.
+const SAME_GAIN: f64 = 1e-9;
+
+/// Whether two numbers of a search are the same but for what arithmetic leaves.
+pub fn is_same_number(a: f64, b: f64) -> bool {
+    (a - b).abs() <= SAME_GAIN * a.abs().max(b.abs())
+}
+
+/// Whether two sets of gains are the same but for what arithmetic leaves.
+pub fn are_same_gains(a: &Longitudinal, b: &Longitudinal) -> bool {
+    a.iter().zip(b).all(|(a, b)| is_same_number(*a, *b))
 }
 
 /// Cost as an optimiser takes it: infinite when it is not a number.

@@ -6,7 +6,10 @@
 
 use super::cma_es::{CmaEs, CmaSettings};
 use super::swarm::{ParticleSwarm, SwarmSettings};
-use super::{BOUNDS, CandidateSearch, Evaluation, Longitudinal, Objective, Optimiser};
+use super::{
+    BOUNDS, CandidateSearch, Evaluation, Longitudinal, Objective, Optimiser, RangeEnds, SearchedNumber,
+};
+use crate::control::Gains;
 
 /// Which optimiser.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -144,6 +147,13 @@ impl Search {
         let allowed = |t: &&Tried| !t.beaten && objective.allows(&t.evaluation);
         let allowed: Vec<Tried> = self.tried.iter().filter(allowed).copied().collect();
         best_of(&allowed, objective).or_else(|| best_of(&self.tried, objective))
+    }
+
+    /// Which of these gains stand at an end of the range that is searched.
+    pub fn range_ends(&self, k: &Longitudinal) -> RangeEnds {
+        let (least, most) = BOUNDS;
+        let named = Gains::LONGITUDINAL_KEYS.into_iter().zip(*k);
+        RangeEnds::of(named.map(|(name, value)| SearchedNumber { name: name.into(), value, least, most }))
     }
 
     /// Whether it ended after its first iteration because each candidate lost a flight: there is nothing to

@@ -56,7 +56,7 @@ def evidence(tmp_path_factory):
 
 
 def test_a_go_is_one_sheet(evidence, tmp_path):
-    run("card", MISSION, "--evidence", evidence, "--out", tmp_path)
+    run("card", MISSION, "--accept-estimates", "--evidence", evidence, "--out", tmp_path)
     assert_one_sheet(tmp_path / "card.html", tmp_path / "card.pdf")
 
 

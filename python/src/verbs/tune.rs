@@ -172,6 +172,7 @@ fn search(
         swing: tuning.swing.clone(),
         bounds: objective,
         gains: best,
+        range_ends: search.range_ends(&best.k),
         flights: judge.flights(),
         control_period_s: control_period_s(plan),
         fresh_evaluations: search.tried().len(),

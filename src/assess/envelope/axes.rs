@@ -52,6 +52,16 @@ impl EnvelopeAxis {
         }
     }
 
+    /// Words for people, without unit and without what stands behind a comma.
+    pub fn bare_words(self) -> &'static str {
+        self.words().split([',', '[']).next().unwrap_or_default().trim_end()
+    }
+
+    /// Unit in words.
+    pub fn unit(self) -> &'static str {
+        self.words().split(['[', ']']).nth(1).unwrap_or_default()
+    }
+
     /// The quantity of this name; the unit may be left out.
     pub fn named(name: &str) -> Option<Self> {
         let bare = ["pitch", "pitch_rate", "descent", "delay", "wind", "turbulence"];

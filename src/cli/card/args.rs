@@ -32,6 +32,12 @@ pub struct CardArgs {
     /// it not one trial may have failed, and 0.01 is asked for, which takes 299.
     #[arg(long, value_name = "P", value_parser = accepted_probability)]
     pub p_failure: Option<f64>,
+    /// Accept what vehicle and mission merely estimate or guess.
+    ///
+    /// Without it no card is a go whose inputs have estimates, by the key `estimated` of their files, or do
+    /// not say which of their numbers are. The list stands above the signatures.
+    #[arg(long)]
+    pub accept_estimates: bool,
     /// How many designs this one was chosen among by the trials of the evidence.
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = whole::<u64>(1..=1_000_000_000))]
     pub chosen_among: u64,
@@ -68,6 +74,10 @@ impl CardArgs {
         let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
         self.evidence.iter().for_each(|folder| add("--evidence", folder.display().to_string()));
         self.p_failure.iter().for_each(|p| add("--p-failure", p.to_string()));
+        if self.accept_estimates {
+            words.push("--accept-estimates".to_owned());
+        }
+        let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
         if self.chosen_among > 1 {
             add("--chosen-among", self.chosen_among.to_string());
         }

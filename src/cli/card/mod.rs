@@ -23,7 +23,7 @@ use samara::assess::ChosenAmong;
 use samara::config::{Mission, input_text};
 use samara::report::card::{Card, InputFile, json::json, page::page};
 
-/// Looks at the evidence, writes the card and reports it. Yes: go.
+/// Looks at the evidence, writes the card and reports it. Yes: go, restricted or not.
 pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
     let present = Present::of(args)?;
     let mission = present.mission();
@@ -41,6 +41,7 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
         inputs: input_files(args, mission)?,
         evidence: evidence::of_folders(args, &present, &folder)?,
         accepted: args.p_failure,
+        accepts_estimates: args.accept_estimates,
         among: ChosenAmong::new(args.chosen_among),
         chosen: args.gains_options(),
         command: args.command(mission),
@@ -50,7 +51,7 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
     folder.write_text("card.html", &page(&card).context("the figure of the envelope")?)?;
     folder.write_manifest("card", mission, &[])?;
     folder.print_result(args.mission.json, || object, || text(&card))?;
-    Ok(Answer::from(card.reasons().is_empty()))
+    Ok(Answer::from(card.decision().is_go()))
 }
 
 /// Files that the mission is read from: its own, those that it and its vehicle name, and the chosen
@@ -81,6 +82,11 @@ fn text(card: &Card<'_>) -> String {
         let from =
             if reason.from.is_empty() { String::new() } else { format!(" ({})", reason.from.join(", ")) };
         text += &format!("  {}{from}\n", reason.text);
+    }
+    if card.accepts_estimates {
+        for input in card.estimates() {
+            text += &format!("estimated, accepted: {} ({})\n", input.words(), input.from);
+        }
     }
     for (id, evidence, why) in card.refused() {
         text += &format!("refused {id} {}: {why}\n", evidence.file);

@@ -74,6 +74,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         swing: args.swing.clone(),
         bounds: objective,
         gains: best,
+        range_ends: search.range_ends(&best.k),
         flights: judge.flights(),
         control_period_s: control_period_s(plan),
         fresh_evaluations: done.fresh,
@@ -84,7 +85,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     // What was found is kept before it is tried on anything else.
     write_gains(args, &folder, mission, &best.k, &about(mission, &search, &run))?;
     write_search(&folder, mission, &search, &run)?;
-    write_tune_manifest(args, &folder, mission)?;
+    write_tune_manifest(args, &folder, mission, &run.range_ends)?;
     run.contest = contest::contest(args, mission, plan, &judge, &best.k, &stop)?;
     folder.print_result(
         args.mission.json,

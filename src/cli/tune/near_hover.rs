@@ -11,6 +11,7 @@ use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::report::tune::{Standing, near_hover as report};
 use samara::trajectory::Trajectory;
+use samara::tune::RangeEnds;
 use samara::tune::near_hover::near_hover;
 
 /// Tunes, tries, writes `gains.json`, `gains.params` and `near_hover.txt`.
@@ -28,7 +29,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let text = report::text(mission, &found, &contest);
     let verdict = contest.verdict() + "\n";
     folder.write_text("near_hover.txt", &format!("{text}{verdict}"))?;
-    write_tune_manifest(args, &folder, mission)?;
+    write_tune_manifest(args, &folder, mission, &RangeEnds::default())?;
     let object = || report::json(mission, &found, &contest, 1e-3 * watch.ms());
     folder.print_result(args.mission.json, object, || text)?;
     if !args.mission.json {

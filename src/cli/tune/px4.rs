@@ -21,7 +21,7 @@ use samara::report::params::params_file;
 use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
 use samara::trajectory::Trajectory;
 use samara::tune::objective::PENALTY;
-use samara::tune::px4::space::{Candidate, at_bounds, names};
+use samara::tune::px4::space::{Candidate, names, range_ends};
 use samara::tune::px4::{Measures, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from};
 use samara::tune::release_cases::AMPLITUDES;
 
@@ -110,7 +110,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         measured_by: seen.measured_by,
         found: on_unseen(&found),
         parameters: found,
-        at_bounds: at_bounds(&best, search.bounds()),
+        range_ends: range_ends(&best, search.bounds()),
         drops: seen.count() as u64,
         unseen: args.unseen,
         evaluations: search.evaluations(),

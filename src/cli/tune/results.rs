@@ -13,8 +13,9 @@ use samara::control::Gains;
 use samara::params::{Purpose, export};
 use samara::report::convergence_figure;
 use samara::report::params::params_file;
+use samara::report::range_ends::range_ends_words;
 use samara::report::tune::{TuneRun, records};
-use samara::tune::{Longitudinal, Search};
+use samara::tune::{Longitudinal, RangeEnds, Search};
 
 /// Name of a search's checkpoint.
 pub const CHECKPOINT: &str = "checkpoint.json";
@@ -37,9 +38,15 @@ pub fn write_gains(
     folder.write_text("gains.params", &params_file(&with_gains, &parameters)).map(|_| ())
 }
 
-/// Writes the manifest of a tuning, with the options that made it.
-pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mission) -> Result<(), Failure> {
-    let options = [
+/// Writes the manifest of a tuning, with the options that made it and, of a search, the numbers that stand at
+/// an end of their range.
+pub fn write_tune_manifest(
+    args: &TuneArgs,
+    folder: &OutputFolder,
+    mission: &Mission,
+    ends: &RangeEnds,
+) -> Result<(), Failure> {
+    let mut options = vec![
         ("method", name_of(args.method)),
         ("objective", name_of(args.objective)),
         ("model", name_of(args.model)),
@@ -54,6 +61,7 @@ pub fn write_tune_manifest(args: &TuneArgs, folder: &OutputFolder, mission: &Mis
         ("stall", args.stall.to_string()),
         ("unseen", args.unseen.to_string()),
     ];
+    options.extend(range_ends_words(ends).map(|words| ("at_range_ends", words)));
     folder.write_manifest("tune", mission, &options)
 }
 

@@ -98,6 +98,13 @@ pub fn mission_draft_json(draft: &MissionDraft, vehicle: &Vehicle) -> Result<Str
             )
         }
     };
+    let mut estimated =
+        vec!["monte_carlo", "limits.pitch_deg", "limits.pitch_rate_deg_s", "limits.steady_within_m_s"];
+    estimated.extend(draft.speed_limit_m_s.is_none().then_some("limits.speed_m_s"));
+    let is_given = draft.from == ReleasedFrom::Balloon || draft.descent_m_s.is_some();
+    estimated.extend((!is_given).then_some("parachute.descent_m_s"));
+    estimated.sort_unstable();
+    let estimated = serde_json::Value::from(estimated).to_string().replace(',', ", ");
     let fastest = descent + g * delay_s;
     let target_speed = target_v_ned.iter().map(|v| v * v).sum::<f64>().sqrt();
     let speed_limit =
@@ -156,7 +163,7 @@ pub fn mission_draft_json(draft: &MissionDraft, vehicle: &Vehicle) -> Result<Str
         _ => String::new(),
     };
     Ok(format!(
-        "{{\n{schema}  \"about\": {about},\n  \"name\": {name},\n  \"vehicle\": {vehicle_path},\n  \"gains\": {gains_path},\n  \"seed\": 1,\n  \
+        "{{\n{schema}  \"about\": {about},\n  \"estimated\": {estimated},\n  \"name\": {name},\n  \"vehicle\": {vehicle_path},\n  \"gains\": {gains_path},\n  \"seed\": 1,\n  \
          \"epoch_unix_us\": 1767225600000000,\n  \"duration_s\": {duration_s},\n  \"target_v_ned_m_s\": [{v_n}, {v_e}, {v_d}],\n  \"site\": \
          {{\n    \"about\": {site_about},\n    \"gravity_m_s2\": {g},\n    \"density_kg_m3\": {density},\n    \"wind_ned_m_s\": [0, 0, 0],\n    \
          \"latitude_deg\": {latitude},\n    \"longitude_deg\": {longitude},\n    \"altitude_m\": {altitude_m}\n  }},\n{sensors}  \"parachute\": {{\n    \

@@ -179,7 +179,9 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
         })
         .collect();
     let mut told = Vec::new();
+    let mut estimated = vec!["body_aero", "rotor.quadratic.torque_per_thrust_m"];
     let inertia = draft.inertia_kg_m2.unwrap_or_else(|| {
+        estimated.push("inertia_kg_m2");
         told.push(format!(
             "The inertia is estimated: a solid sphere of {:.0} % of the mass and {BODY_RADIUS} arm lengths radius, the rest as \
              points at the hubs (Beard, Quadrotor Dynamics and Control, 2008)",
@@ -192,6 +194,7 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
             (thrust_n_per_rad2_s2, omega_max_rad_s)
         }
         DraftThrust::AtFullThrottle { thrust_n } => {
+            estimated.extend(["rotor.quadratic.thrust_n_per_rad2_s2", "motor.first_order.omega_max_rad_s"]);
             told.push(format!(
                 "The rotor speed at full throttle is estimated from the thrust of {thrust_n} N: thrust = {C_THRUST} rho n^2 D^4"
             ));
@@ -208,11 +211,14 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     ));
     let size = propeller_m / REFERENCE_M;
     let tau_up_s = draft.motor_tau_s.unwrap_or_else(|| {
+        estimated.push("motor.first_order.tau_up_s");
         told.push(format!(
             "The motors' time constant is estimated: {REFERENCE_TAU_S} s for a propeller of 10 inch, in proportion to the diameter"
         ));
         rounded((REFERENCE_TAU_S * size).clamp(0.005, 1.0))
     });
+    estimated.extend(["motor.first_order.tau_down_s", "motor.first_order.rotor_inertia_kg_m2"]);
+    estimated.sort_unstable();
     let rotor_inertia = rounded(REFERENCE_INERTIA_KG_M2 * size.powi(4));
     let drag_area_m2 = rounded(0.3 * std::f64::consts::PI * arm_m * arm_m);
     let about = format!(
@@ -237,18 +243,25 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
         draft.schema.as_ref().map_or_else(String::new, |path| format!("  \"$schema\": {},\n", text(path)));
     let [xx, yy, zz] = inertia;
     Ok(format!(
-        "{{\n{schema}  \"about\": {},\n  \"name\": {},\n  \"mass_kg\": {mass_kg:?},\n  \"inertia_kg_m2\": [{xx:?}, {yy:?}, {zz:?}],\n  \
+        "{{\n{schema}  \"about\": {},\n  \"estimated\": {},\n  \"name\": {},\n  \"mass_kg\": {mass_kg:?},\n  \"inertia_kg_m2\": [{xx:?}, {yy:?}, {zz:?}],\n  \
          \"rotors\": [\n{}\n  ],\n  \"effects\": {{ \"reaction_torque\": true, \"rotor_momentum\": true }},\n  \"body_aero\": {{ \
          \"drag_area_m2\": {drag_area_m2:?}, \"side_drag_area_m2\": {drag_area_m2:?} }},\n  \"rotor\": {{\n    \"quadratic\": {{\n      \"thrust_n_per_rad2_s2\": {k:?},\n      \
          \"torque_per_thrust_m\": {torque_per_thrust_m:?},\n      \"density_kg_m3\": {density_kg_m3:?},\n      \"radius_m\": {:?}\n    \
          }}\n  }},\n  \"motor\": {{\n    \"first_order\": {{\n      \"omega_max_rad_s\": {omega_max:?},\n      \"tau_up_s\": \
          {tau_up_s:?},\n      \"tau_down_s\": {:?},\n      \"rotor_inertia_kg_m2\": {rotor_inertia:?}\n    }}\n  }}\n}}\n",
         text(&about),
+        list(&estimated),
         text(&draft.name),
         rotors.join(",\n"),
         rounded(0.5 * propeller_m),
         rounded(1.5 * tau_up_s),
     ))
+}
+
+/// A list of keys, one a line.
+fn list(keys: &[&str]) -> String {
+    let lines: Vec<String> = keys.iter().map(|key| format!("    {}", text(key))).collect();
+    format!("[\n{}\n  ]", lines.join(",\n"))
 }
 
 fn text(s: &str) -> String {

@@ -7,7 +7,7 @@ use crate::assess::Limits;
 use crate::frames::{LEVEL, Quaternion};
 use crate::math;
 use crate::model::rigid_body::BodyState;
-use crate::model::{Environment, RotorLimits, Vehicle};
+use crate::model::{Environment, Interference, RotorLimits, SAME_AXIS, Vehicle};
 use crate::plan::PlanState;
 use crate::sim::StateCost;
 use crate::sim::two_bodies::SWING_GROWTH_MAX;
@@ -40,6 +40,25 @@ pub(super) fn of_rotors_that_meet(vehicle: &Vehicle, radius_m: f64) -> Option<St
     (apart_m < diameter_m).then_some(words)
 }
 
+/// The first rotor that stands in another's wake and has no factor for it: its hub lies within half of this
+/// radius [m], where it is known, of the axis of one above it.
+pub(super) fn of_a_wake_without_a_factor(vehicle: &Vehicle, radius_m: Option<f64>) -> Option<String> {
+    let near_m = radius_m.map_or(SAME_AXIS, |radius_m| (0.5 * radius_m).max(SAME_AXIS));
+    let rotors = &vehicle.rotors;
+    let pairs = (0..rotors.len()).flat_map(|below| (0..rotors.len()).map(move |above| (below, above)));
+    let mut in_a_wake = pairs.filter(|(below, above)| {
+        let beside_m = rotors[*below].beside_the_axis_above_m(&rotors[*above]);
+        rotors[*below].interference == Interference::NONE && beside_m.is_some_and(|m| m <= near_m)
+    });
+    let (below, above) = in_a_wake.next()?;
+    Some(format!(
+        "vehicle: rotor {} stands in the wake of rotor {} and makes what it makes alone: `coaxial` gives the factors of \
+         thrust and torque, for rotors on one axis",
+        below + 1,
+        above + 1
+    ))
+}
+
 /// What is odd, each with the key, the number and what the vehicle makes of it; `start` is the state that the
 /// plan starts from, `descent_m_s` the speed under the canopy [m/s].
 pub(super) fn of(
@@ -66,8 +85,7 @@ pub(super) fn of(
             rotors.thrust_slew_n_s
         ));
     }
-    let up: f64 = vehicle.rotors.iter().map(|r| -r.axis_body.z).sum();
-    let ratio = rotors.thrust_n * up / (vehicle.mass.mass_kg * gravity);
+    let ratio = RotorLimits::lift_n(vehicle, density) / (vehicle.mass.mass_kg * gravity);
     if ratio < THRUST_TO_WEIGHT {
         odd.push(format!(
             "site: the rotors lift {ratio:.2} of the weight in air of {density} kg/m^3; from {THRUST_TO_WEIGHT} on there \

@@ -109,6 +109,7 @@ impl Mission {
             contradictions::of(&self.vehicle, environment, &self.plan, &self.limits, descent_m_s, &start);
         let meet = |radius_m| contradictions::of_rotors_that_meet(&self.vehicle, radius_m);
         odd.extend(self.rotor_radius_m.and_then(meet));
+        odd.extend(contradictions::of_a_wake_without_a_factor(&self.vehicle, self.rotor_radius_m));
         let sigma_rad = self.study.monte_carlo.amplitude_sigma_rad;
         odd.extend(contradictions::of_two_bodies(&self.vehicle, environment, &self.release, sigma_rad));
         odd

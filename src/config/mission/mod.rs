@@ -21,6 +21,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::config::error::ConfigError;
+use crate::config::estimated::{Estimated, estimated_keys};
 use crate::config::number::{Count, Exactly, Name, SpanS, Within};
 use crate::config::shipped::{MISSIONS, is_built_in, names_in};
 use crate::config::source::{InputHash, Source};
@@ -76,6 +77,10 @@ pub(super) struct MissionJson {
     /// Description of the mission, for the reader.
     #[serde(rename = "about")]
     _about: Option<String>,
+    /// Keys of this file whose numbers are estimated or guessed, neither measured nor required, as paths
+    /// (`limits`, `parachute.descent_m_s`); a section's key stands for all that is in it. None: `[]`. A
+    /// release card asks for their acceptance, also where this key is left out, since nobody knows then.
+    estimated: Option<Vec<String>>,
     /// Name of the mission; results go to `out/NAME/`.
     name: Name,
     /// Vehicle file.
@@ -180,6 +185,8 @@ pub struct Mission {
     pub faults: Faults,
     /// How a PX4 flies the mission.
     pub px4: Px4,
+    /// Which numbers of the mission and of its vehicle are estimated.
+    pub estimated: Estimated,
     /// Hash of the files, and choices beside them.
     pub inputs: Inputs,
 }
@@ -278,6 +285,10 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
         vehicle_file: vehicle_source.file,
         vehicle: Arc::new(vehicle.vehicle),
         rotor_radius_m: vehicle.rotor_radius_m,
+        estimated: Estimated {
+            vehicle: vehicle.estimated,
+            mission: estimated_keys(source, json.estimated.as_ref())?,
+        },
         target_v_ned,
         duration_s: json.duration_s.get(),
         epoch_unix_us,

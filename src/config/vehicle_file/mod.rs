@@ -19,6 +19,7 @@ use self::rotors::{
 };
 use self::start::{RotorStartJson, build_start};
 use super::error::ConfigError;
+use super::estimated::estimated_keys;
 use super::number::{Exactly, Name, Positive, Within};
 use super::source::{InputHash, Source};
 use crate::model::rigid_body::MassProperties;
@@ -68,6 +69,11 @@ pub(super) struct VehicleJson {
     /// Rotors before their motors drive them, and their start; without it rotors are held at rest until t =
     /// 0, and driven from there on.
     rotor_start: Option<RotorStartJson>,
+    /// Keys of this file whose numbers are estimated or guessed, neither measured nor given by a data sheet,
+    /// as paths (`inertia_kg_m2`, `motor.first_order.tau_up_s`); a section's key stands for all that is in
+    /// it. None: `[]`. A release card asks for their acceptance, also where this key is left out, since
+    /// nobody knows then.
+    estimated: Option<Vec<String>>,
     /// Where the numbers come from.
     #[serde(rename = "provenance")]
     _provenance: Option<Vec<String>>,
@@ -82,6 +88,8 @@ pub struct VehicleFile {
     pub vehicle: Vehicle,
     /// Radius of a rotor [m], where the file gives one.
     pub rotor_radius_m: Option<f64>,
+    /// Keys of its file whose numbers are estimated; `None`: the file does not say.
+    pub estimated: Option<Vec<String>>,
 }
 
 /// Reads a vehicle file and its tables.
@@ -134,7 +142,8 @@ pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<Vehicl
     let vehicle = Vehicle { start, ..vehicle };
     check_static_thrust(source, &vehicle)?;
     check_longest_step(source, &vehicle)?;
-    Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m: json.rotor.radius_m() })
+    let estimated = estimated_keys(source, json.estimated.as_ref())?;
+    Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m: json.rotor.radius_m(), estimated })
 }
 
 /// Which reactions of the rotors on the body are modelled.

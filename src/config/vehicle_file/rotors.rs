@@ -9,7 +9,7 @@ use crate::config::error::ConfigError;
 use crate::config::number::{Exactly, NonNegative, Positive, UnitComponent, Within};
 use crate::config::rotor_table;
 use crate::config::source::{InputHash, Source};
-use crate::model::{Interference, MAX_ROTORS, RotationSense, Rotor, RotorMount, Vehicle};
+use crate::model::{Interference, MAX_ROTORS, RotationSense, Rotor, RotorMount, SAME_AXIS, Vehicle};
 
 /// Where a rotor sits, which way it pushes and turns.
 #[derive(Deserialize, JsonSchema)]
@@ -69,19 +69,13 @@ pub(super) struct CoaxialJson {
     lower_torque_factor: Positive<2>,
 }
 
-/// How far apart the axes of a coaxial pair may be [m], and how far from parallel [rad].
-const SAME_AXIS: f64 = 1e-3;
-
 pub(super) fn set_interference(
     source: &Source,
     json: &CoaxialJson,
     mounts: &mut [RotorMount],
 ) -> Result<(), ConfigError> {
     let lower = |below: &RotorMount, above: &RotorMount| {
-        let apart = above.position_body_m - below.position_body_m;
-        let along = apart.dot(&below.axis_body);
-        let parallel = (above.axis_body - below.axis_body).norm() <= SAME_AXIS;
-        parallel && along > SAME_AXIS && (apart - below.axis_body * along).norm() <= SAME_AXIS
+        below.beside_the_axis_above_m(above).is_some_and(|beside_m| beside_m <= SAME_AXIS)
     };
     let is_lower: Vec<bool> =
         mounts.iter().map(|below| mounts.iter().any(|above| lower(below, above))).collect();

@@ -3,14 +3,24 @@
 use serde::Serialize;
 
 use super::assumptions::{assumed, not_modelled};
+use super::decision::Restriction;
+use super::estimates::EstimatedInput;
 use super::sections::{air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst};
 use super::{Card, Evidence, Reason};
 use crate::config::ENVELOPE_LIMITS;
 use crate::report::json::{head, object, text};
 
 fn reason(reason: &Reason) -> impl Serialize {
-    let kind = if reason.failed { "failed" } else { "missing" };
-    object! { kind: kind, text: reason.text.clone(), from: reason.from.clone() }
+    object! { kind: reason.kind.name(), text: reason.text.clone(), from: reason.from.clone() }
+}
+
+fn restriction(restriction: &Restriction) -> impl Serialize + use<> {
+    let Restriction { axis, from, to, drawn, by } = restriction.clone();
+    object! { quantity: axis.name(), least: from, greatest: to, drawn_3_sigma: drawn, from: by }
+}
+
+fn estimated(input: &EstimatedInput) -> impl Serialize + use<> {
+    object! { of: input.role, keys: input.keys.clone(), from: input.from }
 }
 
 fn evidence(card: &Card<'_>, (place, evidence): (usize, &Evidence)) -> impl Serialize + use<> {
@@ -45,7 +55,11 @@ pub fn json(card: &Card<'_>) -> String {
         #[serde(flatten)] head: head(card.mission),
         vehicle: &card.mission.vehicle_name,
         gains: &card.mission.control.gains_name,
-        go: reasons.is_empty(),
+        go: card.decision().is_go(),
+        decision: card.decision().name(),
+        restrictions: card.restrictions().iter().map(restriction).collect::<Vec<_>>(),
+        estimated: card.estimates().iter().map(estimated).collect::<Vec<_>>(),
+        estimates_accepted: card.accepts_estimates,
         conclusion: card.conclusion(),
         reasons: reasons.iter().map(reason).collect::<Vec<_>>(),
         p_failure_asked_for: card.demanded(),

@@ -6,6 +6,8 @@
 //! | [`manifest`] | what a run says of itself, and the kinds of evidence |
 //! | [`finding`] | what is taken of the results of other verbs, and whether they hold |
 //! | this one | the card: its evidence, and the conclusion |
+//! | [`decision`] | whether to go: within the whole envelope, restricted, or not |
+//! | [`estimates`] | what the inputs merely estimate |
 //! | [`sections`] | the sentences of the card |
 //! | [`assumptions`] | what is assumed, and what was never modelled |
 //! | [`command`] | the commands that make evidence again |
@@ -14,6 +16,8 @@
 
 pub mod assumptions;
 pub mod command;
+pub mod decision;
+pub mod estimates;
 pub mod finding;
 pub mod json;
 pub mod manifest;
@@ -78,17 +82,41 @@ pub struct Card<'a> {
     pub accepted: Option<f64>,
     /// How many designs this one was chosen among by the trials of the evidence.
     pub among: ChosenAmong,
+    /// Whether what the inputs merely estimate is accepted.
+    pub accepts_estimates: bool,
     /// How gains or parameters were chosen, as options of any verb.
     pub chosen: Vec<String>,
     /// The command that makes the card again.
     pub command: String,
 }
 
+/// Kinds of reasons not to go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReasonKind {
+    /// Evidence says no.
+    Failed,
+    /// Evidence is missing, or refused.
+    Missing,
+    /// Inputs are estimates that nobody has accepted.
+    Estimated,
+}
+
+impl ReasonKind {
+    /// Name in JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Failed => "failed",
+            Self::Missing => "missing",
+            Self::Estimated => "estimated",
+        }
+    }
+}
+
 /// Why not to go.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Reason {
-    /// Whether evidence says no; else it is missing, or refused.
-    pub failed: bool,
+    /// What kind of a reason it is.
+    pub kind: ReasonKind,
     /// The reason, a sentence without a full stop.
     pub text: String,
     /// The evidence that it rests on.
@@ -221,14 +249,15 @@ impl Card<'_> {
         ]
     }
 
-    /// Why not to go: what evidence says no to, then what is missing or refused. None: go, within the
-    /// envelope.
+    /// Why not to go: what evidence says no to, then what is missing or refused, then estimates that are not
+    /// accepted. None: go, within the envelope or a part of it.
     pub fn reasons(&self) -> Vec<Reason> {
         let failed = self.standing().filter_map(|(id, evidence, _, found)| {
             let text = format!("{}: {}", evidence.words(), self.fault(found)?);
-            Some(Reason { failed: true, text, from: vec![id] })
+            Some(Reason { kind: ReasonKind::Failed, text, from: vec![id] })
         });
-        failed.chain(self.needs().iter().filter_map(|need| self.missing(need))).collect()
+        let missing = self.needs().into_iter().filter_map(|need| self.missing(&need));
+        failed.chain(self.not_covered()).chain(missing).chain(self.not_accepted()).collect()
     }
 
     /// Why there is nothing that is enough for a need, if there is nothing.
@@ -263,7 +292,7 @@ impl Card<'_> {
             }
         };
         let from = of_kind.iter().map(|(place, _)| Self::id(*place)).collect();
-        Some(Reason { failed: false, text, from })
+        Some(Reason { kind: ReasonKind::Missing, text, from })
     }
 
     /// Why a piece of evidence is not enough of its kind, if it is not.
@@ -346,15 +375,7 @@ impl Card<'_> {
     /// for.
     pub fn conclusion(&self) -> String {
         let reasons = self.reasons();
-        let failed = reasons.iter().filter(|reason| reason.failed).count();
-        let verdict = match (reasons.len(), failed) {
-            (0, _) => "Go, within the envelope below: every piece of evidence that is asked for is there and belongs to \
-                       these inputs"
-                .to_owned(),
-            (_, 0) => "No go: evidence that is asked for is missing".to_owned(),
-            (all, failed) if all == failed => "No go: the evidence speaks against it".to_owned(),
-            _ => "No go: the evidence speaks against it, and some that is asked for is missing".to_owned(),
-        };
+        let verdict = self.verdict(&reasons);
         let p = short(self.demanded(), 12);
         if !reasons.is_empty() {
             let asked = match self.accepted {
@@ -389,6 +410,9 @@ impl Card<'_> {
             .collect();
         if !otherwise.is_empty() {
             text += &format!(" Not as the mission says: {}.", first(&otherwise, NAMED));
+        }
+        if !self.estimates().is_empty() {
+            text += " Estimates of the inputs are accepted.";
         }
         text
     }

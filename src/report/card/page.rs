@@ -2,8 +2,10 @@
 //! elsewhere; black on white.
 
 use super::assumptions::{assumed, not_modelled};
+use super::decision::Decision;
+use super::estimates::EstimatedInput;
 use super::sections::{
-    Line, air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst,
+    Line, Worst, air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst,
 };
 use super::{Card, Evidence};
 use crate::report::columns::short;
@@ -69,13 +71,13 @@ pub fn page(card: &Card<'_>) -> Result<String, FigureError> {
     body += &section("Evidence", &evidence_table(card, &shown));
     let rows = rows(card, reasons.len()) + shown.len();
     let type_size = SIZES.iter().find(|(_, most)| rows <= *most).map_or("dense", |(size, _)| size);
-    Ok(head(card, type_size, reasons.is_empty()) + &body + &signatures(card))
+    Ok(head(card, type_size, card.decision()) + &body + &estimates(card) + &signatures(card))
 }
 
 /// The page to the verdict.
-fn head(card: &Card<'_>, type_size: &str, go: bool) -> String {
+fn head(card: &Card<'_>, type_size: &str, decision: Decision) -> String {
     let m = card.mission;
-    let (class, verdict) = if go { ("go", "GO") } else { ("no", "NO GO") };
+    let (class, verdict) = (if decision.is_go() { "go" } else { "no" }, decision.words());
     let name = escape(&m.name);
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -88,6 +90,20 @@ fn head(card: &Card<'_>, type_size: &str, go: bool) -> String {
         escape(&m.control.gains_name),
         hash(&m.inputs.hash)
     )
+}
+
+/// What is estimated, above the signatures, and whether that is accepted.
+fn estimates(card: &Card<'_>) -> String {
+    let estimates = card.estimates();
+    if estimates.is_empty() {
+        return String::new();
+    }
+    let words = |input: &EstimatedInput| rich(&input.words()) + &links(card, &[input.from.to_owned()]);
+    let words: Vec<String> = estimates.iter().map(words).collect();
+    let standing =
+        if card.accepts_estimates { "Accepted with these signatures" } else { "<b>NOT accepted</b>" };
+    let text = format!("<p>{}. {standing}.</p>\n", words.join("; "));
+    section("Estimated or guessed, not measured", &text)
 }
 
 /// Where the card is signed, and the page's end.
@@ -110,7 +126,8 @@ fn rows(card: &Card<'_>, reasons: usize) -> usize {
         (probabilities(card).len(), CAMPAIGNS),
         (worst(card).len(), WORST),
     ];
-    parts.into_iter().map(|(count, most)| count.min(most)).sum::<usize>() + reaches(card).len()
+    let parts = parts.into_iter().map(|(count, most)| count.min(most)).sum::<usize>();
+    parts + reaches(card).len() + 2 * card.estimates().len()
 }
 
 fn section(title: &str, body: &str) -> String {
@@ -195,13 +212,18 @@ fn envelope(card: &Card<'_>) -> Result<String, FigureError> {
     };
     let rows: Vec<Vec<String>> = reaches
         .iter()
-        .map(|reach| {
-            let nominal = reach.nominal.map_or_else(|| "-".to_owned(), |x| short(x, 2));
+        .enumerate()
+        .map(|(row, reach)| {
+            let nominal = reach.nominal.map_or_else(|| "not known".to_owned(), |x| short(x, 2));
             let [narrow, wide] = reach.confirmed.each_ref().map(|reach| escape(&reach.words()));
-            vec![escape(reach.words), nominal, narrow, wide + &links(card, std::slice::from_ref(&reach.from))]
+            let drawn = escape(&reach.drawn_words());
+            // The evidence is named at the first of its rows.
+            let is_first = row == 0 || reaches[row - 1].from != reach.from;
+            let from = if is_first { links(card, std::slice::from_ref(&reach.from)) } else { String::new() };
+            vec![escape(reach.words), nominal, drawn, narrow, wide + &from]
         })
         .collect();
-    let head = ["one at a time", "nominal", "J_state < 0.7", "J_state < 1: go"];
+    let head = ["one at a time", "nominal", "drawn", "J_state < 0.7", "J_state < 1: go"];
     let panels: Vec<_> =
         card.envelopes().flat_map(|(_, envelope)| envelope.panels()).take(STRIP_PANELS).collect();
     let title = format!("Safe-release envelope: {}", card.mission.name);
@@ -216,7 +238,7 @@ fn envelope(card: &Card<'_>) -> Result<String, FigureError> {
     let unseen: String =
         unseen.take(NAMED).map(|(id, what)| format!(" {id} has NOT looked at: {}.", escape(&what))).collect();
     let note = format!(
-        "<p class=\"note\">{}.{unseen} Green and blue: J<sub>state</sub> below 0.7 and 1; cross: nominal release.</p>\n",
+        "<p class=\"note\">{}.{unseen} Green and blue: J<sub>state</sub> below 0.7 and 1; cross: nominal release; drawn: three standard deviations either way.</p>\n",
         rich(&confirmed)
     );
     Ok(format!("<div class=\"envelope\">{}{figure}</div>\n{note}", table("reaches", &head, &rows)))
@@ -250,6 +272,11 @@ fn worst_table(card: &Card<'_>, most: usize) -> String {
         return "<p>No evidence.</p>\n".to_owned();
     }
     let number = |x: Option<f64>, digits: usize| x.map_or_else(|| "-".to_owned(), |x| short(x, digits));
+    // What was measured to its end and has no such time was never steady.
+    let steady = |row: &Worst| match (row.steady_after_s, row.altitude_lost_m) {
+        (None, Some(_)) => "never".to_owned(),
+        (steady_after_s, _) => number(steady_after_s, 1),
+    };
     let mut rows: Vec<Vec<String>> = found
         .iter()
         .take(most)
@@ -263,7 +290,7 @@ fn worst_table(card: &Card<'_>, most: usize) -> String {
                 rich(&row.which) + &links(card, std::slice::from_ref(&row.from)),
                 outcome,
                 number(row.j_tpf, 3),
-                number(row.steady_after_s, 1),
+                steady(row),
                 number(row.altitude_lost_m, 1),
                 number(row.peak_tilt_deg, 1),
             ]

@@ -71,8 +71,14 @@ pub fn vehicle_and_design(card: &Card<'_>) -> Vec<Line> {
         match found {
             Finding::Tune(_) => {
                 let method = run.circumstances.get("method").map_or("", String::as_str);
-                let text =
-                    format!("these gains were found by samara tune, method {method}, seed {}", run.seed);
+                let ends = run
+                    .circumstances
+                    .get("at_range_ends")
+                    .map_or_else(String::new, |ends| format!("; {ends}"));
+                let text = format!(
+                    "these gains were found by samara tune, method {method}, seed {}{ends}",
+                    run.seed
+                );
                 lines.push(line("Tuning", text, &[&id]));
             }
             Finding::Plan(plan) if plan.converged() => {
@@ -88,6 +94,7 @@ pub fn vehicle_and_design(card: &Card<'_>) -> Vec<Line> {
                     line("Margins", text, &[&id])
                 }));
                 lines.extend(design.hardest_air().map(|fresh| line("Design", fresh_words(fresh), &[&id])));
+                lines.extend(design.range_ends_words().map(|ends| line("Ranges", ends, &[&id])));
             }
             _ => {}
         }
@@ -206,12 +213,15 @@ impl Alike<'_> {
         };
         let by = self.drops.first().and_then(|(_, drop)| drop.decided_by.as_deref()).filter(|_| n == 1);
         let by = by.map_or_else(String::new, |by| format!(" by {}", by.replace('_', " ")));
+        let steady = match most(|drop| drop.steady_after_s, 1) {
+            none if none == "-" => "never steady".to_owned(),
+            after_s => format!("steady after {after_s} s"),
+        };
         let text = format!(
-            "{}, {}: {verdict} J_TPF {}{by}, steady after {} s, {} m lost, tilt {} deg",
+            "{}, {}: {verdict} J_TPF {}{by}, {steady}, {} m lost, tilt {} deg",
             self.release,
             self.pilot,
             most(|drop| drop.j_tpf, 3),
-            most(|drop| drop.steady_after_s, 1),
             most(|drop| drop.altitude_lost_m, 1),
             most(|drop| drop.peak_tilt_deg, 1)
         );
@@ -428,15 +438,34 @@ pub struct Reach {
     pub words: &'static str,
     /// Value of the nominal release.
     pub nominal: Option<f64>,
+    /// What the mission draws of it: three standard deviations either way, its own turbulence.
+    pub drawn_3_sigma: Option<[f64; 2]>,
     /// What is confirmed for each limit of J_state.
     pub confirmed: [EnvelopeReach; 2],
     /// Number of the evidence.
     pub from: String,
 }
 
+/// A number of a range, in words.
+pub(super) fn range_words(x: f64) -> String {
+    short(x, 2)
+}
+
+impl Reach {
+    /// What is drawn, from where to where, in words; one value where nothing is.
+    pub fn drawn_words(&self) -> String {
+        match self.drawn_3_sigma {
+            None => "not known".to_owned(),
+            Some([from, to]) if from == to => "fixed".to_owned(),
+            Some(drawn) => drawn.map(range_words).join(" .. "),
+        }
+    }
+}
+
 /// The envelope, quantity by quantity.
 pub fn reaches(card: &Card<'_>) -> Vec<Reach> {
     let mut rows = Vec::new();
+    let drawn_off = card.mission.drawn_off();
     for (id, envelope) in card.envelopes() {
         for axis in EnvelopeAxis::ALL {
             let of = |limit: f64| {
@@ -448,6 +477,7 @@ pub fn reaches(card: &Card<'_>) -> Vec<Reach> {
                 quantity: axis.name(),
                 words: axis.words(),
                 nominal: envelope.nominal(axis),
+                drawn_3_sigma: envelope.drawn(axis, drawn_off[axis as usize]),
                 confirmed: [narrow.clone(), wide.clone()],
                 from: id.clone(),
             });
@@ -480,8 +510,8 @@ pub struct Worst {
 /// Trials that are shown of each campaign.
 const WORST_OF_EACH: usize = 2;
 
-/// The worst ways to fail that were seen: drops that failed, then the worst trials of each campaign, those
-/// that failed first.
+/// The worst ways to fail that were seen: drops that failed and the worst trials of each campaign, those that
+/// failed first, and of each the greatest J_TPF first.
 pub fn worst(card: &Card<'_>) -> Vec<Worst> {
     let mut rows: Vec<Worst> = Vec::new();
     for (id, evidence, drop) in card.drops() {
@@ -524,6 +554,8 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
             from: id.clone(),
         }));
     }
-    rows.sort_by_key(|row| row.failure.is_none());
+    // What was lost has no J_TPF and comes first; of equals the first that was found.
+    let cost = |row: &Worst| row.j_tpf.unwrap_or(f64::INFINITY);
+    rows.sort_by(|a, b| a.failure.is_none().cmp(&b.failure.is_none()).then(cost(b).total_cmp(&cost(a))));
     rows
 }

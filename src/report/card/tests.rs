@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
+use super::decision::Decision;
 use super::finding::Finding;
 use super::manifest::{Kind, RunManifest};
 use super::page::page;
@@ -11,11 +12,13 @@ use super::sections::{probabilities, worst};
 use super::{Card, Evidence};
 use crate::assess::ChosenAmong;
 use crate::assess::envelope::EnvelopeAxis;
-use crate::config::Mission;
+use crate::config::{Estimated, Mission};
+use crate::report::envelope::EnvelopeReach;
 
 fn mission(wind_sigma_m_s: f64) -> Mission {
     let mut mission = Mission::shipped("x500_drop").unwrap();
     mission.study.monte_carlo.wind_sigma_m_s = wind_sigma_m_s;
+    mission.estimated = Estimated { vehicle: Some(Vec::new()), mission: Some(Vec::new()) };
     mission
 }
 
@@ -26,6 +29,7 @@ fn card<'a>(mission: &'a Mission, evidence: &[Evidence], accepted: Option<f64>) 
         inputs: Vec::new(),
         evidence: evidence.to_vec(),
         accepted,
+        accepts_estimates: true,
         among: ChosenAmong::ONE,
         chosen: Vec::new(),
         command: "samara card x500_drop".to_owned(),
@@ -163,6 +167,103 @@ fn regress_the_verdict_says_the_probability_and_the_failures() {
             && said.ends_with("a probability of failure of at most 0.01 is asked for."),
         "{said}"
     );
+}
+
+/// An envelope of these confirmed ranges of the wind below J_state 1.
+fn wind_envelope(low: Option<f64>, high: Option<f64>) -> Evidence {
+    let mut evidence = envelope(&EnvelopeAxis::pairs(), true, &[]);
+    let end = |confirmed: Option<f64>| json!({ "confirmed": confirmed, "is_the_end": false });
+    let reach =
+        |limit: f64| json!({ "axis": "wind_m_s", "limit": limit, "low": end(low), "high": end(high) });
+    let reaches: Vec<EnvelopeReach> = serde_json::from_value(json!([reach(0.7), reach(1.0)])).unwrap();
+    if let Ok(Finding::Envelope(found)) = &mut evidence.found {
+        found.one_at_a_time = reaches;
+    }
+    evidence
+}
+
+/// Three sigma of 1.5 m/s are 4.5: within what is confirmed it is a go; with two of three draws within, a go
+/// for that range; with less, or nothing, none, and the sheet says so in words.
+#[test]
+fn regress_a_card_restricts_or_refuses_what_the_envelope_does_not_confirm() {
+    let mission = mission(1.5);
+    let of = |low, high| enough_but(2, wind_envelope(low, high));
+    let decided = |evidence: &[Evidence]| {
+        let card = card(&mission, evidence, None);
+        (card.decision(), card.conclusion() + &reasons(&card), page(&card).unwrap())
+    };
+    let (decision, said, sheet) = decided(&of(Some(-5.6), Some(9.5)));
+    assert!(decision == Decision::Go && said.starts_with("Go, within the envelope below"), "{said}");
+    assert!(sheet.contains(">GO</p>") && sheet.contains("-4.5 .. 4.5"), "{sheet}");
+    let (decision, said, sheet) = decided(&of(Some(-5.6), Some(3.0)));
+    let restricted =
+        "Go, restricted to tail wind from -5.6 to 3 m/s (the mission draws -4.5 to 4.5): every piece";
+    assert!(decision == Decision::Restricted && said.starts_with(restricted), "{said}");
+    assert!(sheet.contains("class=\"verdict go\">GO, restricted</p>"), "{sheet}");
+    let (decision, said, sheet) = decided(&of(None, Some(0.06)));
+    assert_eq!(decision, Decision::NoGo);
+    let why = "envelope: tail wind is confirmed from 0 to 0.06 m/s alone, and the mission draws -4.5 to 4.5";
+    assert!(said.starts_with("No go: the evidence speaks against it") && said.contains(why), "{said}");
+    assert!(sheet.contains(">NO GO</p>") && sheet.contains("nothing confirmed .. 0.06"), "{sheet}");
+    let (decision, said, sheet) = decided(&of(None, None));
+    assert!(
+        decision == Decision::NoGo && said.contains("envelope: nothing confirmed of tail wind"),
+        "{said}"
+    );
+    assert!(sheet.contains("<td>nothing confirmed</td>"), "{sheet}");
+    // By two envelopes, what both confirm.
+    let mut both = of(Some(-5.6), Some(3.0));
+    both.push(wind_envelope(Some(-2.0), Some(9.0)));
+    let (_, said, _) = decided(&both);
+    assert!(said.starts_with("Go, restricted to tail wind from -2 to 3 m/s"), "{said}");
+    // A mission that draws no wind needs none confirmed, but for something.
+    let calm = self::mission(0.0);
+    assert_eq!(card(&calm, &of(Some(-0.1), None), None).decision(), Decision::Go);
+    assert_eq!(card(&calm, &of(None, None), None).decision(), Decision::NoGo);
+}
+
+/// What vehicle and mission estimate, or do not say, must be accepted, and stands above the signatures.
+#[test]
+fn regress_estimates_are_accepted_or_it_is_no_go() {
+    let mut mission = mission(0.0);
+    mission.estimated = Estimated { vehicle: Some(vec!["inertia_kg_m2".to_owned()]), mission: None };
+    let accepted = card(&mission, &enough(), None);
+    let refused = Card { accepts_estimates: false, ..accepted.clone() };
+    assert_eq!((accepted.decision(), refused.decision()), (Decision::Go, Decision::NoGo));
+    let why = "estimated, not measured, in vehicle: inertia_kg_m2; in mission: its file does not say which of its numbers are";
+    assert!(reasons(&refused).contains(why), "{}", reasons(&refused));
+    assert!(refused.conclusion().starts_with("No go: what is estimated is not accepted. "));
+    assert!(accepted.conclusion().ends_with("Estimates of the inputs are accepted."));
+    for (card, standing) in [(&accepted, "Accepted with these signatures"), (&refused, "NOT accepted")] {
+        let sheet = page(card).unwrap();
+        let above = sheet.split("<section class=\"sign\">").next().unwrap();
+        assert!(above.contains("vehicle: inertia_kg_m2") && above.contains(standing), "{above}");
+    }
+    mission.estimated = Estimated { vehicle: Some(Vec::new()), mission: Some(Vec::new()) };
+    let measured = Card { accepts_estimates: false, ..card(&mission, &enough(), None) };
+    assert_eq!(measured.decision(), Decision::Go);
+    assert!(!page(&measured).unwrap().contains("Estimated or guessed"));
+}
+
+/// What failed comes first, then the greatest J_TPF first, whichever campaign it is of.
+#[test]
+fn regress_the_worst_ways_to_fail_are_sorted() {
+    let mission = mission(0.0);
+    let with = |worst: Value| {
+        let found = json!({
+            "flown_by": "the cascade", "command": "samara assess", "bound": 1.0, "plan_j_tpf": 0.4,
+            "campaigns": [{ "trials": 299, "unsafe_trials": 0, "max": 0.9, "worst": worst }],
+        });
+        piece(Kind::Campaign, &[], Finding::Campaign(serde_json::from_value(found).unwrap()))
+    };
+    let trial = |number: u64, j_tpf: f64| json!({ "trial": number, "j_tpf": j_tpf, "altitude_lost_m": 20.0 });
+    let mut evidence = enough_but(1, with(json!([trial(7, 0.553), trial(8, 0.552)])));
+    evidence.push(with(json!([trial(1, 0.917), trial(2, 0.6)])));
+    let card = card(&mission, &evidence, None);
+    let numbers: Vec<f64> = worst(&card).iter().filter_map(|row| row.j_tpf).collect();
+    assert_eq!(numbers, [0.917, 0.6, 0.553, 0.552]);
+    let sheet = page(&card).unwrap();
+    assert!(sheet.contains("<td>never</td>") && sheet.contains("never steady"), "{sheet}");
 }
 
 /// A design's flights that are never steady have failed: 36 of 300 are a reason not to go, unless so many are

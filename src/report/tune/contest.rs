@@ -5,13 +5,14 @@
 //! release cases with real actuators - track no worse than the bound and come to rest at the target in every
 //! case; of those that do, the best have the lowest worst J_TPF on the unseen flights, or on the varied ones
 //! when the tuning was for them; of equals, those that track better. For tracking or for J_TPF alone that
-//! number's worst on these flights decides. Gains that lose one of the flights that decide, which are in the
-//! air that the mission names, are never the best.
+//! number's worst on these flights decides. Better than the mission's own are gains by a margin only
+//! ([`clearly_less`]): less is what arithmetic and a few flights make of gains that are as good. Gains that
+//! lose one of the flights that decide, which are in the air that the mission names, are never the best.
 
 use super::gains_table;
-use crate::assess::Tally;
+use crate::assess::{LEAST_DIFFERENCE, Tally, clearly_less};
 use crate::report::columns::columns;
-use crate::tune::{Evaluation, Longitudinal, Objective};
+use crate::tune::{Evaluation, Longitudinal, Objective, are_same_gains};
 
 /// J_TPF at which a limit is reached.
 const LIMIT: f64 = 1.0;
@@ -80,6 +81,15 @@ pub enum Standing {
     NotBetter,
 }
 
+/// In what gains are clearly better than others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Deciding {
+    /// In the number that the objective makes small.
+    Number,
+    /// In tracking: that number is as good.
+    Tracking,
+}
+
 impl Standing {
     /// The word for it in JSON.
     pub fn word(self) -> &'static str {
@@ -109,13 +119,13 @@ impl Contest {
     }
 
     /// How the gains found stand beside the mission's own: better when they alone hold the bounds, or when
-    /// both do and they come first by the rule.
+    /// both do and the number that decides is clearly less, or as good and their tracking clearly better.
     pub fn standing(&self) -> Standing {
         let Some((own, found)) = self.own_and_found() else { return Standing::NotBetter };
-        if own.k == found.k {
+        if are_same_gains(&own.k, &found.k) {
             return Standing::Same;
         }
-        let first = !self.allows(own) || self.order(found, own).is_lt();
+        let first = !self.allows(own) || self.decides(own, found).is_some();
         if self.allows(found) && first { Standing::Better } else { Standing::NotBetter }
     }
 
@@ -144,6 +154,18 @@ impl Contest {
     fn order(&self, a: &Contender, b: &Contender) -> std::cmp::Ordering {
         let number = |c| self.number(c).0;
         number(a).total_cmp(&number(b)).then(a.cases.rms.total_cmp(&b.cases.rms))
+    }
+
+    /// What the gains found are clearly better in than the mission's own, if they are: the number that
+    /// decides, or tracking, where that number is as good.
+    fn decides(&self, own: &Contender, found: &Contender) -> Option<Deciding> {
+        let number = |c| self.number(c).0;
+        let (number_own, number_found) = (number(own), number(found));
+        if clearly_less(number_found, number_own) {
+            return Some(Deciding::Number);
+        }
+        let as_good = !clearly_less(number_own, number_found);
+        (as_good && clearly_less(found.cases.rms, own.cases.rms)).then_some(Deciding::Tracking)
     }
 
     /// The comparison as text; the verdict is the caller's last line.
@@ -200,6 +222,17 @@ impl Contest {
             let (found, own) = apart(found, own);
             format!("{what} {found} against {own} on {count} {} flights", self.kind())
         };
+        let margin = || match self.decides(own, found) {
+            Some(Deciding::Tracking) => {
+                let (found, own) = apart(found.cases.rms, own.cases.rms);
+                format!("{}, as good; tracking RMS {found} against {own} in the release cases", numbers())
+            }
+            Some(Deciding::Number) => numbers(),
+            None if self.number(found).0 < self.number(own).0 => {
+                format!("{}, which is less than {} % apart", numbers(), 100.0 * LEAST_DIFFERENCE)
+            }
+            None => numbers(),
+        };
         let outside = |c: &Contender| match (c.cases.is_finite(), c.cases.unrest == 0.0) {
             (false, _) => "loses a release case".to_owned(),
             (true, false) => "does not come to rest in every release case".to_owned(),
@@ -208,7 +241,7 @@ impl Contest {
         };
         match (self.standing(), self.allows(own), self.allows(found)) {
             (Standing::Same, ..) => format!("{name} is {own_name} found again: nothing changes"),
-            (Standing::Better, true, _) => format!("{name} is better than {own_name} ({})", numbers()),
+            (Standing::Better, true, _) => format!("{name} is better than {own_name} ({})", margin()),
             (Standing::Better, false, _) => {
                 format!("{name} is better than {own_name}, which {}", outside(own))
             }
@@ -217,7 +250,7 @@ impl Contest {
                 format!("{name} is not better than {own_name} (it {}): {then}", outside(found))
             }
             (Standing::NotBetter, _, true) => {
-                format!("{name} is not better than {own_name} ({}): keep {own_name}", numbers())
+                format!("{name} is not better than {own_name} ({}): keep {own_name}", margin())
             }
         }
     }
@@ -354,13 +387,48 @@ mod tests {
         // J_TPF alone asks for no rest, tracking for the tracking of the unseen flights.
         assert_eq!(between(GOOD, restless, Objective::JTpf).standing(), Standing::Better);
         let mut tracking = between(GOOD, GOOD, Objective::Rms);
+        tracking.contenders.iter_mut().for_each(|c| c.unseen.rms_worst = 0.3);
         assert_eq!(tracking.standing(), Standing::NotBetter, "as good is not better");
-        tracking.contenders[1].unseen.rms_worst = -0.000_01;
+        tracking.contenders[1].unseen.rms_worst = 0.2996;
         assert_eq!(tracking.standing(), Standing::Better);
         let mut again = between(GOOD, GOOD, SAFETY);
         again.contenders[1].k = again.contenders[0].k;
         assert_eq!(again.standing(), Standing::Same);
         assert_eq!(again.verdict(), "tuned is ours found again: nothing changes");
+    }
+
+    /// Numbers that differ by arithmetic, or by less than a thousandth, make nothing better; where the number
+    /// is as good the tracking decides, by a thousandth, too; gains that differ in their last bits are the
+    /// same.
+    #[test]
+    fn regress_what_is_less_by_a_bit_is_not_better() {
+        let between = |found_j: f64, found_rms: f64| {
+            let found = Evaluation { rms: found_rms, ..GOOD };
+            let contenders = vec![contender("ours", GOOD, 0.6, 0.6), contender("tuned", found, found_j, 0.5)];
+            Contest { contenders, own: 0, objective: SAFETY, robust: false }
+        };
+        for (j, rms, standing) in [
+            (0.6 - 1e-12, 0.3, Standing::NotBetter),
+            (0.5996, 0.3 - 1e-12, Standing::NotBetter),
+            (0.5993, 0.34, Standing::Better),
+            (0.6, 0.2, Standing::Better),
+            (0.6004, 0.2, Standing::Better),
+            (0.6007, 0.2, Standing::NotBetter),
+        ] {
+            assert_eq!(between(j, rms).standing(), standing, "{j} {rms}");
+        }
+        let verdict = between(0.5997, 0.3).verdict();
+        let expected = "tuned is not better than ours (worst J_TPF 0.5997 against 0.6000 on 10 unseen flights, which is less \
+                        than 0.1 % apart): keep ours";
+        assert_eq!(verdict, expected);
+        let verdict = between(0.6, 0.2).verdict();
+        assert!(
+            verdict.ends_with("as good; tracking RMS 0.200 against 0.300 in the release cases)"),
+            "{verdict}"
+        );
+        let mut again = between(0.4, 0.2);
+        again.contenders[1].k = again.contenders[0].k.map(|k| k * (1.0 + f64::EPSILON));
+        assert_eq!(again.standing(), Standing::Same);
     }
 
     #[test]

@@ -12,10 +12,11 @@ pub mod records;
 
 use super::columns::columns;
 use super::json::VERSION;
+use super::range_ends::range_ends_words;
 use crate::config::Mission;
 use crate::control::Gains;
 use crate::tune::search::Tried;
-use crate::tune::{Longitudinal, Objective, Search};
+use crate::tune::{Longitudinal, Objective, RangeEnds, Search};
 pub use contest::{Contender, Contest, Standing, UnseenFlights};
 
 /// A search and its result.
@@ -37,6 +38,8 @@ pub struct TuneRun {
     pub bounds: Objective,
     /// The gains found.
     pub gains: Tried,
+    /// Those of them that stand at an end of their range.
+    pub range_ends: RangeEnds,
     /// Number of flights by which a candidate is judged.
     pub flights: usize,
     /// Control period of the flights [s].
@@ -65,9 +68,10 @@ pub fn about(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         Objective::Safety { rms_bound, .. } => format!(" (tracking RMS at most {rms_bound:.4})"),
         Objective::Rms | Objective::JTpf => String::new(),
     };
+    let ends = range_ends_words(&run.range_ends).map_or_else(String::new, |words| format!(" {words}."));
     format!(
         "samara {VERSION} tune: mission {}, objective {}{bound}, {} plant{}, swing {:?}, method {} from {}, seed {}, {} evaluations of \
-         {} flights; worst tracking RMS {:.4}, worst J_TPF {:.4}. Inputs sha256 {}. The yaw gains are the mission's.",
+         {} flights; worst tracking RMS {:.4}, worst J_TPF {:.4}. Inputs sha256 {}. The yaw gains are the mission's.{ends}",
         mission.name,
         run.objective,
         run.model,

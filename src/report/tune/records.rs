@@ -8,6 +8,7 @@ use crate::assess::tracking::OUT_OF_PLANE;
 use crate::config::{Mission, Stamp};
 use crate::control::Gains;
 use crate::report::json::{VERSION, object, text as json_text};
+use crate::report::range_ends::{range_ends_json, range_ends_words};
 use crate::tune::Search;
 
 /// The search, its effort and result, and the comparison of gains.
@@ -34,10 +35,11 @@ pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         e.j_tpf,
         if run.bounds.allows(&e) { "" } else { ": THE BOUNDS DO NOT HOLD" },
     );
-    out + &run
+    let tried = run
         .contest
         .as_ref()
-        .map_or_else(|| "stopped: not tried on unseen flights; --resume goes on\n".to_owned(), Contest::text)
+        .map_or_else(|| "stopped: not tried on unseen flights; --resume goes on\n".to_owned(), Contest::text);
+    out + &tried + &range_ends_words(&run.range_ends).map_or_else(String::new, |words| words + "\n")
 }
 
 /// The contenders; none when there was no contest.
@@ -113,6 +115,7 @@ pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         own: own(run.contest.as_ref()),
         standing: standing(run.contest.as_ref()),
         rms_bound: run.bounds.rms_bound(),
+        at_range_ends: range_ends_json(&run.range_ends),
     })
 }
 

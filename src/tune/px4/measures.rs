@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::assess::Verdict;
+use crate::assess::{LEAST_DIFFERENCE, Verdict};
 use crate::frames::dcm_body_from_ned;
 use crate::math;
 use crate::sim::{Phase, Sample};
@@ -187,7 +187,7 @@ const HARD: f64 = 10.0;
 /// A ratio that counts as better.
 const WELL_BETTER: f64 = 0.9;
 /// J_TPF is no worse within this: where the release sets it, two controllers differ by rounding.
-const SAME: f64 = 1e-3;
+const SAME: f64 = LEAST_DIFFERENCE;
 
 #[cfg(test)]
 mod tests {

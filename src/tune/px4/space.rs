@@ -6,6 +6,7 @@
 //! horizontal velocity to 3 (of 60), P of the attitude from 2.
 
 use crate::control::px4::Parameters;
+use crate::tune::{RangeEnds, SearchedNumber};
 
 /// How many numbers are searched.
 pub const DIMENSIONS: usize = 11;
@@ -61,18 +62,21 @@ pub fn start(from: &Parameters, bounds: &[(f64, f64); DIMENSIONS]) -> Candidate 
     std::array::from_fn(|i| from.get(SPACE[i].0[0]).unwrap_or(bounds[i].0).clamp(bounds[i].0, bounds[i].1))
 }
 
-/// So near to a bound, as a part of the range, a search has come to it.
-const AT_BOUND: f64 = 0.03;
-
-/// Those of a candidate's coordinates that a wider range might move on, by the first of their names.
-pub fn at_bounds(candidate: &Candidate, bounds: &[(f64, f64); DIMENSIONS]) -> Vec<&'static str> {
-    let at = |(x, (low, high)): (&f64, &(f64, f64))| (x - low).min(high - x) <= AT_BOUND * (high - low);
+/// Which of a candidate's numbers stand at an end of their range, by the first of their names.
+pub fn range_ends(candidate: &Candidate, bounds: &[(f64, f64); DIMENSIONS]) -> RangeEnds {
     let coordinates = SPACE.iter().zip(candidate.iter().zip(bounds));
-    coordinates.filter(|(_, of)| at(*of)).map(|((names, ..), _)| names[0]).collect()
+    RangeEnds::of(coordinates.map(|((names, ..), (&value, &(least, most)))| SearchedNumber {
+        name: names[0].into(),
+        value,
+        least,
+        most,
+    }))
 }
 
 #[cfg(test)]
 mod tests {
+    use std::borrow::Cow;
+
     use super::*;
 
     #[test]
@@ -87,9 +91,12 @@ mod tests {
         }
         assert_eq!(bounds[10], (20.0, 45.0));
         let mut candidate = bounds.map(|(low, high)| 0.5 * (low + high));
-        assert!(at_bounds(&candidate, &bounds).is_empty());
+        let at_end = |candidate: &Candidate| -> Vec<Cow<'static, str>> {
+            range_ends(candidate, &bounds).at_end.iter().map(|number| number.name.clone()).collect()
+        };
+        assert!(at_end(&candidate).is_empty());
         (candidate[1], candidate[6], candidate[7]) = (bounds[1].0, 0.99 * bounds[6].1, 0.9 * bounds[7].1);
-        assert_eq!(at_bounds(&candidate, &bounds), ["MPC_XY_VEL_I_ACC", "MC_PITCH_P"]);
+        assert_eq!(at_end(&candidate), ["MPC_XY_VEL_I_ACC", "MC_PITCH_P"]);
         assert_eq!(
             (back.tiltmax_air_deg, back.tiltmax_lnd_deg),
             (45.0, 45.0),

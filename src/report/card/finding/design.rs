@@ -8,6 +8,8 @@ use crate::assess::{ChosenAmong, Share};
 use crate::plan::Status;
 use crate::report::columns::short;
 use crate::report::json::status_name;
+use crate::report::range_ends::range_ends_words;
+use crate::tune::{RangeEnds, SearchedNumber};
 
 /// `plan.json`.
 #[derive(Clone, Debug, Deserialize)]
@@ -48,7 +50,25 @@ pub struct DesignFound {
     pub margins: Vec<MarginFound>,
     /// Results on fresh flights.
     pub fresh: Vec<FreshFound>,
+    /// Numbers at an end of their range; none of an older version.
+    at_range_ends: Option<RangeEndsFound>,
     input_hash: String,
+}
+
+/// Numbers of a search that stand at an end of their range.
+#[derive(Clone, Debug, Deserialize)]
+struct RangeEndsFound {
+    of: usize,
+    numbers: Vec<NumberFound>,
+}
+
+/// A number that was searched.
+#[derive(Clone, Debug, Deserialize)]
+struct NumberFound {
+    name: String,
+    value: f64,
+    least: f64,
+    most: f64,
 }
 
 /// Margins of a loop at a state; `None`: any is stable.
@@ -150,6 +170,17 @@ impl DesignFound {
         self.margins.iter().min_by(|a, b| a.modulus.total_cmp(&b.modulus))
     }
 
+    /// Which numbers stand at an end of their range, in words; `None`: none does.
+    pub fn range_ends_words(&self) -> Option<String> {
+        let found = self.at_range_ends.as_ref()?;
+        let number = |number: &NumberFound| {
+            let NumberFound { name, value, least, most } = number;
+            SearchedNumber { name: name.clone().into(), value: *value, least: *least, most: *most }
+        };
+        let at_end = found.numbers.iter().map(number).collect();
+        range_ends_words(&RangeEnds { searched: found.of, at_end })
+    }
+
     /// Fresh flights of the design in the last air, which has everything that is unknown and turbulence.
     pub fn hardest_air(&self) -> Option<&FreshFound> {
         let own = self.fresh.iter().rfind(|fresh| fresh.design == self.name);
@@ -212,6 +243,7 @@ mod tests {
             own: Value::Null,
             margins: Vec::new(),
             fresh: vec![FreshFound { design: "design".to_owned(), air: "turbulence".to_owned(), results }],
+            at_range_ends: None,
             input_hash: String::new(),
         };
         let good = numbers(0, 300);

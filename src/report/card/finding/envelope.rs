@@ -7,9 +7,17 @@ use crate::config::ENVELOPE_LIMITS;
 use crate::report::columns::short;
 use crate::report::envelope::{EnvelopeOutline, EnvelopePair, EnvelopeReach};
 
-/// A quantity in words, without its unit.
-fn bare(axis: EnvelopeAxis) -> &'static str {
-    axis.words().split([',', '[']).next().unwrap_or_default().trim_end()
+/// How what a mission draws of a quantity lies in what an envelope confirms of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coverage {
+    /// Within it.
+    Whole,
+    /// This range is confirmed: less than is drawn, but at least a third of it either way.
+    Part([f64; 2]),
+    /// This range is confirmed, which is less than a third of what is drawn, on one side at least.
+    TooLittle([f64; 2]),
+    /// Nothing is confirmed, either way.
+    Nothing,
 }
 
 /// J_state that safe flights stay below.
@@ -113,17 +121,52 @@ impl EnvelopeFound {
             .collect();
         let mut parts: Vec<String> = Vec::new();
         if !alone.is_empty() {
-            parts.push(alone.iter().map(|axis| bare(*axis)).collect::<Vec<_>>().join(", "));
+            parts.push(alone.iter().map(|axis| axis.bare_words()).collect::<Vec<_>>().join(", "));
         }
         let together = missing.iter().filter(|pair| !pair.iter().any(|axis| alone.contains(axis)));
         let together: Vec<String> =
-            together.map(|[x, y]| format!("{} with {}", bare(*x), bare(*y))).collect();
+            together.map(|[x, y]| format!("{} with {}", x.bare_words(), y.bare_words())).collect();
         let seen = EnvelopeAxis::ALL.len() - alone.len();
         if !together.is_empty() {
             let all = together.len() == seen * (seen - 1) / 2;
             parts.push(if all { "any two quantities together".to_owned() } else { together.join(", ") });
         }
         (!parts.is_empty()).then(|| parts.join("; "))
+    }
+
+    /// The range that is drawn of a quantity, so far either way; no further than there is something to look
+    /// at below what cannot be less.
+    pub fn drawn(&self, axis: EnvelopeAxis, off: f64) -> Option<[f64; 2]> {
+        let AxisRange { low, nominal, .. } = self.range(axis)?;
+        let ends_at_zero =
+            matches!(axis, EnvelopeAxis::Descent | EnvelopeAxis::Delay | EnvelopeAxis::Turbulence);
+        let below = if ends_at_zero { off.min(nominal - low) } else { off };
+        Some([nominal - below, nominal + off])
+    }
+
+    /// How what is drawn of a quantity, so far either way, lies in what is confirmed below J_state 1 with the
+    /// others nominal; `None` where the quantity was not looked at. Where nothing is confirmed one way, the
+    /// nominal release ends what is.
+    pub fn coverage(&self, axis: EnvelopeAxis, off: f64) -> Option<Coverage> {
+        let reach =
+            self.one_at_a_time.iter().find(|reach| reach.axis == axis.name() && reach.limit == SAFE)?;
+        let nominal = self.nominal(axis)?;
+        let [from, to] = self.drawn(axis, off)?;
+        let confirmed = [&reach.low, &reach.high].map(|end| end.as_ref().and_then(|end| end.confirmed));
+        if confirmed == [None, None] {
+            return Some(Coverage::Nothing);
+        }
+        let [low, high] = confirmed.map(|end| end.unwrap_or(nominal));
+        let holds = |share: f64| {
+            let rounding = 1e-9 * (to - from);
+            low <= nominal - share * (nominal - from) + rounding
+                && high >= nominal + share * (to - nominal) - rounding
+        };
+        Some(match (holds(1.0), holds(1.0 / 3.0)) {
+            (true, _) => Coverage::Whole,
+            (_, true) => Coverage::Part([low, high]),
+            _ => Coverage::TooLittle([low, high]),
+        })
     }
 
     /// How much of what is to be looked at was not, as a share of the pairs.
@@ -191,6 +234,32 @@ mod tests {
             one_at_a_time: Vec::new(),
             pairs: pairs.iter().map(pair).collect(),
         }
+    }
+
+    /// By hand, wind with a sigma of 1.5 m/s, three of them 4.5: confirmed beyond, to two, to a half of one,
+    /// one way only, not at all; turbulence has no way down.
+    #[test]
+    fn closed_form_what_is_drawn_within_what_is_confirmed() {
+        use EnvelopeAxis::Wind;
+        let end = |confirmed| Some(crate::report::envelope::ReachEnd { confirmed, is_the_end: false });
+        let of = |axis: EnvelopeAxis, low, high, off: f64| {
+            let reach = EnvelopeReach { axis: axis.name().to_owned(), limit: SAFE, low, high };
+            let range = AxisFound { axis: axis.name().to_owned(), low: 0.0, nominal: 0.0, high: 12.0 };
+            let found =
+                EnvelopeFound { one_at_a_time: vec![reach], axes: vec![range], ..envelope(&[], false) };
+            found.coverage(axis, off).unwrap()
+        };
+        let wind = |low, high| of(Wind, end(low), end(high), 4.5);
+        assert_eq!(wind(Some(-5.6), Some(4.5)), Coverage::Whole);
+        assert_eq!(wind(Some(-5.6), Some(3.0)), Coverage::Part([-5.6, 3.0]));
+        assert_eq!(wind(Some(-5.6), Some(0.75)), Coverage::TooLittle([-5.6, 0.75]));
+        assert_eq!(wind(None, Some(0.06)), Coverage::TooLittle([0.0, 0.06]));
+        assert_eq!(wind(None, None), Coverage::Nothing);
+        assert_eq!(of(Wind, end(None), end(Some(0.06)), 0.0), Coverage::Whole, "nothing is drawn");
+        assert_eq!(of(Turbulence, None, end(Some(0.5)), 0.7), Coverage::Part([0.0, 0.5]));
+        assert_eq!(of(Turbulence, None, end(None), 0.0), Coverage::Nothing);
+        assert_eq!(of(Turbulence, None, None, 0.0), Coverage::Nothing);
+        assert_eq!(envelope(&[], false).coverage(Wind, 1.0), None);
     }
 
     /// A fragment says what it leaves out: quantities of no pair, pairs of the others, and where rays go

@@ -23,7 +23,7 @@ pub use campaign::{CampaignFound, Trials, WorstTrial, fewest_trials, probability
 pub use design::{DesignFound, FreshFound, FreshNumbers, MarginFound, PlanFound, TuneFound, in_air};
 use drop::CasesFile;
 pub use drop::{CaseFound, DropFound, pilot_words};
-pub use envelope::EnvelopeFound;
+pub use envelope::{Coverage, EnvelopeFound};
 pub use rare::{MostLikely, RareFound};
 
 /// Results of a run, as far as a card needs them.
