@@ -147,8 +147,8 @@ mod tests {
         assert!(found == 1 && watch.falls());
     }
 
-    /// As x500_drop hangs: from a hook at rest into a canopy that it then sinks under with 5 m/s. That was taken
-    /// for a fall without an end, and HOLD started the motors under the canopy.
+    /// As x500_drop hangs: from a hook at rest into a canopy that it then sinks under with 5 m/s. That was
+    /// taken for a fall without an end, and HOLD started the motors under the canopy.
     #[test]
     fn regress_a_fall_from_a_hook_into_the_canopy_is_over() {
         let released = |terminal_m_s: f64| {

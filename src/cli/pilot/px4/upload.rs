@@ -95,15 +95,15 @@ const WINDOW_MS: [f64; 2] = [200.0, 300.0];
 /// Parameters that PX4's estimator reads once, at its start: the age of satellite fixes, and a window of the
 /// past that holds them. v1.14 sizes it by the oldest sensor, in steps of 10 ms; with samples of 4 ms its
 /// steps are shorter, and fixes of 110 ms would lie beyond its end. EKF2_AVEL_DELAY is of a sensor that is
-/// not there. Later versions have a window of their own, EKF2_DELAY_MAX, which must not be shorter than any
-/// age of a sensor.
+/// not there. Later versions have a window of their own, EKF2_DELAY_MAX, which must be longer than any age of
+/// a sensor.
 pub fn estimators_window(envelope: &DropEnvelope, by: ToldBy) -> Vec<(&'static str, f64)> {
     let (Some(delay_s), Some(needed_ms)) = (envelope.satellite_delay_s, estimators_window_ms(envelope))
     else {
         return Vec::new();
     };
     let [least, most] = WINDOW_MS;
-    let (age_ms, window_ms) = ((1e3 * delay_s).round(), needed_ms.ceil().max(least));
+    let (age_ms, window_ms) = ((1e3 * delay_s).round(), needed_ms.round().max(least));
     match by {
         ToldBy::Script => {
             let other_ms = (2.0 * age_ms).clamp(least, most);
@@ -168,7 +168,7 @@ mod tests {
             estimators_window(&envelope, by)
         };
         let window = |delay_s: f64| of(delay_s, ToldBy::Environment).last().map(|(_, ms)| *ms);
-        assert_eq!([0.0, 0.11, 0.15, 0.2, 0.4].map(window), [200.0, 200.0, 200.0, 250.0, 450.0].map(Some));
+        assert_eq!([0.0, 0.11, 0.13, 0.2, 0.4].map(window), [200.0, 200.0, 200.0, 300.0, 600.0].map(Some));
         for delay_s in [0.0, 0.11, 0.25, 0.4] {
             let told = of(delay_s, ToldBy::Script);
             assert!(told.iter().all(|(_, ms)| *ms <= told[2].1), "no age beyond the window: {told:?}");
