@@ -23,11 +23,12 @@ pub enum ConfigError {
     },
     /// No file has the name that was given.
     #[error(
-        "no {role} of the name `{name}` (looked for {}){} expected one of {}, or a path{}",
+        "no {role} of the name `{}` (looked for {}){} expected one of {}, or a path{}",
+        printable(name),
         shown(tried),
         did_you_mean(near.as_deref()),
         known.join(", "),
-        if *is_here { format!(": there is a ./{name} here") } else { String::new() }
+        if *is_here { format!(": there is a ./{} here", printable(name)) } else { String::new() }
     )]
     Unknown {
         /// Role of the file ("mission file").
