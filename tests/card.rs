@@ -223,7 +223,7 @@ fn what_failed_and_what_is_missing_decide() {
     let (answer, found) = card(&mission, &out, &[]);
     let against = reasons(&found);
     assert_eq!(answer, Some(1));
-    assert!(against.contains("failed: drop: not safe: limits passed: altitude lost"), "{against}");
+    assert!(against.contains("failed: drop: not safe: altitude lost 14."), "{against}");
     assert!(against.contains("failed: campaign of flights from t = 0: 4 of 4 trials failed"), "{against}");
     assert!(found["conclusion"].as_str().unwrap().starts_with("No go: the evidence speaks against it"));
     assert!(found["worst"][0]["failure"].as_str().unwrap().contains("altitude lost"), "{found:#}");

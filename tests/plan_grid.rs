@@ -19,7 +19,8 @@ fn said(output: &Output) -> String {
 /// A small grid, and the grid that its binary holds.
 fn small(words: &[&str], out: &Path) -> PlanGridFile {
     let output = samara(&[&["plan", "x500_drop", "--nodes", "12", "--grid=2x1x2x3"], words].concat(), out);
-    assert_eq!(output.status.code(), Some(0), "{}", said(&output));
+    // Twelve nodes do not tell what flies between them, which is said.
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     decode_plan_grid(&fs::read(out.join("plan_grid.bin")).unwrap()).unwrap()
 }
 

@@ -1,15 +1,14 @@
 //! The judge: whether a flight was safe, and if not, why not.
 //!
 //! Whatever says "safe" or "NOT safe" of a flight - terminal, page, figure, campaign, effects, renewed plans,
-//! design, draft, card, JUnit, Python - goes by the [`Objection`]s that are stated here, and shows their words. A
-//! flight is safe when there is none.
+//! design, draft, card, JUnit, Python - goes by the [`Objection`]s that are stated here, and shows their
+//! words. A flight is safe when there is none.
 //!
 //! A new limit is a field of [`Limits`]: [`Limits::objections`] and all that lists limits take that struct
 //! apart, so that what forgets the field does not compile; so does what forgets a new kind of [`Objection`].
 
 use std::fmt;
 
-use super::safety::{TrialOutcome, Verdict};
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::units::DEG_PER_RAD;
 
@@ -72,7 +71,7 @@ impl Limits {
 
     /// Why a flight with these numbers was not safe, as far as numbers tell it; the touch first, which ended
     /// the flight.
-    fn objections(&self, flown: &Numbers) -> Vec<Objection> {
+    fn objections(&self, flown: &Numbers, must_become_steady: bool) -> Vec<Objection> {
         let Self {
             safety: _,
             j_tpf_below,
@@ -111,7 +110,7 @@ impl Limits {
             let (j_tpf, below) = (flown.j_tpf, j_tpf_below);
             all.insert(0, Objection::JTpf { j_tpf, below, parts });
         }
-        if must_be_steady && flown.must_be_steady && flown.steady_after_s.is_none() {
+        if must_be_steady && must_become_steady && flown.steady_after_s.is_none() {
             all.push(Objection::NeverSteady { within_m_s: steady_within_m_s });
         }
         all
@@ -119,17 +118,18 @@ impl Limits {
 }
 
 /// The numbers of a flight that are judged.
-struct Numbers {
-    j_tpf: f64,
+pub(super) struct Numbers {
+    pub(super) j_tpf: f64,
     /// The parts of J_state, each at its peak, where they are known.
-    cost: Option<StateCost>,
-    altitude_lost_m: f64,
-    peak_tilt_rad: f64,
-    steady_after_s: Option<f64>,
+    pub(super) cost: Option<StateCost>,
+    pub(super) altitude_lost_m: f64,
+    pub(super) peak_tilt_rad: f64,
+    pub(super) steady_after_s: Option<f64>,
     /// Speed [m/s] and tilt [rad] at a touch of the ground.
-    touch: Option<(f64, f64)>,
-    canopy_distance_m: Option<f64>,
-    must_be_steady: bool,
+    pub(super) touch: Option<(f64, f64)>,
+    /// A touch before the plan's end.
+    pub(super) on_the_ground: Option<OnTheGround>,
+    pub(super) canopy_distance_m: Option<f64>,
 }
 
 /// A limit beside those of J_state.
@@ -185,7 +185,7 @@ pub enum Objection {
         /// Why the autopilot did not fly to the end.
         trouble: Option<String>,
     },
-    /// It was released while the autopilot was not armed.
+    /// Released while the autopilot was not armed.
     ReleasedUnarmed,
     /// No rotor was commanded to turn from the release to the end.
     MotorsNeverStarted,
@@ -236,6 +236,8 @@ pub struct OnTheGround {
     pub after_s: f64,
     /// Way down from the release to the ground [m].
     pub height_m: f64,
+    /// Whether the rotors had been freed.
+    pub rotors_free: bool,
     /// Way down from the release that the plan needs at the most [m], and whether it pulls out: ends level or
     /// climbing. `None` where there is no plan, or the touch came before the rotors were freed.
     pub needed: Option<(f64, bool)>,
@@ -282,15 +284,15 @@ impl fmt::Display for Objection {
             }
             Self::ReleasedUnarmed => f.write_str("released while the autopilot was not armed"),
             Self::MotorsNeverStarted => f.write_str("the motors were never started"),
-            Self::OnTheGround(OnTheGround { after_s, height_m, needed }) => {
+            Self::OnTheGround(OnTheGround { after_s, height_m, rotors_free, needed }) => {
                 write!(f, "on the ground after {after_s:.1} s")?;
                 match needed {
                     Some((needed_m, pulls_out)) if needed_m > height_m => {
                         let what = if *pulls_out { "pull-out" } else { "plan" };
                         write!(f, ": the {what} needs {:.0} m, there were {height_m:.0}", needed_m.ceil())
                     }
-                    Some(_) => f.write_str(", before the plan's end"),
-                    None => f.write_str(", before the rotors were freed"),
+                    _ if *rotors_free => f.write_str(", before the plan's end"),
+                    _ => f.write_str(", before the rotors were freed"),
                 }
             }
             Self::Failsafe { cause } => with(f, "a failsafe flew", cause),
@@ -369,8 +371,8 @@ impl Course {
     };
 }
 
-/// Why a drop was not safe, the cause first; empty where it was. Without a verdict nothing was released.
-pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
+/// Why a flight was not safe, the cause first; empty where it was. Without `flown` nothing was released.
+pub(super) fn objections(flown: Option<(Numbers, &Limits)>, course: &Course) -> Vec<Objection> {
     let Course {
         completed,
         plan_cut,
@@ -382,24 +384,15 @@ pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
         ref failsafe_cause,
         ref trouble,
     } = *course;
-    let Some(verdict) = verdict else {
+    let Some((flown, limits)) = flown else {
         return vec![Objection::NeverReleased { completed, trouble: trouble.clone() }];
     };
     let to_the_end = completed && !plan_cut && trouble.is_none();
-    let ground = verdict.on_the_ground.filter(|_| !may_land);
+    let ground = flown.on_the_ground.filter(|_| !may_land);
     let motors_never_started = motors_never_started && completed;
     // What nobody flew is not steady either.
     let fell = released_unarmed || motors_never_started || ground.is_some();
-    let numbers = Numbers {
-        j_tpf: verdict.j_tpf,
-        cost: Some(verdict.peak_cost),
-        altitude_lost_m: verdict.altitude_lost_m,
-        peak_tilt_rad: verdict.peak_tilt_rad,
-        steady_after_s: verdict.steady_after_s,
-        touch: verdict.impact_speed_m_s.zip(verdict.impact_tilt_rad),
-        canopy_distance_m: verdict.canopy_distance_m,
-        must_be_steady: must_be_steady && to_the_end && !fell,
-    };
+    let must_be_steady = must_be_steady && to_the_end && !fell;
     let mut all = Vec::new();
     let mut note = |holds: bool, objection: Objection| all.extend(holds.then_some(objection));
     note(released_unarmed, Objection::ReleasedUnarmed);
@@ -407,22 +400,8 @@ pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
     all.extend(ground.map(Objection::OnTheGround));
     all.extend(failsafe.then(|| Objection::Failsafe { cause: failsafe_cause.clone() }));
     all.extend(trouble.clone().filter(|_| completed).map(Objection::Trouble));
-    all.extend(verdict.limits.objections(&numbers));
+    all.extend(limits.objections(&flown, must_be_steady));
     all.extend((!completed).then(|| Objection::Stopped(trouble.clone())));
     all.extend(plan_cut.then_some(Objection::PlanCut));
     all
-}
-
-/// Why a flight from t = 0, which knows neither ground nor canopy, was not safe; empty where it was.
-pub fn judge_trial(flown: &TrialOutcome, limits: &Limits) -> Vec<Objection> {
-    limits.objections(&Numbers {
-        j_tpf: flown.j_tpf,
-        cost: None,
-        altitude_lost_m: flown.way_ned_m.z,
-        peak_tilt_rad: flown.peak_tilt_rad,
-        steady_after_s: flown.steady_after_s,
-        touch: None,
-        canopy_distance_m: None,
-        must_be_steady: true,
-    })
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::judge::{Course, Limit, Limits, Objection, OnTheGround, judge};
+use super::judge::{Course, Limit, Limits, Numbers, Objection, OnTheGround, objections};
 use super::power::PowerUse;
 use crate::frames::{bank, pitch, tilt};
 use crate::model::rigid_body::BodyState;
@@ -64,11 +64,11 @@ impl TrialOutcome {
     }
 }
 
-/// Verdict on a drop, from the release to the end; what it came to, as [`judge`](super::judge::judge) judges it.
-/// Where the vehicle comes to the ground the flight ends: what it does there counts for no peak.
+/// Verdict on a drop, from the release to the end: what it came to, of which [`judge()`] says whether it was
+/// safe. Where the vehicle comes to the ground the flight ends: what it does there counts for no peak.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Verdict {
-    /// What it is judged by.
+    /// Limits that the flight is judged by.
     pub limits: Limits,
     /// J_TPF, (51).
     pub j_tpf: f64,
@@ -290,6 +290,7 @@ impl VerdictBuilder {
                 so_far.on_the_ground = Some(OnTheGround {
                     after_s: sample.t_s - release_s,
                     height_m: body.p_ned.z - release_p_ned.z,
+                    rotors_free: self.free_p_ned.is_some(),
                     needed: fallen_m.zip(self.plan_needs).map(|(m, (needs_m, out))| (m + needs_m, out)),
                 });
             }
@@ -369,6 +370,36 @@ impl VerdictBuilder {
         verdict.limits_passed = objections.iter().flat_map(Objection::limits_passed).collect();
         Some(verdict)
     }
+}
+
+/// Why a drop was not safe, the cause first; empty where it was. Without a verdict nothing was released.
+pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
+    let numbers = |v: &Verdict| Numbers {
+        j_tpf: v.j_tpf,
+        cost: Some(v.peak_cost),
+        altitude_lost_m: v.altitude_lost_m,
+        peak_tilt_rad: v.peak_tilt_rad,
+        steady_after_s: v.steady_after_s,
+        touch: v.impact_speed_m_s.zip(v.impact_tilt_rad),
+        on_the_ground: v.on_the_ground,
+        canopy_distance_m: v.canopy_distance_m,
+    };
+    objections(verdict.map(|v| (numbers(v), &v.limits)), course)
+}
+
+/// Why a flight from t = 0, which knows neither ground nor canopy, was not safe; empty where it was.
+pub fn judge_trial(flown: &TrialOutcome, limits: &Limits) -> Vec<Objection> {
+    let numbers = Numbers {
+        j_tpf: flown.j_tpf,
+        cost: None,
+        altitude_lost_m: flown.way_ned_m.z,
+        peak_tilt_rad: flown.peak_tilt_rad,
+        steady_after_s: flown.steady_after_s,
+        touch: None,
+        on_the_ground: None,
+        canopy_distance_m: None,
+    };
+    objections(Some((numbers, limits)), &Course::WHOLE)
 }
 
 /// The way down from a plan's beginning to its lowest point [m], and whether its end is level or climbs.

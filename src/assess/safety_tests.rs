@@ -219,11 +219,10 @@ fn closed_form_a_slide_and_a_tumble_are_no_landing() {
     let tumbled = flown([0.0, 0.0, 0.5], 0.5);
     assert!((tumbled.impact_tilt_rad.unwrap() - 0.5).abs() < 1e-12);
     assert_eq!(tumbled.limits_passed, ["impact_tilt"]);
-    let words =
-        |v: &Verdict, course: &Course| judge::words(&judge::judge(Some(v), course)).unwrap_or_default();
+    let words = |v: &Verdict, course: &Course| judge::words(&judge(Some(v), course)).unwrap_or_default();
     assert_eq!(
         words(&slid, &Course { must_be_steady: false, ..Course::WHOLE }),
-        "on the ground after 1.0 s, before the plan's end; impact 7.96 m/s, limit 2.1"
+        "on the ground after 1.0 s, before the plan's end; impact 7.96 m/s, limit 2.10"
     );
     let soft = flown([0.0, 0.0, 0.5], 0.1);
     assert_eq!(words(&soft, &Course::WHOLE), "on the ground after 1.0 s, before the plan's end");
@@ -297,7 +296,7 @@ fn an_objection_names_what_was_passed() {
         must_be_steady: true,
         ..Limits::of_j_state(LIMITS, 0.1)
     };
-    let why = |o: &TrialOutcome, limits: &Limits| judge::words(&judge::judge_trial(o, limits));
+    let why = |o: &TrialOutcome, limits: &Limits| judge::words(&judge_trial(o, limits));
     assert_eq!(why(&o, &given(20.0, 30.0, 4.0)), None);
     for (limits, expected) in [
         (given(19.99, 30.0, 4.0), "altitude lost 20.00 m, limit 19.99"),

@@ -94,7 +94,8 @@ pub struct Grounded {
 const FLIES_AGAIN_M: f64 = 1.0;
 
 impl Grounded {
-    /// Whether the flight is over, at a position down [m] where the vehicle may have come to the ground just now.
+    /// Whether the flight is over, at a position down [m] where the vehicle may have come to the ground just
+    /// now.
     pub fn observe(&mut self, touched: bool, down_m: f64) -> bool {
         if touched {
             self.at_down_m.get_or_insert(down_m);

@@ -186,7 +186,8 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
     Ok(Answer::Yes)
 }
 
-/// The draft and its plan, with as many nodes as tell what flies along it: `with_nodes` drafts it with so many.
+/// The draft and its plan, with as many nodes as tell what flies along it: `with_nodes` drafts it with so
+/// many.
 fn enough_nodes(
     draft: Mission,
     with_nodes: impl FnOnce(usize) -> Result<Mission, Failure>,
