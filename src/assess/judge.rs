@@ -204,7 +204,7 @@ pub enum Objection {
     JTpf {
         /// J_TPF.
         j_tpf: f64,
-        /// What it had to stay below.
+        /// The bound that it had to stay below.
         below: f64,
         /// Names of the parts of J_state that were not below it, where they are known.
         parts: Vec<&'static str>,

@@ -267,8 +267,8 @@ impl VerdictBuilder {
         self.in_ring = powered.then(|| (sample.t_s, std::array::from_fn(inside)));
     }
 
-    /// Whether the flight is over because the vehicle has come to the ground. A touch counts with the velocity
-    /// and the attitude of the sample before it; what stood there from the start has not come down.
+    /// Whether the flight is over because the vehicle has come to the ground. A touch counts with velocity
+    /// and attitude of the sample before it; what stood there from the start has not come down.
     fn observe_ground(&mut self, sample: &Sample) -> bool {
         let touching = sample.balance.ground_force_ned.z < 0.0;
         let body = &sample.state.body;
