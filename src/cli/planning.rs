@@ -109,8 +109,8 @@ fn until(watch: &Stopwatch, time_limit_s: Option<f64>) -> ControlFlow<()> {
     }
 }
 
-/// What a plan's nodes do not tell of a flight along it, in words, and a number of nodes that would do, looked
-/// for during `time_limit_s` of wall time at most; `None` where they tell enough.
+/// What a plan's nodes do not tell of a flight along it, in words, and a number of nodes that would do,
+/// looked for during `time_limit_s` of wall time at most; `None` where they tell enough.
 pub fn shortfall(
     mission: &Mission,
     plan: &Plan,
