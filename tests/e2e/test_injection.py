@@ -84,4 +84,4 @@ def test_a_fault_of_the_mission_silences_the_streamer(samara, mission):
     result = json.loads((sim.out / "drop.json").read_text(encoding="utf-8"))
     assert result["failsafe"] is True
     assert [fault["name"] for fault in result["faults"]] == ["setpoint_loss"]
-    assert sim.has_said("a failsafe flew; faults: setpoints lost from 13.5", "s to 16.5")
+    assert sim.has_said("NOT safe: a failsafe flew", "; faults: setpoints lost from 13.5", "s to 16.5")
