@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use nalgebra::Vector3;
-use samara::assess::{StateCost, Verdict, VerdictBuilder};
+use samara::assess::{Course, StateCost, Verdict, VerdictBuilder};
 use samara::config::{Mission, Stamp, load_mission};
 use samara::control::{Airframe, Cascade};
 use samara::frames::rotate_ned_from_body;
@@ -220,7 +220,7 @@ fn data_of(page: &str) -> serde_json::Value {
 
 #[test]
 fn the_page_holds_the_whole_flight_and_is_the_same_each_time() {
-    let run = DropRun { completed: true, must_be_steady: true, ..DropRun::default() };
+    let run = DropRun { course: Course::WHOLE, ..DropRun::default() };
     let page = DROP.page(&DROP.mission, &run);
     assert!(page == DROP.page(&DROP.mission, &run));
     assert!(page.len() < 3_000_000, "{}", page.len());
@@ -255,8 +255,11 @@ fn what_comes_from_files_cannot_become_markup() {
     }
     let events = vec![DropEvent { t_s: 1.0, text: evil.to_owned(), warning: false }];
     let trouble = Some(evil.to_owned());
-    let page = DROP.page(&mission, &DropRun { completed: true, trouble, events, ..DropRun::default() });
-    let harmless = DROP.page(&DROP.mission, &DropRun { completed: true, ..DropRun::default() });
+    let page = DROP.page(
+        &mission,
+        &DropRun { course: Course { trouble, ..Course::WHOLE }, events, ..DropRun::default() },
+    );
+    let harmless = DROP.page(&DROP.mission, &DropRun { course: Course::WHOLE, ..DropRun::default() });
     for part in ["<script", "</script", "<!--", "<img"] {
         assert_eq!(page.matches(part).count(), harmless.matches(part).count(), "{part}");
     }
@@ -525,17 +528,9 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         plan_solve_ms: Some(4.0),
         real_time_factor: Some(120.0),
         ended_at_s: 45.0,
-        completed: true,
-        plan_cut: false,
-        released_unarmed: false,
-        motors_never_started: false,
-        may_land: false,
-        must_be_steady: true,
+        course: Course { failsafe: true, ..Course::WHOLE },
         trajectory: None,
-        failsafe: true,
-        failsafe_cause: None,
         events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned(), warning: false }],
-        trouble: None,
         autopilot: Some(FlownBy { name: "px4", version: Some("v1.12.0".to_owned()) }),
         faults: Vec::new(),
         commanded: Vec::new(),
@@ -558,31 +553,32 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
             ])
         )
     );
-    let run = DropRun { failsafe: false, ..run };
+    let went = |course: Course| DropRun { course, ..run.clone() };
+    let run = went(Course::WHOLE);
     let steady = Verdict { steady_after_s: Some(7.0), ..bad_verdict() };
     assert!(parse(drop_json(mission, Some(&steady), &run))["reason"].is_null());
-    let by_script = DropRun { must_be_steady: false, ..run.clone() };
+    let by_script = went(Course { must_be_steady: false, ..Course::WHOLE });
     assert!(parse(drop_json(mission, Some(&bad_verdict()), &by_script))["reason"].is_null());
-    let fell = DropRun { motors_never_started: true, ..run.clone() };
+    let fell = went(Course { motors_never_started: true, ..Course::WHOLE });
     let fell = parse(drop_json(mission, Some(&bad_verdict()), &fell));
     assert_eq!(fell["reason"], "the motors were never started");
-    let short = DropRun { plan_cut: true, ..run.clone() };
+    let short = went(Course { plan_cut: true, ..Course::WHOLE });
     let short = parse(drop_json(mission, Some(&bad_verdict()), &short));
     assert_eq!(
         (&short["completed"], &short["reason"]),
         (&false.into(), &"the mission's duration_s ended before the plan".into())
     );
-    let stopped = DropRun { ended_at_s: 12.0, completed: false, ..run.clone() };
+    let stopped = went(Course { completed: false, ..Course::WHOLE });
     let cut = parse(drop_json(mission, Some(&bad_verdict()), &stopped));
     assert_eq!(
         (&cut["completed"], &cut["reason"]),
         (&false.into(), &"stopped before the mission's end".into())
     );
     assert_eq!((&drop["autopilot"], &drop["autopilot_version"]), (&"px4".into(), &"v1.12.0".into()));
-    let refused = DropRun { trouble: Some("arming refused".to_owned()), ..stopped };
+    let refused = went(Course { trouble: Some("arming refused".to_owned()), ..stopped.course });
     let refused = parse(drop_json(mission, None, &refused));
     assert_eq!(refused["reason"], "stopped before the release: arming refused");
-    let late = DropRun { trouble: Some("PX4 has ended".to_owned()), ..run.clone() };
+    let late = went(Course { trouble: Some("PX4 has ended".to_owned()), ..Course::WHOLE });
     let late = parse(drop_json(mission, Some(&bad_verdict()), &late));
     assert_eq!((&late["completed"], &late["reason"]), (&false.into(), &"PX4 has ended".into()));
     let never = parse(drop_json(mission, None, &run));

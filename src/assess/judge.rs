@@ -192,10 +192,7 @@ pub enum Objection {
     /// It came to the ground before the plan's end, and neither LAND nor RETURN had been commanded.
     OnTheGround(OnTheGround),
     /// A failsafe of the autopilot flew part of it.
-    Failsafe {
-        /// What brought it about, where that is known.
-        cause: Option<String>,
-    },
+    Failsafe,
     /// The autopilot left or refused before the flight's end.
     Trouble(String),
     /// A state was no number.
@@ -255,7 +252,7 @@ impl Objection {
             | Self::ReleasedUnarmed
             | Self::MotorsNeverStarted
             | Self::OnTheGround(_)
-            | Self::Failsafe { .. }
+            | Self::Failsafe
             | Self::Trouble(_)
             | Self::Stopped(_)
             | Self::PlanCut
@@ -295,7 +292,7 @@ impl fmt::Display for Objection {
                     _ => f.write_str(", before the rotors were freed"),
                 }
             }
-            Self::Failsafe { cause } => with(f, "a failsafe flew", cause),
+            Self::Failsafe => f.write_str("a failsafe flew"),
             Self::Trouble(trouble) => f.write_str(trouble),
             Self::NotFinite => f.write_str(NOT_FINITE),
             Self::JTpf { j_tpf, below, parts } => {
@@ -350,8 +347,6 @@ pub struct Course {
     pub must_be_steady: bool,
     /// Whether a failsafe of the autopilot flew part of it.
     pub failsafe: bool,
-    /// What brought the failsafe about, where that is known.
-    pub failsafe_cause: Option<String>,
     /// Why the autopilot did not fly to the end, if it left or refused.
     pub trouble: Option<String>,
 }
@@ -366,9 +361,13 @@ impl Course {
         may_land: false,
         must_be_steady: true,
         failsafe: false,
-        failsafe_cause: None,
         trouble: None,
     };
+
+    /// Whether mission and plan were flown to their ends.
+    pub fn is_to_the_end(&self) -> bool {
+        self.completed && !self.plan_cut && self.trouble.is_none()
+    }
 }
 
 /// Why a flight was not safe, the cause first; empty where it was. Without `flown` nothing was released.
@@ -381,24 +380,22 @@ pub(super) fn objections(flown: Option<(Numbers, &Limits)>, course: &Course) -> 
         may_land,
         must_be_steady,
         failsafe,
-        ref failsafe_cause,
         ref trouble,
     } = *course;
     let Some((flown, limits)) = flown else {
         return vec![Objection::NeverReleased { completed, trouble: trouble.clone() }];
     };
-    let to_the_end = completed && !plan_cut && trouble.is_none();
     let ground = flown.on_the_ground.filter(|_| !may_land);
     let motors_never_started = motors_never_started && completed;
     // What nobody flew is not steady either.
     let fell = released_unarmed || motors_never_started || ground.is_some();
-    let must_be_steady = must_be_steady && to_the_end && !fell;
+    let must_be_steady = must_be_steady && course.is_to_the_end() && !fell;
     let mut all = Vec::new();
     let mut note = |holds: bool, objection: Objection| all.extend(holds.then_some(objection));
     note(released_unarmed, Objection::ReleasedUnarmed);
     note(motors_never_started, Objection::MotorsNeverStarted);
     all.extend(ground.map(Objection::OnTheGround));
-    all.extend(failsafe.then(|| Objection::Failsafe { cause: failsafe_cause.clone() }));
+    all.extend(failsafe.then_some(Objection::Failsafe));
     all.extend(trouble.clone().filter(|_| completed).map(Objection::Trouble));
     all.extend(limits.objections(&flown, must_be_steady));
     all.extend((!completed).then(|| Objection::Stopped(trouble.clone())));

@@ -139,12 +139,12 @@ impl<'a> Conclusion<'a> {
     pub fn report(&self, narrator: &Narrator, folder: &OutputFolder) -> Result<(), Failure> {
         let Self { mission, run, flown, .. } = self;
         let duration_s = mission.duration_s;
-        if !run.completed {
+        if !run.course.completed {
             narrator.say(&format!(
                 "stopped at {:.3} s of {duration_s} s: files and verdict are of what was flown\n",
                 run.ended_at_s
             ));
-        } else if run.plan_cut {
+        } else if run.course.plan_cut {
             narrator.say(&format!(
                 "the mission's duration_s, {duration_s} s, ended before the plan did: whether it becomes steady is not known\n"
             ));
@@ -160,7 +160,7 @@ impl<'a> Conclusion<'a> {
                     narrator.say(&format!("flown at {factor:.0} times real time\n"));
                 }
             }
-            None if run.completed => narrator.say(&format!(
+            None if run.course.completed => narrator.say(&format!(
                 "the vehicle was never released within the mission's {duration_s} s: check the release trigger, hang_s and what the \
                  vehicle said above\n"
             )),
@@ -171,7 +171,7 @@ impl<'a> Conclusion<'a> {
             let kept = run.replans.len() - renewed;
             narrator.say(&format!("plan renewed {renewed} times, kept {kept} times\n"));
         }
-        if run.failsafe {
+        if run.course.failsafe {
             narrator
                 .say("a failsafe of the autopilot flew part of the manoeuvre: this is no drop by the plan\n");
         }

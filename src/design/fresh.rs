@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use super::judge::{DesignFlights, DesignJudge, FINALISTS_FROM, Unknown};
-use super::objective::{DesignBounds, DesignObjective, LIMIT, LOST};
+use super::objective::{DesignBounds, DesignObjective, JudgedFlight, LOST};
 use super::search::TriedDesign;
 use super::space::Design;
 use crate::assess::better::passes_less_often;
@@ -23,6 +23,8 @@ pub const CONDITIONS: [(&str, Unknown); 3] = [
 pub struct FreshFlight {
     /// J_TPF; [`LOST`] of a flight that was lost.
     pub j_tpf: f64,
+    /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
+    pub safe: bool,
     /// Distance of the velocity from the target at the end [m/s]; infinite of a flight that was lost.
     pub end_error_m_s: f64,
     /// Time from which it is steady [s].
@@ -38,13 +40,15 @@ fn fly_fresh(
     unknown: Unknown,
 ) -> Vec<FreshFlight> {
     let drawn: Vec<_> = numbers.map(|number| flights.draw(number, unknown)).collect();
-    let flown = pilot.measure_others(k, &drawn).into_iter();
-    flown
-        .map(|flight| {
-            let j_tpf = flight.evaluation.j_tpf;
+    let flown = pilot.measure_others(k, &drawn);
+    drawn
+        .iter()
+        .zip(&flown)
+        .map(|((start, _), flight)| {
+            let JudgedFlight { j_tpf, safe } = flights.judged(start, flight);
             FreshFlight {
-                // What is no number is lost, too.
-                j_tpf: if j_tpf < LOST { j_tpf } else { LOST },
+                j_tpf,
+                safe,
                 end_error_m_s: flight.end_error_m_s,
                 steady_after_s: flight.steady_after_s,
             }
@@ -61,7 +65,7 @@ pub struct FreshResults {
     ascending: Vec<f64>,
     /// J_TPF; of a flight that was lost [`LOST`].
     pub j_tpf: Summary,
-    /// Flights within every limit.
+    /// Flights that were safe.
     pub safe: Share,
     /// Flights that were lost.
     pub lost: u64,
@@ -79,7 +83,7 @@ impl FreshResults {
             results.flown.push(flight.j_tpf);
             results.ascending.push(flight.j_tpf);
             results.j_tpf.push(flight.j_tpf);
-            results.safe.push(flight.j_tpf <= LIMIT);
+            results.safe.push(flight.safe);
             results.lost += u64::from(flight.j_tpf >= LOST);
             results.end_error_m_s.push(flight.end_error_m_s);
             flight.steady_after_s.into_iter().for_each(|t_s| results.steady_after_s.push(t_s));
@@ -227,7 +231,8 @@ mod tests {
     /// Of 1 to 100 hundredths 99 do not exceed 0.99; one that was lost is unsafe and the worst.
     #[test]
     fn closed_form_results() {
-        let flight = |j_tpf: f64| FreshFlight { j_tpf, end_error_m_s: 0.1, steady_after_s: None };
+        let flight =
+            |j_tpf: f64| FreshFlight { j_tpf, safe: j_tpf <= 1.0, end_error_m_s: 0.1, steady_after_s: None };
         let mut flown: Vec<FreshFlight> = (1..=99).rev().map(|i| flight(f64::from(i) / 100.0)).collect();
         flown.push(flight(LOST));
         let results = FreshResults::of(&flown);
@@ -241,7 +246,8 @@ mod tests {
     /// by chance (four pairs of 1/16), and a p90 that is no lower decides against it.
     #[test]
     fn closed_form_better_by_a_margin_and_more_than_chance() {
-        let flight = |j_tpf: f64| FreshFlight { j_tpf, end_error_m_s: 0.1, steady_after_s: None };
+        let flight =
+            |j_tpf: f64| FreshFlight { j_tpf, safe: j_tpf <= 1.0, end_error_m_s: 0.1, steady_after_s: None };
         let of = |change: &dyn Fn(usize, f64) -> f64| {
             let j_tpf = (0..300).map(|i| change(i, 0.3 + 1e-3 * i as f64));
             FreshResults::of(&j_tpf.map(flight).collect::<Vec<_>>())

@@ -7,11 +7,12 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at, steady_near};
-use super::objective::{DesignBounds, DesignObjective, Judgement, LIMIT, LOST};
+use super::objective::{DesignBounds, DesignObjective, JudgedFlight, Judgement, LOST};
 use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
+use crate::assess::judge::Limits;
 use crate::assess::tracking::control_period_s;
-use crate::assess::{ReleaseDistribution, SafetyLimits, StateCost};
+use crate::assess::{ReleaseDistribution, StateCost, TrialOutcome, judge_trial};
 use crate::control::{ControlError, ControlLimits, Gains};
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::Wind;
@@ -39,14 +40,12 @@ pub struct DesignFlights {
     pub yaw: Gains,
     /// Velocity to reach, NED [m/s].
     pub target_v_ned: Vector3<f64>,
-    /// How close to that velocity is steady [m/s].
-    pub steady_within_m_s: f64,
     /// How long a flight goes on after the plan's end [s].
     pub settle_s: f64,
     /// Time from the release to t = 0 [s], whose fall is part of the altitude lost.
     pub delay_s: f64,
-    /// Limits that J_state is measured by.
-    pub safety: SafetyLimits,
+    /// Limits that a flight is judged by.
+    pub limits: Limits,
     /// Releases that every design flies in still air.
     pub cases: Vec<ReleaseCase>,
     /// Random releases.
@@ -92,9 +91,9 @@ impl DesignFlights {
             plan,
             feed_forward,
             target_v_ned: self.target_v_ned,
-            steady_within_m_s: self.steady_within_m_s,
+            steady_within_m_s: self.limits.steady_within_m_s,
             settle_s: self.settle_s,
-            safety: self.safety,
+            safety: self.limits.safety,
         })
     }
 
@@ -103,6 +102,19 @@ impl DesignFlights {
         let t = self.delay_s;
         let fall_m = start.v_ned.z * t - 0.5 * self.environment.gravity_m_s2 * t * t;
         fall_m + flight.way_down_m
+    }
+
+    /// A flight from this state, judged.
+    pub(super) fn judged(&self, start: &BodyState, flight: &MeasuredFlight) -> JudgedFlight {
+        let j_tpf = finite_j_tpf(flight);
+        let flown = TrialOutcome {
+            j_tpf,
+            peak_tilt_rad: flight.peak_tilt_rad,
+            way_ned_m: Vector3::z() * self.altitude_lost_m(start, flight),
+            steady_after_s: flight.steady_after_s,
+            ..TrialOutcome::default()
+        };
+        JudgedFlight { j_tpf, safe: judge_trial(&flown, &self.limits).is_empty() }
     }
 }
 
@@ -167,7 +179,7 @@ impl<'a> DesignJudge<'a> {
     /// Plans a design; `None` when it cannot be planned or the solve does not converge.
     pub fn plan(&self, design: &PlanDesign) -> Option<Plan> {
         let mut problem = self.problem.clone();
-        design.apply(&mut problem, &self.flights.safety);
+        design.apply(&mut problem, &self.flights.limits.safety);
         let options = SolverOptions::default();
         let planned = plan(&problem, &Guess::StraightLine, &options, &mut |_| ControlFlow::Continue(()));
         planned.ok().filter(|plan| plan.status == Status::Converged)
@@ -187,7 +199,7 @@ impl<'a> DesignJudge<'a> {
         let plan = self.plan(&design.plan)?.trajectory;
         let problem = &self.problem;
         let peak = plan.nodes().iter().max_by(|a, b| {
-            let j_state = |node| StateCost::of(&body_of(node), &self.flights.safety).max();
+            let j_state = |node| StateCost::of(&body_of(node), &self.flights.limits.safety).max();
             j_state(a).total_cmp(&j_state(b))
         })?;
         let of_weight_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2
@@ -239,7 +251,9 @@ impl<'a> DesignJudge<'a> {
             if judged.cost(&self.bounds) > ceiling {
                 break;
             }
-            drawn.extend(pilot.measure_others(&design.gains, portion).iter().map(finite_j_tpf));
+            let flown = pilot.measure_others(&design.gains, portion);
+            let starts = portion.iter().map(|(start, _)| start);
+            drawn.extend(starts.zip(&flown).map(|(start, flight)| self.flights.judged(start, flight)));
             judged = in_cases.with_draws(self.objective, &drawn, self.draws.len());
         }
         judged
@@ -267,9 +281,9 @@ impl<'a> DesignJudge<'a> {
             flights: flown.len() as f64,
         };
         for (i, ((start, _), flight)) in self.cases.iter().zip(&flown).enumerate() {
-            let j_tpf = finite_j_tpf(flight);
+            let JudgedFlight { j_tpf, safe } = self.flights.judged(start, flight);
             judged.worst = judged.worst.max(j_tpf);
-            judged.unsafe_flights += f64::from(u8::from(j_tpf > LIMIT));
+            judged.unsafe_flights += f64::from(u8::from(!safe));
             if i >= self.flights.cases.len() {
                 continue;
             }

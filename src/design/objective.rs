@@ -5,11 +5,9 @@ use crate::assess::quantile_rank;
 /// J_TPF of a flight that was lost: beyond any that turns over, and finite, so that of two designs which lose
 /// flights that with fewer is the better one.
 pub const LOST: f64 = 10.0;
-/// J_TPF at which a limit is reached.
-pub const LIMIT: f64 = 1.0;
 /// J_TPF that it costs to break a bound by as much again, or to end off the target by the target's size.
 pub const PENALTY: f64 = 2.0;
-/// What each flight that passes a limit costs beside its own J_TPF.
+/// What each flight that is not safe costs beside its own J_TPF.
 pub const UNSAFE: f64 = 0.05;
 /// Weight of the mean J_TPF beside the number that decides: of designs alike in their worst flights the one
 /// that is better in all is taken.
@@ -62,6 +60,15 @@ pub struct DesignBounds {
     pub modulus: Option<f64>,
 }
 
+/// What counts of a drawn flight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct JudgedFlight {
+    /// J_TPF; [`LOST`] of a flight that was lost.
+    pub(super) j_tpf: f64,
+    /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
+    pub(super) safe: bool,
+}
+
 /// What is known of a design after some of its flights or all.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Judgement {
@@ -71,7 +78,7 @@ pub struct Judgement {
     pub mean: f64,
     /// Greatest J_TPF of all flights.
     pub worst: f64,
-    /// Flights that passed a limit or were lost.
+    /// Flights that were not safe.
     pub unsafe_flights: f64,
     /// Worst distance from rest at the target of a release case ([`crate::tune::Evaluation::unrest`]).
     pub unrest: f64,
@@ -111,15 +118,20 @@ impl Judgement {
         self.j_tpf.is_finite()
     }
 
-    /// Takes the drawn flights' J_TPF so far, of `flights` in the end; lost ones count as [`LOST`].
-    pub(super) fn with_draws(self, objective: DesignObjective, drawn: &[f64], flights: usize) -> Self {
-        let mut descending: Vec<f64> = drawn.to_vec();
+    /// Takes the drawn flights so far, of `flights` in the end.
+    pub(super) fn with_draws(
+        self,
+        objective: DesignObjective,
+        drawn: &[JudgedFlight],
+        flights: usize,
+    ) -> Self {
+        let mut descending: Vec<f64> = drawn.iter().map(|flight| flight.j_tpf).collect();
         descending.sort_by(|a, b| b.total_cmp(a));
         Self {
             j_tpf: objective.of(&descending, flights),
-            mean: drawn.iter().sum::<f64>() / flights.max(1) as f64,
+            mean: drawn.iter().map(|flight| flight.j_tpf).sum::<f64>() / flights.max(1) as f64,
             worst: self.worst.max(descending.first().copied().unwrap_or(0.0)),
-            unsafe_flights: self.unsafe_flights + drawn.iter().filter(|j| **j > LIMIT).count() as f64,
+            unsafe_flights: self.unsafe_flights + drawn.iter().filter(|flight| !flight.safe).count() as f64,
             flights: self.flights + drawn.len() as f64,
             ..self
         }
@@ -134,7 +146,7 @@ impl Judgement {
         self.j_tpf + MEAN * self.mean + UNSAFE * self.unsafe_flights + PENALTY * (self.unrest + over)
     }
 
-    /// Whether every release case comes to rest, all bounds hold and no flight passes a limit.
+    /// Whether every release case comes to rest, all bounds hold and every flight is safe.
     pub fn is_allowed(&self, bounds: &DesignBounds) -> bool {
         self.is_planned()
             && self.unrest == 0.0
@@ -159,6 +171,10 @@ impl Judgement {
 mod tests {
     use super::*;
 
+    fn safe(j_tpf: f64) -> JudgedFlight {
+        JudgedFlight { j_tpf, safe: j_tpf <= 1.0 }
+    }
+
     const NOTHING: Judgement = Judgement {
         j_tpf: 0.0,
         mean: 0.0,
@@ -176,7 +192,7 @@ mod tests {
     /// 1 to 100 hundredths: two may exceed the quantile 0.98; a bound broken by a fifth costs 0.4.
     #[test]
     fn closed_form_quantiles_and_penalties() {
-        let drawn: Vec<f64> = (1..=100).map(|i| f64::from(i) / 100.0).collect();
+        let drawn: Vec<JudgedFlight> = (1..=100).map(|i| safe(f64::from(i) / 100.0)).collect();
         let judged = NOTHING.with_draws(DesignObjective::Quantile(0.98), &drawn, 100);
         assert_eq!((judged.j_tpf, judged.worst, judged.unsafe_flights), (0.98, 1.0, 0.0));
         assert!((judged.mean - 0.505).abs() < 1e-12);
@@ -191,13 +207,17 @@ mod tests {
         let unstable = Judgement { modulus: -0.2, ..judged };
         assert!((unstable.cost(&margin) - free - 0.5 * PENALTY).abs() < 1e-12);
         assert_eq!(Judgement::UNPLANNED.cost(&bounds), f64::INFINITY);
+        let never_steady = [JudgedFlight { j_tpf: 0.5, safe: false }];
+        let judged = NOTHING.with_draws(DesignObjective::Worst, &never_steady, 1);
+        assert!(judged.unsafe_flights == 1.0 && !judged.is_allowed(&DesignBounds::default()));
     }
 
     /// A part of the flights never costs more than all of them: that is what lets a search give up early.
     #[test]
     fn prop_a_part_costs_at_most_as_much_as_all() {
         for objective in [DesignObjective::Quantile(0.9), DesignObjective::Worst] {
-            let drawn: Vec<f64> = (0..64u32).map(|i| f64::from((i * 29) % 64) / 50.0).collect();
+            let drawn: Vec<JudgedFlight> =
+                (0..64u32).map(|i| safe(f64::from((i * 29) % 64) / 50.0)).collect();
             let cost =
                 |n: usize| NOTHING.with_draws(objective, &drawn[..n], 64).cost(&DesignBounds::default());
             assert!((1..=64).all(|n| cost(n - 1) <= cost(n)), "{objective:?}");

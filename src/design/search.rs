@@ -253,6 +253,7 @@ fn best_of(tried: &[TriedDesign], bounds: &DesignBounds) -> Option<TriedDesign> 
 mod tests {
     use super::*;
     use crate::design::objective::DesignObjective;
+    use crate::design::objective::JudgedFlight;
     use crate::design::{PlanDesign, Range};
     use crate::plan::InputReference;
 
@@ -312,8 +313,8 @@ mod tests {
             modulus: 1.0,
             flights: 0.0,
         };
-        let j = 1e-3 * (weights + gains + choices);
-        nothing.with_draws(DesignObjective::Worst, &[j], 1)
+        let j_tpf = 1e-3 * (weights + gains + choices);
+        nothing.with_draws(DesignObjective::Worst, &[JudgedFlight { j_tpf, safe: j_tpf <= 1.0 }], 1)
     }
 
     fn run(search: &mut DesignSearch) {

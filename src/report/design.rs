@@ -12,8 +12,8 @@ use crate::config::{Mission, Stamp};
 use crate::control::Gains;
 use crate::design::{
     CONDITIONS, Design, DesignJudge, DesignObjective, DesignSearch, DesignSearchSettings, DesignSpace,
-    Finalist, FlyPortions, FreshResults, Judgement, LIMIT, LOOPS, LoopsAt, Margins, NotJudged, TriedDesign,
-    Unknown, WEIGHT_GROUPS, best_finalist, judge_fresh,
+    Finalist, FlyPortions, FreshResults, Judgement, LOOPS, LoopsAt, Margins, NotJudged, TriedDesign, Unknown,
+    WEIGHT_GROUPS, best_finalist, judge_fresh,
 };
 use crate::plan::InputReference;
 use crate::tune::RangeEnds;
@@ -372,11 +372,13 @@ fn finalists_text(run: &DesignRun) -> String {
 fn fresh_text(run: &DesignRun) -> String {
     let Some(first) = run.judged.first() else { return String::new() };
     let name = run.judged.iter().chain(&run.others).map(|judged| judged.name.len()).max().unwrap_or(0);
-    let widths = [name.max(13) + 1, 11, 8, 8, 8, 8, 7, 9, 9, 9];
+    let widths = [name.max(13) + 1, 11, 8, 8, 8, 8, 7, 9, 9, 9, 9];
     let trials = first.fresh.first().map_or(0, |results| results.j_tpf.count());
     let mut out = format!("on {trials} fresh flights each, which chose nothing; bounds at 95 %\n");
-    let heads =
-        ["design", "air", "mean", "p99", "at most", "worst", "unsafe", "at most", "end m/s", "steady s"];
+    let heads = [
+        "design", "air", "mean", "p99", "at most", "worst", "unsafe", "at most", "unsteady", "end m/s",
+        "steady s",
+    ];
     out += &columns(&widths, heads);
     for judged in run.judged.iter().chain(&run.others) {
         for ((air, _), results) in CONDITIONS.iter().zip(&judged.fresh) {
@@ -388,6 +390,7 @@ fn fresh_text(run: &DesignRun) -> String {
                 number(results.j_tpf.max()),
                 results.safe.misses().to_string(),
                 format!("{:.1e}", results.unsafe_at_most(ChosenAmong::ONE)),
+                (results.j_tpf.count() - results.steady_after_s.count()).to_string(),
                 number(results.end_error_m_s.max()),
                 format!("{:.1}", results.steady_after_s.max()),
             ];
@@ -413,7 +416,7 @@ pub fn figure(mission: &Mission, run: &DesignRun) -> Result<String, FigureError>
 fn distributions(mission: &Mission, run: &DesignRun) -> Vec<Distribution> {
     let panel = |(i, (air, _)): (usize, &(&str, Unknown))| Distribution {
         name: format!("{}, {}", j_tpf(), air.replace('_', " ")),
-        limit: Some(LIMIT),
+        limit: Some(mission.limits.j_tpf_below),
         controllers: run
             .judged
             .iter()

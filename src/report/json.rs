@@ -161,26 +161,10 @@ pub struct DropRun {
     pub trajectory: Option<FlownTrajectory>,
     /// Time of the last sample [s].
     pub ended_at_s: f64,
-    /// Whether the flight went on to the mission's end.
-    pub completed: bool,
-    /// Whether the mission ended before the plan that was flown.
-    pub plan_cut: bool,
-    /// Whether the vehicle was released while the autopilot was not armed.
-    pub released_unarmed: bool,
-    /// Whether no rotor was commanded to turn from the release to the end.
-    pub motors_never_started: bool,
-    /// Whether it may come to the ground before the plan's end, as [`Course::may_land`] says.
-    pub may_land: bool,
-    /// Whether steady flight at the target was to be reached.
-    pub must_be_steady: bool,
-    /// Why the autopilot did not fly to the end, if it left or refused.
-    pub trouble: Option<String>,
+    /// How it went, for the judge.
+    pub course: Course,
     /// The autopilot, where it is known.
     pub autopilot: Option<FlownBy>,
-    /// Whether a failsafe of the autopilot flew part of the manoeuvre.
-    pub failsafe: bool,
-    /// What brought the failsafe about, where that is known.
-    pub failsafe_cause: Option<String>,
     /// What happened, in order of time.
     pub events: Vec<DropEvent>,
     /// J_TPF of the plan that was flown.
@@ -220,24 +204,9 @@ impl DropRun {
         self.free_fall = Some(FlownFall { began_s, found_s });
     }
 
-    /// How the flight went, as the judge takes it.
-    pub fn course(&self) -> Course {
-        Course {
-            completed: self.completed,
-            plan_cut: self.plan_cut,
-            released_unarmed: self.released_unarmed,
-            motors_never_started: self.motors_never_started,
-            may_land: self.may_land,
-            must_be_steady: self.must_be_steady,
-            failsafe: self.failsafe,
-            failsafe_cause: self.failsafe_cause.clone(),
-            trouble: self.trouble.clone(),
-        }
-    }
-
     /// Why the drop was not safe, the cause first; empty where it was.
     pub fn objections(&self, verdict: Option<&Verdict>) -> Vec<Objection> {
-        judge(verdict, &self.course())
+        judge(verdict, &self.course)
     }
 
     /// Why there is no verdict, or none of the whole manoeuvre, or why that was no transition to steady
@@ -267,7 +236,7 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         autopilot: run.autopilot.as_ref().map(|by| by.name),
         autopilot_version: run.autopilot.as_ref().and_then(|by| by.version.as_deref()),
         trajectory: run.trajectory.as_ref(),
-        completed: run.completed && !run.plan_cut && run.trouble.is_none(),
+        completed: run.course.is_to_the_end(),
         ended_at_s: run.ended_at_s,
         reason: run.reason(verdict),
         safe: objections.is_empty(),
@@ -285,7 +254,7 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         steady_after_s: verdict.and_then(|v| v.steady_after_s),
         final_v_ned_m_s: verdict.map(|v| <[f64; 3]>::from(v.final_v_ned)),
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
-        failsafe: run.failsafe,
+        failsafe: run.course.failsafe,
         events: &run.events,
         #[serde(flatten)] commanded: (!run.commanded.is_empty())
             .then(|| object! { commanded: &run.commanded }),

@@ -3,7 +3,7 @@
 use super::columns::fixed;
 use super::json::{DropEvent, DropRun, FlownBy, FlownCommand, FlownFault, FlownStart, FlownTrajectory};
 use crate::assess::judge::words;
-use crate::assess::{Objection, Verdict, VerdictBuilder};
+use crate::assess::{Course, Objection, Verdict, VerdictBuilder};
 use crate::config::{Mission, TrajectoryFile};
 use crate::sim::faults::FaultSpan;
 use crate::sim::{EscState, FlightRecord, RotorStarted, Sample};
@@ -50,22 +50,22 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         text: e.event.to_string(),
         warning: e.event.is_warning(),
     };
-    let run = DropRun {
-        ended_at_s,
+    let is = |wanted: crate::sim::DropEvent| flown.record.events.iter().any(|e| e.event == wanted);
+    let course = Course {
         completed: mission.duration_s <= ended_at_s + STEP_AT_MOST_S,
         plan_cut: flown.plan.is_some() && verdict.is_some() && powered_s + STEP_AT_MOST_S < plan_end_s,
-        released_unarmed: flown
-            .record
-            .events
-            .iter()
-            .any(|e| e.event == crate::sim::DropEvent::ReleasedUnarmed),
+        released_unarmed: is(crate::sim::DropEvent::ReleasedUnarmed),
         // What begins on the ground may stay there.
         motors_never_started: flown.record.motors_stood && !mission.release.standing,
         may_land: flown.plan.is_none() || mission.release.standing || flown.record.landing,
         must_be_steady: flown.plan.is_some() || !(mission.release.standing || landed),
-        trouble: flown.trouble.map(str::to_owned),
-        autopilot: flown.by.cloned(),
         failsafe: flown.record.failsafe,
+        trouble: flown.trouble.map(str::to_owned),
+    };
+    let run = DropRun {
+        course,
+        ended_at_s,
+        autopilot: flown.by.cloned(),
         events: flown.record.events.iter().map(event).collect(),
         faults: flown.record.faults.iter().map(FlownFault::from).collect(),
         commanded: flown.record.commanded.iter().map(FlownCommand::from).collect(),

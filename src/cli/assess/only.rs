@@ -9,7 +9,7 @@ use crate::cli::conclusion::write_mcap;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::assess::judge::words;
-use samara::assess::{RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder, judge_trial};
+use samara::assess::{Course, RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder, judge_trial};
 use samara::config::Mission;
 use samara::report::campaign::own::OPTIMAL;
 use samara::report::study::campaign_csv::write_row;
@@ -109,7 +109,7 @@ impl AloneFlight<'_> {
             samples,
             plan: Some(plan),
             verdict: verdict.as_ref(),
-            run: &DropRun { completed: true, must_be_steady: true, ..DropRun::default() },
+            run: &DropRun { course: Course::WHOLE, ..DropRun::default() },
         };
         let figure = drop_figure(&shown).context("the figure of the trial")?;
         folder.write_text(&format!("{name}.svg"), &figure)?;

@@ -77,7 +77,8 @@ pub(super) fn numbers(drop: &ShownDrop<'_>) -> String {
     }
     add("altitude lost", fixed(v.altitude_lost_m, 1), " m".to_owned(), passed("altitude_lost"));
     if let Some(speed) = v.impact_speed_m_s {
-        let class = passed("impact") || passed("impact_tilt") || v.on_the_ground.is_some() && !run.may_land;
+        let class =
+            passed("impact") || passed("impact_tilt") || v.on_the_ground.is_some() && !run.course.may_land;
         add("impact", fixed(speed, 2), " m/s".to_owned(), class);
     }
     html

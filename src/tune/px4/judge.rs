@@ -8,7 +8,8 @@ use nalgebra::Vector3;
 
 use super::Measures;
 use super::measures::Tracking;
-use crate::assess::{ReleaseDistribution, SafetyLimits, VerdictBuilder};
+use crate::assess::judge::Limits;
+use crate::assess::{ReleaseDistribution, VerdictBuilder};
 use crate::control::WithVelocityError;
 use crate::control::px4::{Law, Parameters, Px4Controller, output};
 use crate::model::wind::Wind;
@@ -40,16 +41,14 @@ pub struct Px4Setting<'a> {
     pub air: u64,
     /// Froude's k: how much slower PX4's clock runs than the site's.
     pub similarity: f64,
-    /// Limits that J_state is measured by.
-    pub safety: SafetyLimits,
+    /// Limits that a drop is judged by.
+    pub limits: Limits,
     /// The plan to follow.
     pub plan: &'a Trajectory,
     /// Whether its acceleration is sent with its velocity.
     pub feed_forward: bool,
     /// Velocity after the plan's end, NED [m/s].
     pub target_v_ned: Vector3<f64>,
-    /// Steady so near to it [m/s].
-    pub steady_within_m_s: f64,
     /// How long a flight goes on after the plan's end [s].
     pub settle_s: f64,
     /// How the vehicle comes from the release to t = 0.
@@ -92,8 +91,8 @@ impl Px4Setting<'_> {
         );
         let mut controller =
             WithVelocityError { controller: Box::new(controller), v_error_ned: self.v_error_ned };
-        let mut verdict = VerdictBuilder::new(self.safety, self.target_v_ned);
-        let mut tracking = Tracking::new(self.target_v_ned, self.steady_within_m_s, self.plan.end_s());
+        let mut verdict = VerdictBuilder::judging(self.limits, self.target_v_ned).along(self.plan);
+        let mut tracking = Tracking::new(self.plan.end_s());
         let flown = fly(&mut sim, &mut controller, &plan, &mut |sample| {
             verdict.observe(sample);
             tracking.observe(sample);
@@ -101,7 +100,9 @@ impl Px4Setting<'_> {
             if lost { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         });
         match (flown, verdict.finish()) {
-            (ControlFlow::Continue(()), Some(verdict)) => Measures::of(&verdict, &tracking, self.flight_s()),
+            (ControlFlow::Continue(()), Some(verdict)) => {
+                Measures::of(&verdict, tracking.rms_m_s(), self.flight_s())
+            }
             _ => Measures::LOST,
         }
     }
@@ -169,7 +170,7 @@ pub struct Px4Judge<'a> {
 
 impl<'a> Px4Judge<'a> {
     /// Costs are measured by the flights of one of `references`, each with the name by which it is reported:
-    /// the first that passes no limit in the drops; where all do, the first that loses none; where all do,
+    /// the first whose drops are all safe; where there is none, the first that loses none; where all do,
     /// [`Measures::SCALES`].
     pub fn new(drops: Vec<Px4Drop<'a>>, references: &[(&'static str, &Parameters)]) -> Self {
         let scales = Self { drops, measured_by: FIXED_SCALES, reference: Measures::SCALES };
@@ -201,7 +202,7 @@ impl<'a> Px4Judge<'a> {
 
 fn varied<'a>(setting: &Px4Setting<'a>, trial: u64) -> Px4Setting<'a> {
     let mut setting = setting.clone();
-    let off_m_s = ESTIMATE_OFF * setting.steady_within_m_s;
+    let off_m_s = ESTIMATE_OFF * setting.limits.steady_within_m_s;
     let vehicle = Arc::make_mut(&mut setting.vehicle);
     match trial % 8 {
         1 => setting.v_error_ned.z += off_m_s,
@@ -219,6 +220,7 @@ fn varied<'a>(setting: &Px4Setting<'a>, trial: u64) -> Px4Setting<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::SafetyLimits;
     use crate::control::test_vehicles::{
         ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, quadrotor, site,
     };
@@ -241,16 +243,18 @@ mod tests {
             wind: Wind::default(),
             air: 0,
             similarity: (crate::units::STANDARD_GRAVITY_M_S2 / GRAVITY_M_S2).sqrt(),
-            safety: SafetyLimits {
-                speed_m_s: 12.0,
-                pitch_rad: 0.8,
-                pitch_rate_rad_s: 0.8,
-                vertical_acceleration_m_s2: 3.0,
-            },
+            limits: Limits::of_j_state(
+                SafetyLimits {
+                    speed_m_s: 12.0,
+                    pitch_rad: 0.8,
+                    pitch_rate_rad_s: 0.8,
+                    vertical_acceleration_m_s2: 3.0,
+                },
+                0.1,
+            ),
             plan,
             feed_forward: false,
             target_v_ned: Vector3::new(1.0, 0.0, 1.0),
-            steady_within_m_s: 0.1,
             settle_s: 60.0,
             start: Start::Release,
             v_error_ned: Vector3::zeros(),

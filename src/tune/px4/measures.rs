@@ -1,10 +1,6 @@
 //! Measures of a drop, and their cost beside the same drops under PX4's defaults.
 
-use nalgebra::Vector3;
-
-use crate::assess::{LEAST_DIFFERENCE, Verdict};
-use crate::frames::dcm_body_from_ned;
-use crate::math;
+use crate::assess::{Course, LEAST_DIFFERENCE, Verdict, judge};
 use crate::sim::{Phase, Sample};
 
 /// The measures of a drop, or the means of several.
@@ -12,7 +8,7 @@ use crate::sim::{Phase, Sample};
 pub struct Measures {
     /// J_TPF, (51).
     pub j_tpf: f64,
-    /// Way down from the release to the end [m].
+    /// Way down from the release to the plan's end [m].
     pub altitude_lost_m: f64,
     /// Time from the start of powered flight from which the velocity stays near the target's [s]; the whole
     /// flight where it does not.
@@ -21,7 +17,7 @@ pub struct Measures {
     pub peak_tilt_rad: f64,
     /// RMS of the velocity's distance from its setpoint over the plan [m/s].
     pub velocity_rms_m_s: f64,
-    /// Share of the drops that passed a limit.
+    /// Share of the drops that were not safe.
     pub unsafe_share: f64,
     /// Share of the drops that were steady at their end.
     pub steady_share: f64,
@@ -50,20 +46,21 @@ impl Measures {
         steady_share: 1.0,
     };
 
-    /// Of a verdict and what was tracked; `flight_s` [s] is the length of the powered flight.
-    pub fn of(verdict: &Verdict, tracking: &Tracking, flight_s: f64) -> Self {
-        let velocity_rms_m_s = tracking.rms_m_s();
+    /// Of a verdict and the RMS of the velocity's distance from its setpoint [m/s]; `flight_s` [s] is the
+    /// length of the powered flight.
+    pub fn of(verdict: &Verdict, velocity_rms_m_s: f64, flight_s: f64) -> Self {
         if !(verdict.j_tpf.is_finite() && velocity_rms_m_s.is_finite()) {
             return Self::LOST;
         }
+        let safe = judge(Some(verdict), &Course::WHOLE).is_empty();
         Self {
             j_tpf: verdict.j_tpf,
             altitude_lost_m: verdict.altitude_lost_m,
-            steady_s: tracking.steady_since_s.unwrap_or(flight_s),
-            peak_tilt_rad: tracking.peak_tilt_rad,
+            steady_s: verdict.steady_after_s.unwrap_or(flight_s),
+            peak_tilt_rad: verdict.peak_tilt_rad,
             velocity_rms_m_s,
-            unsafe_share: f64::from(!verdict.limits_passed.is_empty()),
-            steady_share: f64::from(tracking.steady_since_s.is_some()),
+            unsafe_share: f64::from(!safe),
+            steady_share: f64::from(verdict.steady_after_s.is_some()),
         }
     }
 
@@ -105,20 +102,18 @@ impl Measures {
     }
 
     /// Cost that the search makes small: the mean of the ratios by their weights; 10 for each unit that J_TPF
-    /// is above the reference's, and for each share of the drops that pass a limit or are not steady at the
-    /// end. Infinite for what is lost, also beside a reference that is.
+    /// is above the reference's, and for the share of the drops that are not safe. Infinite for what is lost, also beside a reference that is.
     pub fn cost(&self, reference: &Self) -> f64 {
         if self.is_lost() {
             return f64::INFINITY;
         }
         let mean = self.ratios(reference).iter().zip(WEIGHTS).map(|(r, w)| r * w).sum::<f64>();
         let above = (self.j_tpf / reference.j_tpf - 1.0).max(0.0);
-        let unsteady = (reference.steady_share - self.steady_share).max(0.0);
-        let cost = mean + HARD * (above + self.unsafe_share + unsteady);
+        let cost = mean + HARD * (above + self.unsafe_share);
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
 
-    /// Whether J_TPF is no worse than the reference's, no limit is passed and at least two of the other four
+    /// Whether J_TPF is no worse than the reference's, every drop is safe and at least two of the other four
     /// ratios are 0.9 or less.
     pub fn beats(&self, reference: &Self) -> bool {
         let better = self.ratios(reference)[1..].iter().filter(|ratio| **ratio <= WELL_BETTER).count();
@@ -129,51 +124,31 @@ impl Measures {
     }
 }
 
-/// Velocity and tilt of a flight, sample by sample.
+/// How far the velocity of a flight is from its setpoints, sample by sample.
 #[derive(Clone, Copy, Debug)]
-pub struct Tracking {
-    target_v_ned: Vector3<f64>,
-    steady_within_m_s: f64,
+pub(super) struct Tracking {
     plan_end_s: f64,
     sum_of_squares: f64,
     samples: u32,
-    peak_tilt_rad: f64,
-    steady_since_s: Option<f64>,
 }
 
 impl Tracking {
-    /// Towards a target velocity and steady so near to it [m/s], along a plan of some length [s].
-    pub fn new(target_v_ned: Vector3<f64>, steady_within_m_s: f64, plan_end_s: f64) -> Self {
-        Self {
-            target_v_ned,
-            steady_within_m_s,
-            plan_end_s,
-            sum_of_squares: 0.0,
-            samples: 0,
-            peak_tilt_rad: 0.0,
-            steady_since_s: None,
-        }
+    /// Along a plan of some length [s].
+    pub(super) fn new(plan_end_s: f64) -> Self {
+        Self { plan_end_s, sum_of_squares: 0.0, samples: 0 }
     }
 
-    /// Takes a sample; what happens under the canopy does not count.
-    pub fn observe(&mut self, sample: &Sample) {
-        if sample.phase == Phase::Hanging {
-            return;
-        }
-        let body = &sample.state.body;
-        let tilt = math::acos(dcm_body_from_ned(body.q_ned_from_body)[(2, 2)].clamp(-1.0, 1.0));
-        self.peak_tilt_rad = self.peak_tilt_rad.max(tilt);
-        let Some(t) = sample.t_powered_s else { return };
+    /// Takes a sample; what happens before the plan begins or after its end does not count.
+    pub(super) fn observe(&mut self, sample: &Sample) {
+        let Some(t) = sample.t_powered_s.filter(|_| sample.phase != Phase::Hanging) else { return };
         if let Some(v_sp) = sample.v_sp_ned.filter(|_| t <= self.plan_end_s) {
-            self.sum_of_squares += (body.v_ned - v_sp).norm_squared();
+            self.sum_of_squares += (sample.state.body.v_ned - v_sp).norm_squared();
             self.samples += 1;
         }
-        let near = (body.v_ned - self.target_v_ned).norm() <= self.steady_within_m_s;
-        self.steady_since_s = if near { self.steady_since_s.or(Some(t)) } else { None };
     }
 
     /// RMS of the velocity's distance from its setpoint [m/s].
-    pub fn rms_m_s(&self) -> f64 {
+    pub(super) fn rms_m_s(&self) -> f64 {
         (self.sum_of_squares / f64::from(self.samples.max(1))).sqrt()
     }
 }
