@@ -110,6 +110,21 @@ pub fn log10(x: f64) -> f64 {
     libm::log10(x)
 }
 
+/// A finite number with that many digits that count.
+///
+/// ```
+/// # use samara::math::with_digits;
+/// assert_eq!([0.056_568, 1e-4, -1234.5, 0.0].map(|x| with_digits(x, 3)), [0.0566, 1e-4, -1230.0, 0.0]);
+/// ```
+pub fn with_digits(x: f64, digits: u32) -> f64 {
+    if x == 0.0 {
+        return x;
+    }
+    let decimals = f64::from(digits) - 1.0 - log10(x.abs()).floor();
+    let scale = powf(10.0, decimals.clamp(-300.0, 300.0));
+    (x * scale).round() / scale
+}
+
 /// Power `x^y`.
 #[inline]
 pub fn powf(x: f64, y: f64) -> f64 {

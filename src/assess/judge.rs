@@ -9,6 +9,7 @@
 
 use std::fmt;
 
+use crate::math::with_digits;
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::units::DEG_PER_RAD;
 
@@ -313,10 +314,7 @@ impl fmt::Display for Objection {
             Self::Stopped(trouble) => with(f, "stopped before the mission's end", trouble),
             Self::PlanCut => f.write_str("the mission's duration_s ended before the plan"),
             Self::NeverSteady { within_m_s } => {
-                // Three digits that count.
-                let decimals = (2.0 - crate::math::log10(*within_m_s).floor()).clamp(0.0, 12.0);
-                let scale = crate::math::powf(10.0, decimals);
-                let within_m_s = (within_m_s * scale).round() / scale;
+                let within_m_s = with_digits(*within_m_s, 3);
                 write!(f, "never steady within {within_m_s} m/s of the target")
             }
         }

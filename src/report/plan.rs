@@ -5,6 +5,7 @@ use super::columns::{fixed, short};
 use super::json::{head, object, status_name, text};
 use crate::assess::{BETWEEN_NODES_MOST, IntegratedPlan};
 use crate::config::Mission;
+use crate::math::with_digits;
 use crate::plan::{Plan, Status};
 use crate::units::DEG_PER_RAD;
 
@@ -88,8 +89,8 @@ pub fn plan_shortfall(mission: &Mission, flown: &IntegratedPlan) -> Option<Strin
     if flown.velocity_defect_m_s > steady_m_s {
         parts.push(format!(
             "its thrusts lead to velocities up to {} m/s off its nodes' ({} m/s at most, as steady flight)",
-            short(flown.velocity_defect_m_s, 3),
-            short(steady_m_s, 3)
+            with_digits(flown.velocity_defect_m_s, 3),
+            with_digits(steady_m_s, 3)
         ));
     }
     Some(parts.join(", "))
