@@ -160,6 +160,8 @@ fn searched<'a>(
     let mut run = || {
         searched.search(&fans(&reaches_of(ranges), QUARTERS))?;
         let fans = fans(&searched.reaches(), args.rays());
+        let more = fans.iter().flat_map(|fan| &fan.rays).filter(|(_, ray)| !searched.rays.contains(ray));
+        searched.progress.set_whole((searched.rays.len() + more.count()) as u64);
         searched.search(&fans)?;
         Ok(fans)
     };
