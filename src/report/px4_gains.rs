@@ -58,7 +58,7 @@ const MEASURES: [Measure; 5] = [
 
 /// Shares of the drops.
 const SHARES: [Measure; 2] = [
-    ("limit passed", "%", 1, |m| 100.0 * m.unsafe_share),
+    ("not safe", "%", 1, |m| 100.0 * m.unsafe_share),
     ("steady at the end", "%", 1, |m| 100.0 * m.steady_share),
 ];
 
@@ -66,9 +66,8 @@ impl Px4Gains {
     /// The remark on the measure of costs, if it is not the usual one.
     fn other_measure(&self) -> Option<String> {
         let by = self.measured_by;
-        (by != PX4S_DEFAULTS).then(|| {
-            format!("candidates were measured by {by}: {PX4S_DEFAULTS} lose a drop or pass a limit in some")
-        })
+        (by != PX4S_DEFAULTS)
+            .then(|| format!("candidates were measured by {by}: {PX4S_DEFAULTS} fly not every drop safely"))
     }
 
     /// The remarks in the header of the parameter file.
@@ -123,7 +122,7 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
     }
     let verdict = if gains.found.beats(&gains.defaults) { "better than" } else { "NOT better than" };
     out += &format!(
-        "\n{verdict} PX4's defaults: J_TPF no worse, no limit passed, two of the other four a tenth better\n"
+        "\n{verdict} PX4's defaults: J_TPF no worse, every drop safe, two of the other four a tenth better\n"
     );
     let remarks = gains.other_measure().into_iter().chain(range_ends_words(&gains.range_ends));
     out + &remarks.map(|remark| remark + "\n").collect::<String>()
