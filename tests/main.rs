@@ -41,6 +41,7 @@ mod report_drop;
 mod results;
 mod rotors;
 mod shards;
+mod snapshots;
 mod swap;
 mod toolchain;
 mod tune;
