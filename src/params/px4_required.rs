@@ -32,8 +32,8 @@ pub struct Rule {
     pub holds: fn(f64, &DropEnvelope) -> bool,
     /// Consequence of a value that does not, in a few words that follow "NAME = x: ".
     pub otherwise: &'static str,
-    /// Whether the vehicle would then fall without thrust, so that it must not be released.
-    pub grave: bool,
+    /// Why it must not be released then, in words that follow "with this NAME"; `None`: it may.
+    pub grave: Option<&'static str>,
     /// A parameter that has this name in other versions of PX4: one of the two is always absent.
     pub succeeds: Option<&'static str>,
     /// The first version of PX4 that has the parameter; `None`: all have it, by one of its names.
@@ -98,7 +98,7 @@ const fn rule(
     holds: fn(f64, &DropEnvelope) -> bool,
     otherwise: &'static str,
 ) -> Rule {
-    Rule { name, wanted, holds, otherwise, grave: false, succeeds: None, since: None, of_px4_only: false }
+    Rule { name, wanted, holds, otherwise, grave: None, succeeds: None, since: None, of_px4_only: false }
 }
 
 /// All required parameters: name, value to upload, which values will do, consequence of others.
@@ -119,7 +119,8 @@ pub const RULES: [Rule; 16] = [
         "the checks of drift and speed (32, 64, 128) never pass while it descends: the estimator stays without a velocity, and velocity setpoints are then refused"),
     satellite_delay("EKF2_GPS_DELAY"),
     Rule { succeeds: Some("EKF2_GPS_DELAY"), ..satellite_delay("SENS_GPS0_DELAY") },
-    Rule { since: Some(Number { major: 1, minor: 15 }), ..rule(ESTIMATORS_WINDOW, |_| None,
+    Rule { since: Some(Number { major: 1, minor: 15 }), grave: Some("the estimator would not have the satellites' fixes in time: it must be set where PX4 is started"),
+        ..rule(ESTIMATORS_WINDOW, |_| None,
         |x, c| estimators_window_ms(c).is_none_or(|ms| x + 1e-3 >= ms),
         "the estimator's past [ms] is too short for satellite fixes of that age: they come late or never into it; it is read at PX4's start, and must be set there") },
     rule("MPC_USE_HTE", |_| int(0), |x, _| x == 0.0,
@@ -131,7 +132,7 @@ pub const RULES: [Rule; 16] = [
     rule("MPC_THR_HOVER", |c| c.hover_thrust.and_then(real),
         |x, c| c.hover_thrust.is_none_or(|h| (x / h - 1.0).abs() <= HOVER_TOLERANCE),
         "the vehicle hovers at another thrust: vertical gains and thrust are off by that factor"),
-    Rule { grave: true, ..rule("MPC_THR_MAX", |_| None, |x, c| x > c.hover_thrust.unwrap_or(0.1),
+    Rule { grave: Some("the vehicle would fall without thrust"), ..rule("MPC_THR_MAX", |_| None, |x, c| x > c.hover_thrust.unwrap_or(0.1),
         "the greatest thrust does not carry the vehicle") },
     rule("MPC_Z_VEL_MAX_DN", |c| real(c.fastest_descent_m_s.max(1.0)), |x, c| x + 1e-3 >= c.fastest_descent_m_s,
         "faster descents are clipped to it: the plan is not what will be flown"),
@@ -148,6 +149,11 @@ pub fn looked_at(px4: Number) -> impl Iterator<Item = &'static str> {
 /// Names and values of the parameters to upload.
 pub fn wanted(envelope: &DropEnvelope) -> impl Iterator<Item = (&'static str, Value)> + '_ {
     RULES.iter().filter_map(|rule| Some((rule.name, (rule.wanted)(envelope)?)))
+}
+
+/// Whether a rule counts for an autopilot: some are PX4's alone, and not those of samara's own.
+pub fn binds_to(name: &str, is_samara: bool) -> bool {
+    !is_samara || RULES.iter().all(|rule| rule.name != name || !rule.of_px4_only)
 }
 
 /// The name that a parameter has in other versions of PX4, where it has one: only one of the two is there.
@@ -227,6 +233,6 @@ mod tests {
         ] {
             assert_eq!(broken(name, default, &of).is_some(), breaks, "{name}");
         }
-        assert!(broken("MPC_THR_MAX", 0.5, &of).unwrap().grave);
+        assert!(broken("MPC_THR_MAX", 0.5, &of).unwrap().grave.is_some());
     }
 }

@@ -21,6 +21,8 @@ pub enum StreamerEvent {
         set: usize,
         /// Those that it does not have.
         absent: Vec<String>,
+        /// Those of which no value has come.
+        silent: Vec<String>,
     },
     /// The software that the vehicle flies.
     FlownBy {
@@ -156,12 +158,14 @@ impl fmt::Display for StreamerEvent {
             Self::VehicleHeard(system_id) => {
                 write!(f, "vehicle {system_id} heard, streaming level attitude, no thrust")
             }
-            Self::Uploaded { set, absent } if absent.is_empty() => {
-                write!(f, "{set} parameters set, each echoed")
-            }
-            Self::Uploaded { set, absent } => {
-                let absent = absent.join(" ");
-                write!(f, "{set} parameters set, each echoed; unknown to this autopilot: {absent}")
+            Self::Uploaded { set, absent, silent } => {
+                write!(f, "{set} parameters set, each echoed")?;
+                for (what, names) in [("unknown to this autopilot", absent), ("not answered", silent)] {
+                    if !names.is_empty() {
+                        write!(f, "; {what}: {}", names.join(" "))?;
+                    }
+                }
+                Ok(())
             }
             Self::FlownBy { version: Some(version), taken_for } => {
                 write!(f, "the vehicle flies PX4 {version}")?;

@@ -73,8 +73,10 @@ enum Stage {
     Writing(Value, Option<Value>),
     /// The vehicle has this value.
     Has(Value),
-    /// The vehicle does not have the parameter.
+    /// The vehicle does not have the parameter: it says so, or has it by another name.
     Absent,
+    /// It was asked for as often as it is, and nothing came.
+    Silent,
     /// The vehicle does not take the value, or cannot read its own.
     Refused(Refusal),
 }
@@ -98,13 +100,13 @@ impl Item {
         match (self.stage, self.set) {
             (Stage::Writing(wanted, _), _) if value == wanted => self.stage = Stage::Has(value),
             (Stage::Writing(wanted, _), _) => self.stage = Stage::Writing(wanted, Some(value)),
-            (Stage::Reading | Stage::Absent, Some(set)) => match set.in_type_of(value) {
+            (Stage::Reading | Stage::Absent | Stage::Silent, Some(set)) => match set.in_type_of(value) {
                 Some(wanted) => {
                     (self.stage, self.sent, self.tries) = (Stage::Writing(wanted, None), None, 0);
                 }
                 None => self.stage = Stage::Refused(Refusal::Unfit(value)),
             },
-            (Stage::Reading | Stage::Absent, None) => self.stage = Stage::Has(value),
+            (Stage::Reading | Stage::Absent | Stage::Silent, None) => self.stage = Stage::Has(value),
             _ => {}
         }
     }
@@ -112,7 +114,7 @@ impl Item {
     /// The tries are over, and so is the time for an answer to the last one.
     fn give_up(&mut self) {
         self.stage = match self.stage {
-            Stage::Reading => Stage::Absent,
+            Stage::Reading => Stage::Silent,
             Stage::Writing(_, Some(other)) => Stage::Refused(Refusal::Keeps(other)),
             Stage::Writing(_, None) => Stage::Refused(Refusal::Unanswered),
             over => over,
@@ -133,6 +135,8 @@ pub(super) struct Outcome {
     pub(super) set: usize,
     /// Were to be set and do not exist there.
     pub(super) absent: Vec<String>,
+    /// Were to be set or read, and no value has come.
+    pub(super) silent: Vec<String>,
     /// Were to be set to a value and were not.
     pub(super) refused: Vec<(String, Value, Refusal)>,
 }
@@ -216,8 +220,11 @@ impl Exchange {
                     outcome.set += usize::from(set.is_some());
                 }
                 (Stage::Refused(why), Some(set)) => outcome.refused.push((item.name.clone(), set, why)),
-                (_, Some(_)) => outcome.absent.push(item.name.clone()),
-                (_, None) => {}
+                (Stage::Absent, Some(_)) => outcome.absent.push(item.name.clone()),
+                (Stage::Absent, None) => {}
+                (Stage::Refused(_), None) | (Stage::Reading | Stage::Writing(..) | Stage::Silent, _) => {
+                    outcome.silent.push(item.name.clone());
+                }
             }
         }
         outcome

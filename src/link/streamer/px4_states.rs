@@ -24,7 +24,9 @@ use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::control::px4::versions::Refusals;
 use crate::link::px4_events::EventTexts;
 use crate::params::Value;
-use crate::params::px4_required::{Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken, looked_at, other_name};
+use crate::params::px4_required::{
+    Rule, TILT_AIR, TILT_LND, TILT_SHUT, binds_to, broken, looked_at, other_name,
+};
 use crate::time::{TimeUs, microseconds};
 use crate::units::RAD_PER_DEG;
 
@@ -159,9 +161,20 @@ impl StreamerSession {
         let envelope = self.config.procedure.as_ref().map(|p| p.envelope).unwrap_or_default();
         let has = |name: &str| outcome.values.contains_key(name);
         let missed = |name: &&String| !other_name(name).is_some_and(has);
-        let (set, absent) = (outcome.set, outcome.absent.iter().filter(missed).cloned().collect::<Vec<_>>());
+        let of = |names: &[String]| names.iter().filter(missed).cloned().collect::<Vec<_>>();
+        let (set, absent, silent) = (outcome.set, of(&outcome.absent), of(&outcome.silent));
+        // What a drop asks for is there in every version that it is asked of.
+        let required =
+            looked_at(self.px4_version().number).filter(|name| binds_to(name, self.flight.vehicle.is_samara));
+        let unknown: Vec<&str> = required.filter(|name| silent.iter().any(|silent| silent == name)).collect();
         if set > 0 || !absent.is_empty() {
-            self.report(StreamerEvent::Uploaded { set, absent });
+            self.report(StreamerEvent::Uploaded { set, absent, silent });
+        }
+        if !unknown.is_empty() && !outcome.values.is_empty() {
+            return self.fail(format!(
+                "the vehicle does not answer what {} is: a drop depends on it",
+                unknown.join(", ")
+            ));
         }
         if !outcome.refused.is_empty() {
             return self.fail(not_taken(&outcome.refused));
@@ -171,16 +184,16 @@ impl StreamerSession {
         }
         let mut grave = None;
         for (name, value) in &outcome.values {
-            let binds = |rule: &&Rule| !(rule.of_px4_only && self.flight.vehicle.is_samara);
+            let binds = |rule: &&Rule| binds_to(rule.name, self.flight.vehicle.is_samara);
             if let Some(rule) = broken(name, value.as_f64(), &envelope).filter(binds) {
                 let (name, value, otherwise) = (rule.name, value.as_f64(), rule.otherwise);
                 self.report(StreamerEvent::Trap { name, value, otherwise });
-                grave = grave.or(rule.grave.then_some(name));
+                grave = grave.or(rule.grave.map(|why| (name, why)));
             }
         }
         self.note_tilt_limits(&outcome.values);
         match grave {
-            Some(name) => self.fail(format!("with this {name} the vehicle would fall without thrust")),
+            Some((name, why)) => self.fail(format!("with this {name} {why}")),
             None => self.enter(StreamerState::Streaming),
         }
     }

@@ -51,6 +51,8 @@ pub(super) struct ScriptedPx4 {
     pub(super) on_board: BTreeMap<&'static str, (Value, Writing)>,
     /// Names that it does not have, and says so by PARAM_ERROR.
     pub(super) lacks: Vec<&'static str>,
+    /// Names that it says nothing about.
+    pub(super) silent: Vec<&'static str>,
 }
 
 impl ScriptedPx4 {
@@ -79,6 +81,7 @@ impl ScriptedPx4 {
             px4: Version::OLDEST,
             on_board: BTreeMap::new(),
             lacks: Vec::new(),
+            silent: Vec::new(),
         }
     }
 
@@ -150,6 +153,9 @@ impl ScriptedPx4 {
             }
             if let Some(MavMessage::PARAM_REQUEST_READ(m)) = frame.known() {
                 let (param_id, name) = (m.param_id, m.param_id.to_str().unwrap());
+                if self.silent.contains(&name) {
+                    continue;
+                }
                 if self.lacks.contains(&name) {
                     let name = name.to_owned();
                     let error = MavParamError::MAV_PARAM_ERROR_DOES_NOT_EXIST;

@@ -87,3 +87,23 @@ fn a_parameter_that_is_not_there_is_reported_and_no_more() {
     let words = "1 parameters set, each echoed; unknown to this autopilot: MPC_ONCE";
     assert!(reports.contains(&words.to_owned()), "{reports:#?}");
 }
+
+/// What every version has and this one does not answer about, four times, is no value to fly by, whether it
+/// was to be set or only to be looked at; what is not required is said and no more.
+#[test]
+fn regress_a_required_parameter_that_is_never_answered_stops_the_drop() {
+    for name in ["COM_DISARM_PRFLT", "MPC_THR_MAX"] {
+        for set in [&[(DELAY, Value::Real(110.0))][..], &[("COM_DISARM_PRFLT", Value::Real(-1.0))]] {
+            let mut px4 = given(set);
+            px4.silent.push(name);
+            px4.until(StreamerState::Failed);
+            let failure = px4.script.streamer.failure().unwrap_or_default().to_owned();
+            assert_eq!(failure, format!("the vehicle does not answer what {name} is: a drop depends on it"));
+        }
+    }
+    let mut px4 = given(&[("MPC_ONCE", Value::Real(1.0)), (DELAY, Value::Real(110.0))]);
+    px4.silent.push("MPC_ONCE");
+    px4.until(StreamerState::Hanging);
+    let words = "1 parameters set, each echoed; not answered: MPC_ONCE";
+    assert!(px4.reports().contains(&words.to_owned()), "{:#?}", px4.reports());
+}
