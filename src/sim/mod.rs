@@ -55,7 +55,7 @@ mod wind_tests;
 
 pub use battery::Battery;
 pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
-pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, ReleaseCause};
+pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, PARAMETER, ReleaseCause};
 pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};
 pub use flight::{FlightPlan, Reference, fly, fly_by};

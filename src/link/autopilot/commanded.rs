@@ -12,6 +12,8 @@ use crate::link::Link;
 
 /// What such a text begins with.
 pub const COMMANDED: &str = "commanded: ";
+/// What the words of a parameter begin with ([`crate::sim::PARAMETER`]).
+pub(super) const PARAMETER: &str = crate::sim::PARAMETER;
 
 /// What a command may change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

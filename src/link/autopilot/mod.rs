@@ -54,7 +54,7 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 
 use self::clock::Clock;
-use self::commanded::{Standing, tell};
+use self::commanded::{PARAMETER, Standing, tell};
 use self::files::FileServer;
 use self::logging::record;
 use self::missions::{Missions, Reports};
@@ -120,7 +120,12 @@ pub struct AutopilotSession {
     outbox: Outbox,
     /// Whose sticks counted last.
     pilot: Option<Peer>,
+    /// How many changes of parameters the simulator has been told.
+    told_parameters: usize,
 }
+
+/// Most changes of parameters in flight that the simulator is told.
+const PARAMETERS_TOLD: usize = 50;
 
 impl AutopilotSession {
     /// An autopilot that waits for its simulator; the greeting to it is ready to be sent.
@@ -146,6 +151,7 @@ impl AutopilotSession {
             refusals: Refusals::default(),
             outbox: Outbox::new(system_id),
             pilot: None,
+            told_parameters: 0,
         };
         session.greet_simulator();
         session
@@ -283,11 +289,13 @@ impl AutopilotSession {
             }
         } else if let Some((target, request)) = parameters::Request::read(frame) {
             if self.is_for_us(target) {
-                let Self { parameters, vehicle, outbox, .. } = &mut *self;
+                let Self { parameters, vehicle, outbox, told_parameters: told, .. } = &mut *self;
                 let changed = parameters.handle(peer, request, &mut vehicle.autopilot, outbox);
                 let entry = changed.and_then(|index| parameters.parameters.at(index));
-                if let Some(entry) = entry.filter(|_| vehicle.autopilot.is_armed()) {
-                    tell(outbox, &format!("parameter {} set to {} by", entry.name, entry.value), peer);
+                if let Some(entry) = entry.filter(|_| vehicle.autopilot.is_armed() && *told < PARAMETERS_TOLD)
+                {
+                    *told += 1;
+                    tell(outbox, &format!("{PARAMETER}{} set to {} by", entry.name, entry.value), peer);
                 }
             }
         } else if let Some((target, setpoint)) = setpoints::read(frame, &self.vehicle) {

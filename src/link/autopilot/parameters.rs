@@ -176,10 +176,12 @@ impl ParameterServer {
             Some(_) => Err(MavParamError::MAV_PARAM_ERROR_TYPE_MISMATCH),
             None => Err(MavParamError::MAV_PARAM_ERROR_TYPE_UNSUPPORTED),
         };
+        let value_of = |parameters: &Parameters| parameters.at(parameters.index_of(name)?).map(|e| e.value);
+        let before = value_of(&self.parameters);
         let (reason, error) = match value.map(|value| self.parameters.set(name, value, autopilot)) {
             Ok(Ok(changed)) => {
                 self.publish(&changed, outbox);
-                return changed.first().copied();
+                return changed.first().copied().filter(|_| value_of(&self.parameters) != before);
             }
             Ok(Err(refusal)) => (refusal.to_string(), error_of(&refusal)),
             Err(error) => {
