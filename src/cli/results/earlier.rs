@@ -155,9 +155,19 @@ fn make(folder: &Path, place: &Path) -> io::Result<()> {
 /// Moves a file or a folder of a run's that no manifest lists to a place that is named after it and its hash.
 pub fn move_aside(folder: &Path, name: &str) -> io::Result<PathBuf> {
     let from = folder.join(name);
-    let place = place(folder, "unlisted", &digest(&from)?);
-    let to = place.join(name);
-    make(folder, &place)?;
+    let sha256 = digest(&from)?;
+    // What lies in a place may have been edited there: then there is another.
+    let mut what = "unlisted".to_owned();
+    let mut to = place(folder, &what, &sha256).join(name);
+    for n in 2.. {
+        let lies = fs::symlink_metadata(&to).is_ok().then(|| digest(&to)).transpose()?;
+        if lies.is_none_or(|lies| lies == sha256) {
+            break;
+        }
+        what = format!("unlisted_{n}");
+        to = place(folder, &what, &sha256).join(name);
+    }
+    make(folder, &place(folder, &what, &sha256))?;
     if fs::symlink_metadata(&to).is_ok() {
         // The same bytes lie there already.
         let is_folder = fs::symlink_metadata(&from)?.is_dir();
@@ -298,6 +308,10 @@ mod tests {
             move_aside(folder, "plan.json").unwrap()
         };
         let (mine, again, other) = (moved("mine"), moved("mine"), moved("other"));
+        fs::write(&other, "edited").unwrap();
+        let anew = moved("other");
+        assert_eq!((fs::read_to_string(&anew).unwrap().as_str(), anew == other), ("other", false));
+        fs::write(&other, "other").unwrap();
         assert!(mine == again && mine != other && !folder.join("plan.json").exists());
         assert_eq!(fs::read_to_string(mine).unwrap(), "mine");
         assert_eq!(fs::read_to_string(other).unwrap(), "other");

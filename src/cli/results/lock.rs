@@ -72,7 +72,7 @@ impl FolderLock {
             // The one who had it may have removed the file between opening and locking it.
             if is_at(&file, &path) {
                 // For whoever is refused; the lock holds without it.
-                let _ = file.set_len(0).and_then(|()| {
+                let _ = file.set_len(0).and_then(|()| file.rewind()).and_then(|()| {
                     write!(file, "process {}, `samara {}`", std::process::id(), verb.replace('_', " "))
                 });
                 return Ok(Some(Self { file, path }));
@@ -84,7 +84,8 @@ impl FolderLock {
 /// Removed where others look again whether what they have locked is still there.
 impl Drop for FolderLock {
     fn drop(&mut self) {
-        if cfg!(unix) {
+        // Not another run's, who has made the folder anew.
+        if cfg!(unix) && is_at(&self.file, &self.path) {
             let _ = std::fs::remove_file(&self.path);
         }
         let _ = self.file.unlock();

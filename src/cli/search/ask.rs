@@ -13,7 +13,9 @@ use anyhow::Context as _;
 
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::results::{OutputFolder, gone};
-use samara::config::{Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_checkpoint};
+use samara::config::{
+    Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_asked, load_checkpoint,
+};
 use samara::report::cut::Cut;
 
 /// What is asked about, in the folder of the search.
@@ -156,9 +158,29 @@ pub fn forget(folder: &OutputFolder, so_far: usize) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Removes what was asked and answered: the search is over.
+/// Whether what a search asks about lies in a folder: a file of that name may be somebody's own.
+pub fn is_asked(folder: &OutputFolder) -> bool {
+    load_asked(&folder.path().join(CANDIDATES)).is_ok()
+}
+
+/// Removes what was asked and answered: the search is over. What is none of it stays.
 pub fn clear(folder: &OutputFolder) -> Result<(), Failure> {
-    let removed = gone(fs::remove_file(folder.path().join(CANDIDATES)))
-        .and_then(|()| gone(fs::remove_dir_all(folder.path().join(JUDGED))));
-    removed.with_context(|| format!("cannot tidy up {}", folder.path().display())).bad_input()
+    let at = folder.path().join(JUDGED);
+    let cannot = || format!("cannot tidy up {}", folder.path().display());
+    if is_asked(folder) {
+        gone(fs::remove_file(folder.path().join(CANDIDATES))).with_context(cannot).bad_input()?;
+    }
+    for entry in fs::read_dir(&at).into_iter().flatten().flatten() {
+        let name = entry.file_name();
+        let is_part = |name: &str| {
+            let (so_far, rest) = name.split_once('-')?;
+            Cut::of_name(rest.strip_suffix(".json")?).filter(|_| so_far.bytes().all(|b| b.is_ascii_digit()))
+        };
+        if name.to_str().and_then(is_part).is_some() {
+            gone(fs::remove_file(entry.path())).with_context(cannot).bad_input()?;
+        }
+    }
+    // Where somebody's own files are, it stays.
+    let _ = fs::remove_dir(&at);
+    Ok(())
 }

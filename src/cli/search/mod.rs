@@ -69,7 +69,7 @@ impl SearchArgs {
             folder.resume([checkpoint.to_owned()]);
         }
         if self.ask {
-            folder.take_over([ask::CANDIDATES.to_owned()]);
+            folder.take_over(ask::is_asked(&folder).then(|| ask::CANDIDATES.to_owned()));
         }
         Ok(folder)
     }
