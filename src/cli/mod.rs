@@ -57,10 +57,15 @@ use verbs::{Cli, Verb};
 /// Parses the command line and runs the verb.
 pub fn run() -> ExitCode {
     let command = || help::with_negative_values(help::flowed(Cli::command()));
-    let typed = command().get_matches();
-    let cli = match Cli::from_arg_matches(&typed) {
+    let typed = command().try_get_matches();
+    let cli = match typed.and_then(|typed| Cli::from_arg_matches(&typed)) {
         Ok(cli) => cli,
-        Err(e) => e.exit(),
+        Err(e) if !e.use_stderr() => e.exit(),
+        // What was typed is shown without what acts on a terminal.
+        Err(e) => {
+            terminal::print_err(&e.render().to_string());
+            return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+        }
     };
     #[cfg(unix)]
     system::let_limits_be_errors();

@@ -111,10 +111,9 @@ impl TextReader {
             texts.push(readable(&text));
             return texts;
         }
-        if self.unfinished.len() == MOST_SENDERS
-            && let Some((_, other)) = self.unfinished.pop_first()
-        {
-            texts.push(readable(&other.bytes));
+        if self.unfinished.len() == MOST_SENDERS {
+            // Another sender's: nobody's text by this one's name.
+            self.unfinished.pop_first();
         }
         self.unfinished.insert(sender, Unfinished { id: message.id, piece: message.chunk_seq, bytes: text });
         texts

@@ -20,6 +20,8 @@ const METADATA_MOST: u64 = 1 << 20;
 /// Files that must be in a build folder.
 const PROGRAM: &str = "bin/px4";
 const STARTUP: &str = "etc/init.d-posix/rcS";
+/// Larger start-up scripts are none [bytes].
+const STARTUP_MOST: u64 = 1 << 20;
 /// Where a source tree has its build folder.
 const IN_SOURCES: &str = "build/px4_sitl_default";
 /// Models of a plain quadrotor that start no simulator of their own and set no gains, by release: up to 1.13,
@@ -75,8 +77,7 @@ impl BuildFolder {
     /// How its start-up script is told parameters.
     pub fn told_by(&self) -> Result<ToldBy> {
         let path = self.path.join(STARTUP);
-        #[expect(clippy::disallowed_methods, reason = "the script of the PX4 that is to be started")]
-        let text = fs::read(&path).with_context(|| path.display().to_string())?;
+        let text = bytes_at_most(&path, STARTUP_MOST).with_context(|| path.display().to_string())?;
         Ok(ToldBy::of(&String::from_utf8_lossy(&text)))
     }
 

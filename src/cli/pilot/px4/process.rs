@@ -5,7 +5,8 @@
 //! that stands for it, and with this process, however these end.
 
 use std::ffi::OsStr;
-use std::fs::{self, File};
+use std::fs::File;
+use std::io::{self, Read as _, Seek as _, SeekFrom};
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
@@ -22,6 +23,8 @@ use crate::cli::system::{Stopwatch, pause};
 
 /// The file that PX4's console is kept in, in its working directory.
 const CONSOLE: &str = "console.log";
+/// How much of its end is read [bytes].
+const CONSOLE_END: u64 = 1 << 16;
 /// Beginnings of the names of variables that PX4's start script and modules read, parameters (PX4_PARAM_*)
 /// among them: what is wanted of them is set.
 const FOREIGN: [&str; 2] = ["PX4_", "ROS_"];
@@ -31,6 +34,17 @@ const FAREWELL: Duration = Duration::from_secs(3);
 const LOOK: Duration = Duration::from_millis(10);
 /// Lines of the console that are shown when PX4 has ended by itself or does not answer.
 const LAST_WORDS: usize = 5;
+
+/// The last bytes of a file, this many at most.
+fn end_of(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    #[expect(clippy::disallowed_methods, reason = "the child's console")]
+    let mut file = File::open(path)?;
+    let length = file.metadata()?.len();
+    file.seek(SeekFrom::Start(length.saturating_sub(most)))?;
+    let mut end = Vec::new();
+    file.take(most).read_to_end(&mut end)?;
+    Ok(end)
+}
 
 /// Whether a variable of the environment would change a run.
 fn is_foreign(name: &OsStr) -> bool {
@@ -119,9 +133,8 @@ impl Px4Process {
 
     /// The end of PX4's console, and where that is kept.
     pub fn last_words(&self) -> String {
-        #[expect(clippy::disallowed_methods, reason = "the child's console")]
-        let text = fs::read(self.work.join(CONSOLE)).unwrap_or_default();
-        let text = String::from_utf8_lossy(&text).into_owned();
+        let text = end_of(&self.work.join(CONSOLE), CONSOLE_END).unwrap_or_default();
+        let text = String::from_utf8_lossy(&text);
         let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         let console = self.work.join(CONSOLE);
         match lines[lines.len().saturating_sub(LAST_WORDS)..].join("\n  ") {
