@@ -50,7 +50,7 @@ impl Evaluated for Judgement {
             self.j_tpf,
             self.mean,
             self.worst,
-            self.unsafe_flights,
+            self.over_limit,
             self.unrest,
             self.steady_after_s,
             self.altitude_lost_m,
@@ -63,13 +63,13 @@ impl Evaluated for Judgement {
 
     fn of(numbers: Option<[f64; 11]>) -> Self {
         let Some(numbers) = numbers else { return Self::UNPLANNED };
-        let [j_tpf, mean, worst, unsafe_flights, unrest, steady_after_s, rest @ ..] = numbers;
+        let [j_tpf, mean, worst, over_limit, unrest, steady_after_s, rest @ ..] = numbers;
         let [altitude_lost_m, tilt_rad, energy_j, modulus, flights] = rest;
         Self {
             j_tpf,
             mean,
             worst,
-            unsafe_flights,
+            over_limit,
             unrest,
             steady_after_s,
             altitude_lost_m,

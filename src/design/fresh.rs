@@ -25,6 +25,8 @@ pub struct FreshFlight {
     pub j_tpf: f64,
     /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
     pub safe: bool,
+    /// Whether no limit is among its objections.
+    pub within_limits: bool,
     /// Distance of the velocity from the target at the end [m/s]; infinite of a flight that was lost.
     pub end_error_m_s: f64,
     /// Time from which it is steady [s].
@@ -45,10 +47,11 @@ fn fly_fresh(
         .iter()
         .zip(&flown)
         .map(|((start, _), flight)| {
-            let JudgedFlight { j_tpf, safe } = flights.judged(start, flight);
+            let JudgedFlight { j_tpf, safe, within_limits } = flights.judged(start, flight);
             FreshFlight {
                 j_tpf,
                 safe,
+                within_limits,
                 end_error_m_s: flight.end_error_m_s,
                 steady_after_s: flight.steady_after_s,
             }
@@ -67,6 +70,8 @@ pub struct FreshResults {
     pub j_tpf: Summary,
     /// Flights that were safe.
     pub safe: Share,
+    /// Flights that passed a limit or were lost.
+    pub over_limit: u64,
     /// Flights that were lost.
     pub lost: u64,
     /// Distance of the velocity from the target at the end [m/s].
@@ -84,6 +89,7 @@ impl FreshResults {
             results.ascending.push(flight.j_tpf);
             results.j_tpf.push(flight.j_tpf);
             results.safe.push(flight.safe);
+            results.over_limit += u64::from(!flight.within_limits);
             results.lost += u64::from(flight.j_tpf >= LOST);
             results.end_error_m_s.push(flight.end_error_m_s);
             flight.steady_after_s.into_iter().for_each(|t_s| results.steady_after_s.push(t_s));
@@ -174,8 +180,8 @@ pub fn judge_finalists(
     judged.collect::<Result<_, NotJudged>>().unwrap_or_default()
 }
 
-/// The best finalist by the objective, of those that keep the bounds before others, and of the fewest unsafe
-/// flights; the first of equals.
+/// The best finalist by the objective, of those that keep the bounds before others, and of the fewest
+/// flights over a limit; the first of equals.
 pub fn best_finalist(
     finalists: &[Finalist],
     objective: DesignObjective,
@@ -186,9 +192,8 @@ pub fn best_finalist(
         DesignObjective::Worst => finalist.results.j_tpf.max(),
     };
     let order = |a: &&Finalist, b: &&Finalist| {
-        let rank = |finalist: &Finalist| {
-            (!finalist.tried.judgement.is_allowed(bounds), finalist.results.safe.misses())
-        };
+        let rank =
+            |finalist: &Finalist| (!finalist.tried.judgement.is_allowed(bounds), finalist.results.over_limit);
         rank(a).cmp(&rank(b)).then(number(a).total_cmp(&number(b)))
     };
     finalists.iter().min_by(order).map(|finalist| finalist.tried)
@@ -231,8 +236,13 @@ mod tests {
     /// Of 1 to 100 hundredths 99 do not exceed 0.99; one that was lost is unsafe and the worst.
     #[test]
     fn closed_form_results() {
-        let flight =
-            |j_tpf: f64| FreshFlight { j_tpf, safe: j_tpf <= 1.0, end_error_m_s: 0.1, steady_after_s: None };
+        let flight = |j_tpf: f64| FreshFlight {
+            j_tpf,
+            safe: j_tpf <= 1.0,
+            within_limits: j_tpf <= 1.0,
+            end_error_m_s: 0.1,
+            steady_after_s: None,
+        };
         let mut flown: Vec<FreshFlight> = (1..=99).rev().map(|i| flight(f64::from(i) / 100.0)).collect();
         flown.push(flight(LOST));
         let results = FreshResults::of(&flown);
@@ -246,8 +256,13 @@ mod tests {
     /// by chance (four pairs of 1/16), and a p90 that is no lower decides against it.
     #[test]
     fn closed_form_better_by_a_margin_and_more_than_chance() {
-        let flight =
-            |j_tpf: f64| FreshFlight { j_tpf, safe: j_tpf <= 1.0, end_error_m_s: 0.1, steady_after_s: None };
+        let flight = |j_tpf: f64| FreshFlight {
+            j_tpf,
+            safe: j_tpf <= 1.0,
+            within_limits: j_tpf <= 1.0,
+            end_error_m_s: 0.1,
+            steady_after_s: None,
+        };
         let of = |change: &dyn Fn(usize, f64) -> f64| {
             let j_tpf = (0..300).map(|i| change(i, 0.3 + 1e-3 * i as f64));
             FreshResults::of(&j_tpf.map(flight).collect::<Vec<_>>())

@@ -12,7 +12,7 @@ use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
 use crate::assess::judge::Limits;
 use crate::assess::tracking::control_period_s;
-use crate::assess::{ReleaseDistribution, StateCost, TrialOutcome, judge_trial};
+use crate::assess::{Objection, ReleaseDistribution, StateCost, TrialOutcome, judge_trial};
 use crate::control::{ControlError, ControlLimits, Gains};
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::Wind;
@@ -114,7 +114,15 @@ impl DesignFlights {
             steady_after_s: flight.steady_after_s,
             ..TrialOutcome::default()
         };
-        JudgedFlight { j_tpf, safe: judge_trial(&flown, &self.limits).is_empty() }
+        let objections = judge_trial(&flown, &self.limits);
+        let within_limits = objections.iter().all(|objection| objection.limits_passed().is_empty())
+            && !objections.iter().any(|objection| matches!(objection, Objection::JTpf { .. }));
+        JudgedFlight { j_tpf, safe: objections.is_empty(), within_limits }
+    }
+
+    /// Whether the judge of all flights objects to nothing in a flight from this state.
+    pub fn is_safe(&self, start: &BodyState, flight: &MeasuredFlight) -> bool {
+        self.judged(start, flight).safe
     }
 }
 
@@ -271,7 +279,7 @@ impl<'a> DesignJudge<'a> {
             j_tpf: 0.0,
             mean: 0.0,
             worst: 0.0,
-            unsafe_flights: 0.0,
+            over_limit: 0.0,
             unrest: 0.0,
             steady_after_s: 0.0,
             altitude_lost_m: 0.0,
@@ -281,9 +289,9 @@ impl<'a> DesignJudge<'a> {
             flights: flown.len() as f64,
         };
         for (i, ((start, _), flight)) in self.cases.iter().zip(&flown).enumerate() {
-            let JudgedFlight { j_tpf, safe } = self.flights.judged(start, flight);
+            let JudgedFlight { j_tpf, within_limits, .. } = self.flights.judged(start, flight);
             judged.worst = judged.worst.max(j_tpf);
-            judged.unsafe_flights += f64::from(u8::from(!safe));
+            judged.over_limit += f64::from(u8::from(!within_limits));
             if i >= self.flights.cases.len() {
                 continue;
             }

@@ -7,7 +7,7 @@ use crate::assess::quantile_rank;
 pub const LOST: f64 = 10.0;
 /// J_TPF that it costs to break a bound by as much again, or to end off the target by the target's size.
 pub const PENALTY: f64 = 2.0;
-/// What each flight that is not safe costs beside its own J_TPF.
+/// What each flight that passes a limit or is lost costs beside its own J_TPF.
 pub const UNSAFE: f64 = 0.05;
 /// Weight of the mean J_TPF beside the number that decides: of designs alike in their worst flights the one
 /// that is better in all is taken.
@@ -67,6 +67,9 @@ pub(super) struct JudgedFlight {
     pub(super) j_tpf: f64,
     /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
     pub(super) safe: bool,
+    /// Whether no limit is among its objections. The turbulence that a design is tried in may be stronger
+    /// than the mission's: there a vehicle need not come to rest within what is steady.
+    pub(super) within_limits: bool,
 }
 
 /// What is known of a design after some of its flights or all.
@@ -78,8 +81,8 @@ pub struct Judgement {
     pub mean: f64,
     /// Greatest J_TPF of all flights.
     pub worst: f64,
-    /// Flights that were not safe.
-    pub unsafe_flights: f64,
+    /// Flights that passed a limit or were lost.
+    pub over_limit: f64,
     /// Worst distance from rest at the target of a release case ([`crate::tune::Evaluation::unrest`]).
     pub unrest: f64,
     /// Latest time from which a release case is steady [s].
@@ -103,7 +106,7 @@ impl Judgement {
         j_tpf: f64::INFINITY,
         mean: f64::INFINITY,
         worst: f64::INFINITY,
-        unsafe_flights: f64::INFINITY,
+        over_limit: f64::INFINITY,
         unrest: f64::INFINITY,
         steady_after_s: f64::INFINITY,
         altitude_lost_m: f64::INFINITY,
@@ -131,7 +134,7 @@ impl Judgement {
             j_tpf: objective.of(&descending, flights),
             mean: drawn.iter().map(|flight| flight.j_tpf).sum::<f64>() / flights.max(1) as f64,
             worst: self.worst.max(descending.first().copied().unwrap_or(0.0)),
-            unsafe_flights: self.unsafe_flights + drawn.iter().filter(|flight| !flight.safe).count() as f64,
+            over_limit: self.over_limit + drawn.iter().filter(|flight| !flight.within_limits).count() as f64,
             flights: self.flights + drawn.len() as f64,
             ..self
         }
@@ -143,14 +146,14 @@ impl Judgement {
             return f64::INFINITY;
         }
         let over: f64 = self.shares(bounds).map(|share| (share - 1.0).max(0.0)).sum();
-        self.j_tpf + MEAN * self.mean + UNSAFE * self.unsafe_flights + PENALTY * (self.unrest + over)
+        self.j_tpf + MEAN * self.mean + UNSAFE * self.over_limit + PENALTY * (self.unrest + over)
     }
 
-    /// Whether every release case comes to rest, all bounds hold and every flight is safe.
+    /// Whether every release case comes to rest, all bounds hold and no flight passes a limit.
     pub fn is_allowed(&self, bounds: &DesignBounds) -> bool {
         self.is_planned()
             && self.unrest == 0.0
-            && self.unsafe_flights == 0.0
+            && self.over_limit == 0.0
             && self.shares(bounds).all(|share| share <= 1.0)
     }
 
@@ -172,14 +175,14 @@ mod tests {
     use super::*;
 
     fn safe(j_tpf: f64) -> JudgedFlight {
-        JudgedFlight { j_tpf, safe: j_tpf <= 1.0 }
+        JudgedFlight { j_tpf, safe: j_tpf <= 1.0, within_limits: j_tpf <= 1.0 }
     }
 
     const NOTHING: Judgement = Judgement {
         j_tpf: 0.0,
         mean: 0.0,
         worst: 0.0,
-        unsafe_flights: 0.0,
+        over_limit: 0.0,
         unrest: 0.0,
         steady_after_s: 10.0,
         altitude_lost_m: 50.0,
@@ -194,7 +197,7 @@ mod tests {
     fn closed_form_quantiles_and_penalties() {
         let drawn: Vec<JudgedFlight> = (1..=100).map(|i| safe(f64::from(i) / 100.0)).collect();
         let judged = NOTHING.with_draws(DesignObjective::Quantile(0.98), &drawn, 100);
-        assert_eq!((judged.j_tpf, judged.worst, judged.unsafe_flights), (0.98, 1.0, 0.0));
+        assert_eq!((judged.j_tpf, judged.worst, judged.over_limit), (0.98, 1.0, 0.0));
         assert!((judged.mean - 0.505).abs() < 1e-12);
         let free = judged.cost(&DesignBounds::default());
         assert!((free - 0.98 - MEAN * 0.505).abs() < 1e-12);
@@ -207,9 +210,9 @@ mod tests {
         let unstable = Judgement { modulus: -0.2, ..judged };
         assert!((unstable.cost(&margin) - free - 0.5 * PENALTY).abs() < 1e-12);
         assert_eq!(Judgement::UNPLANNED.cost(&bounds), f64::INFINITY);
-        let never_steady = [JudgedFlight { j_tpf: 0.5, safe: false }];
-        let judged = NOTHING.with_draws(DesignObjective::Worst, &never_steady, 1);
-        assert!(judged.unsafe_flights == 1.0 && !judged.is_allowed(&DesignBounds::default()));
+        let tilted = [JudgedFlight { j_tpf: 0.5, safe: false, within_limits: false }];
+        let judged = NOTHING.with_draws(DesignObjective::Worst, &tilted, 1);
+        assert!(judged.over_limit == 1.0 && !judged.is_allowed(&DesignBounds::default()));
     }
 
     /// A part of the flights never costs more than all of them: that is what lets a search give up early.

@@ -304,7 +304,7 @@ mod tests {
             j_tpf: 0.0,
             mean: 0.0,
             worst: 0.0,
-            unsafe_flights: 0.0,
+            over_limit: 0.0,
             unrest: 0.0,
             steady_after_s: 0.0,
             altitude_lost_m: design.gains[0],
@@ -314,7 +314,11 @@ mod tests {
             flights: 0.0,
         };
         let j_tpf = 1e-3 * (weights + gains + choices);
-        nothing.with_draws(DesignObjective::Worst, &[JudgedFlight { j_tpf, safe: j_tpf <= 1.0 }], 1)
+        nothing.with_draws(
+            DesignObjective::Worst,
+            &[JudgedFlight { j_tpf, safe: j_tpf <= 1.0, within_limits: j_tpf <= 1.0 }],
+            1,
+        )
     }
 
     fn run(search: &mut DesignSearch) {

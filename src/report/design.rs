@@ -200,7 +200,7 @@ impl DesignRun {
             );
         };
         if std::ptr::eq(own, chosen) {
-            let bounds = if self.allowed { "keeps every bound" } else { "breaks a bound or is unsafe" };
+            let bounds = if self.allowed { "keeps every bound" } else { "breaks a bound or passes a limit" };
             return format!(
                 "the mission's own design stands, nothing changes: {what} of J_TPF in turbulence {number:.4}; it {bounds} in the \
                  search's flights"
@@ -209,7 +209,10 @@ impl DesignRun {
         let against = format!("{what} of J_TPF in turbulence {number:.4} against {:.4}", self.number(own));
         match (self.allowed, self.is_better()) {
             (false, _) => {
-                format!("{} breaks a bound or is unsafe in the search's flights ({against})", chosen.name)
+                format!(
+                    "{} breaks a bound or passes a limit in the search's flights ({against})",
+                    chosen.name
+                )
             }
             (true, true) => format!("{} is better than {} ({against})", chosen.name, own.name),
             (true, false) if self.number(chosen) < self.number(own) => format!(
@@ -260,7 +263,7 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
     let mut out = format!(
         "{}: {} of J_TPF made small over {} numbers and choices: {} designs, {flights:.0} of {} flights each, in {:.1} s ({unplanned} \
          without a plan){}\n\
-         on the search's flights: {} {}, mean {}, worst {}, {:.0} unsafe; release cases steady after {:.1} s, {:.1} m lost, tilt {:.1} \
+         on the search's flights: {} {}, mean {}, worst {}, {:.0} over a limit; release cases steady after {:.1} s, {:.1} m lost, tilt {:.1} \
          deg, {:.0} J of the plan; loops at the target {:.2} from instability{}\n\n",
         mission.name,
         run.objective.name(),
@@ -273,7 +276,7 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
         number(judgement.j_tpf),
         number(judgement.mean),
         number(judgement.worst),
-        judgement.unsafe_flights,
+        judgement.over_limit,
         judgement.steady_after_s,
         judgement.altitude_lost_m,
         judgement.tilt_rad * DEG_PER_RAD,
@@ -473,7 +476,7 @@ fn judgement_json(judgement: &Judgement) -> impl Serialize {
         j_tpf: judgement.j_tpf,
         j_tpf_mean: judgement.mean,
         j_tpf_worst: judgement.worst,
-        unsafe_flights: judgement.unsafe_flights,
+        over_limit_flights: judgement.over_limit,
         unrest: judgement.unrest,
         steady_after_s: judgement.steady_after_s,
         altitude_lost_m: judgement.altitude_lost_m,
@@ -491,6 +494,7 @@ fn results_json(results: &FreshResults, among: ChosenAmong) -> impl Serialize {
         j_tpf_p99: results.quantile(SHOWN),
         j_tpf_p99_at_most: results.quantile_at_most(SHOWN, among),
         j_tpf_worst: results.j_tpf.max(),
+        over_limit_flights: results.over_limit,
         unsafe_flights: results.safe.misses(),
         lost_flights: results.lost,
         p_unsafe_at_most: results.unsafe_at_most(among),
@@ -587,7 +591,7 @@ fn cell(x: f64) -> String {
     if x.is_finite() { format!("{x:?}") } else { String::new() }
 }
 
-const DESIGN_COLUMNS: &str = "j_tpf,j_tpf_mean,j_tpf_worst,unsafe_flights,unrest,steady_after_s,altitude_lost_m,tilt_deg,energy_j,modulus,\
+const DESIGN_COLUMNS: &str = "j_tpf,j_tpf_mean,j_tpf_worst,over_limit_flights,unrest,steady_after_s,altitude_lost_m,tilt_deg,energy_j,modulus,\
                               attitude_weight,horizontal_weight,vertical_weight,rate_weight,final_weight,\
                               input_weight,input_reference,nodes,peak_weight,pitch_deg,pitch_rate_deg_s,\
                               feed_forward";
@@ -598,7 +602,7 @@ fn design_row(tried: &TriedDesign) -> String {
         judgement.j_tpf,
         judgement.mean,
         judgement.worst,
-        judgement.unsafe_flights,
+        judgement.over_limit,
         judgement.unrest,
         judgement.steady_after_s,
         judgement.altitude_lost_m,
