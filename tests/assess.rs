@@ -407,6 +407,49 @@ fn limits_are_judged_as_a_drop_judges_them() {
     assert!(junit().contains("tests=\"10\" failures=\"10\""), "{}", junit());
 }
 
+/// What one surface calls not safe no other calls safe: a mission that ends before its plan does in whole
+/// drops with effects and with renewed plans, a release case that passes a limit in text, JSON, JUnit and
+/// exit code, and one trial by itself on its page, by the same bound and from the release on.
+#[test]
+fn regress_every_surface_goes_by_the_one_judge() {
+    let folder = tempfile::tempdir().unwrap();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mission = |from: &str, to: &str| {
+        let text = fs::read_to_string(root.join(QUICK)).unwrap();
+        assert!(text.contains(from), "{from}");
+        let path = folder.path().join("mission.json");
+        let text = text.replace("../params", root.join("params").to_str().unwrap()).replacen(from, to, 1);
+        fs::write(&path, text).unwrap();
+        path.to_str().unwrap().to_owned()
+    };
+    let cut = mission("\"duration_s\": 30", "\"duration_s\": 18");
+    for study in ["--effects", "--replan=release"] {
+        let output = samara(&[&cut, study, "--trials", "2", "--json"], &folder.path().join("cut"));
+        let found = json(&output);
+        let rows = found["campaigns"].as_array().unwrap();
+        assert!(rows.iter().all(|row| row["failed"] == 2), "{study}: {found:#}");
+    }
+    let case = mission("\"pitch_deg\":", "\"altitude_lost_m\": 14.44, \"pitch_deg\":");
+    let output = samara(&[&case, "--trials", "2", "--json"], &folder.path().join("case"));
+    let found = json(&output);
+    assert_eq!((code(&output), &found["safe"]), (1, &false.into()));
+    assert_eq!(found["campaigns"][0]["unsafe_trials"], 0);
+    let text = fs::read_to_string(folder.path().join("case/assess.txt")).unwrap();
+    assert!(
+        text.contains("NOT safe, case-4 failed, none of 2 trials: altitude lost 14.46 m, limit 14.44"),
+        "{text}"
+    );
+    let page = |args: &[&str]| {
+        let out = folder.path().join("alone");
+        let output = samara(args, &out);
+        assert_eq!(code(&output), 1, "{args:?}");
+        fs::read_to_string(out.join("trial_0_optimal.html")).unwrap()
+    };
+    assert!(page(&[QUICK, "--only", "0", "--bound", "0.4"]).contains("J_TPF 0.500, not below 0.4"));
+    let low = mission("\"pitch_deg\":", "\"altitude_lost_m\": 12, \"pitch_deg\":");
+    assert!(page(&[&low, "--only", "0"]).contains("altitude lost 14.41 m, limit 12.00"));
+}
+
 /// The footprint: a point of release, and a point per trial where the plan ended; both files parse.
 #[test]
 fn the_footprint_is_where_the_trials_were() {

@@ -482,6 +482,7 @@ fn bad_verdict() -> Verdict {
         final_v_ned: Vector3::new(4.001, -0.0001, 12.0),
         impact_speed_m_s: None,
         impact_tilt_rad: None,
+        plan_cut: false,
         on_the_ground: None,
         limits: DROP.mission.limits,
         peak_cost: StateCost::default(),
@@ -525,6 +526,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     let mission = &DROP.mission;
     let run = DropRun {
         plan_j_tpf: Some(0.5),
+        plan_shortfall: None,
         plan_solve_ms: Some(4.0),
         real_time_factor: Some(120.0),
         ended_at_s: 45.0,
@@ -562,8 +564,8 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     let fell = went(Course { motors_never_started: true, ..Course::WHOLE });
     let fell = parse(drop_json(mission, Some(&bad_verdict()), &fell));
     assert_eq!(fell["reason"], "the motors were never started");
-    let short = went(Course { plan_cut: true, ..Course::WHOLE });
-    let short = parse(drop_json(mission, Some(&bad_verdict()), &short));
+    let cut_short = Verdict { plan_cut: true, ..bad_verdict() };
+    let short = parse(drop_json(mission, Some(&cut_short), &run));
     assert_eq!(
         (&short["completed"], &short["reason"]),
         (&false.into(), &"the mission's duration_s ended before the plan".into())

@@ -361,6 +361,11 @@ impl TrialSpace {
         study.outcome(&entry, start)
     }
 
+    /// The way from a trial's release to t = 0, NED [m].
+    pub fn way_to_t0(&self, trial: &DrawnTrial) -> Vector3<f64> {
+        self.study.way_to_t0(&trial.release.state)
+    }
+
     /// Every sample of a trial's flight in six degrees of freedom.
     pub fn samples(&self, trial: &DrawnTrial) -> Vec<Sample> {
         let (study, entry, start) = self.in_space(trial);

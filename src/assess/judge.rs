@@ -128,6 +128,8 @@ pub(super) struct Numbers {
     pub(super) steady_after_s: Option<f64>,
     /// Speed [m/s] and tilt [rad] at a touch of the ground.
     pub(super) touch: Option<(f64, f64)>,
+    /// Whether it ended before the plan did that it was to fly.
+    pub(super) plan_cut: bool,
     /// A touch before the plan's end.
     pub(super) on_the_ground: Option<OnTheGround>,
     pub(super) canopy_distance_m: Option<f64>,
@@ -287,7 +289,12 @@ impl fmt::Display for Objection {
                 match needed {
                     Some((needed_m, pulls_out)) if needed_m > height_m => {
                         let what = if *pulls_out { "pull-out" } else { "plan" };
-                        write!(f, ": the {what} needs {:.0} m, there were {height_m:.0}", needed_m.ceil())
+                        write!(
+                            f,
+                            ": the {what} needs {:.0} m, there were {:.0}",
+                            needed_m.ceil(),
+                            height_m.floor()
+                        )
                     }
                     _ if *rotors_free => f.write_str(", before the plan's end"),
                     _ => f.write_str(", before the rotors were freed"),
@@ -305,11 +312,16 @@ impl fmt::Display for Objection {
             }
             Self::Passed { limit, value, allowed } => {
                 let (what, unit, scale) = limit.words();
-                // Two decimals, or as many as were given.
-                let allowed = (scale * allowed * 1e6).round() / 1e6;
+                // The limit with two decimals, or as many as were given; the value with two, or as tell
+                // it apart.
+                let (value, allowed) = (scale * value, (scale * allowed * 1e6).round() / 1e6);
                 let (two, given) = (format!("{allowed:.2}"), format!("{allowed}"));
-                let allowed = if two.len() >= given.len() { two } else { given };
-                write!(f, "{what} {:.2} {unit}, limit {allowed}", scale * value)
+                let limit = if two.len() >= given.len() { two } else { given };
+                let shown = |digits: usize| format!("{value:.digits$}");
+                let digits_of = |text: &str| text.trim_end_matches('0').to_owned();
+                let apart = (2..12).map(shown).find(|x| digits_of(x) != digits_of(&limit));
+                let (value, allowed) = (apart.unwrap_or_else(|| shown(2)), limit);
+                write!(f, "{what} {value} {unit}, limit {allowed}")
             }
             Self::Stopped(trouble) => with(f, "stopped before the mission's end", trouble),
             Self::PlanCut => f.write_str("the mission's duration_s ended before the plan"),
@@ -332,8 +344,6 @@ pub fn words(objections: &[Objection]) -> Option<String> {
 pub struct Course {
     /// Whether it went on to the mission's end.
     pub completed: bool,
-    /// Whether the mission ended before the plan that was flown.
-    pub plan_cut: bool,
     /// Whether the vehicle was released while the autopilot was not armed.
     pub released_unarmed: bool,
     /// Whether no rotor was commanded to turn from the release to the end.
@@ -353,7 +363,6 @@ impl Course {
     /// A flight along its plan to its end, without an autopilot that could do anything else.
     pub const WHOLE: Self = Self {
         completed: true,
-        plan_cut: false,
         released_unarmed: false,
         motors_never_started: false,
         may_land: false,
@@ -362,9 +371,9 @@ impl Course {
         trouble: None,
     };
 
-    /// Whether mission and plan were flown to their ends.
+    /// Whether the mission was flown to its end.
     pub fn is_to_the_end(&self) -> bool {
-        self.completed && !self.plan_cut && self.trouble.is_none()
+        self.completed && self.trouble.is_none()
     }
 }
 
@@ -372,7 +381,6 @@ impl Course {
 pub(super) fn objections(flown: Option<(Numbers, &Limits)>, course: &Course) -> Vec<Objection> {
     let Course {
         completed,
-        plan_cut,
         released_unarmed,
         motors_never_started,
         may_land,
@@ -387,7 +395,7 @@ pub(super) fn objections(flown: Option<(Numbers, &Limits)>, course: &Course) -> 
     let motors_never_started = motors_never_started && completed;
     // What nobody flew is not steady either.
     let fell = released_unarmed || motors_never_started || ground.is_some();
-    let must_be_steady = must_be_steady && course.is_to_the_end() && !fell;
+    let must_be_steady = must_be_steady && course.is_to_the_end() && !flown.plan_cut && !fell;
     let mut all = Vec::new();
     let mut note = |holds: bool, objection: Objection| all.extend(holds.then_some(objection));
     note(released_unarmed, Objection::ReleasedUnarmed);
@@ -397,6 +405,6 @@ pub(super) fn objections(flown: Option<(Numbers, &Limits)>, course: &Course) -> 
     all.extend(trouble.clone().filter(|_| completed).map(Objection::Trouble));
     all.extend(limits.objections(&flown, must_be_steady));
     all.extend((!completed).then(|| Objection::Stopped(trouble.clone())));
-    all.extend(plan_cut.then_some(Objection::PlanCut));
+    all.extend(flown.plan_cut.then_some(Objection::PlanCut));
     all
 }

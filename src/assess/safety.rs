@@ -103,6 +103,8 @@ pub struct Verdict {
     pub impact_speed_m_s: Option<f64>,
     /// Largest angle between the body's up axis and the vertical when it came to the ground, if it did [rad].
     pub impact_tilt_rad: Option<f64>,
+    /// Whether it ended before the plan did that it was to fly.
+    pub plan_cut: bool,
     /// How it came to the ground before the plan's end, if it did.
     pub on_the_ground: Option<OnTheGround>,
     /// Largest angle between the body's up axis and the vertical [rad].
@@ -145,6 +147,7 @@ impl Verdict {
             final_v_ned: Vector3::zeros(),
             impact_speed_m_s: None,
             impact_tilt_rad: None,
+            plan_cut: false,
             on_the_ground: None,
             peak_tilt_rad: 0.0,
             way_ned_m: Vector3::zeros(),
@@ -154,6 +157,9 @@ impl Verdict {
         }
     }
 }
+
+/// A flight whose last sample is so close to an end has come to it [s].
+pub const STEP_AT_MOST_S: f64 = 0.02;
 
 /// Steady within this fraction of the commanded velocity.
 const STEADY_FRACTION: f64 = 0.01;
@@ -190,7 +196,11 @@ pub struct VerdictBuilder {
     /// The way down that the plan needs at the most, from t = 0 [m], and whether it ends level or climbing.
     plan_needs: Option<(f64, bool)>,
     plan_end_p_ned: Vector3<f64>,
+    /// Way before the first sample, NED [m].
+    way_before_ned_m: Vector3<f64>,
     last: Option<BodyState>,
+    /// Time of the last sample of powered flight, from t = 0 [s].
+    last_powered_s: f64,
     grounded: Grounded,
     touching: bool,
     /// Vehicle and site whose rotors are watched.
@@ -216,7 +226,9 @@ impl VerdictBuilder {
             plan_end_s: f64::INFINITY,
             plan_needs: None,
             plan_end_p_ned: Vector3::zeros(),
+            way_before_ned_m: Vector3::zeros(),
             last: None,
+            last_powered_s: f64::NEG_INFINITY,
             grounded: Grounded::default(),
             touching: false,
             disks: None,
@@ -234,6 +246,11 @@ impl VerdictBuilder {
     /// flight that comes to the ground before.
     pub fn along(self, plan: &Trajectory) -> Self {
         Self { plan_needs: Some(way_down(plan)), ..self.to_plans_end(plan.end_s()) }
+    }
+
+    /// The first sample is so far from the release [m]: the fall to t = 0 of a flight that begins there.
+    pub fn after(self, way_before_ned_m: Vector3<f64>) -> Self {
+        Self { way_before_ned_m, ..self }
     }
 
     /// Tells also how long each rotor of the vehicle at a site is in the vortex ring, where its blades are
@@ -345,6 +362,7 @@ impl VerdictBuilder {
             self.plan_end_p_ned = body.p_ned;
         }
         self.last = Some(*body);
+        self.last_powered_s = sample.t_powered_s.unwrap_or(self.last_powered_s);
     }
 
     /// J_TPF of what was observed so far.
@@ -355,7 +373,8 @@ impl VerdictBuilder {
     /// The verdict; `None` when nothing was observed from the release on.
     pub fn finish(self) -> Option<Verdict> {
         let (last, (_, first_p_ned)) = (self.last?, self.first?);
-        let way_ned_m = self.plan_end_p_ned - first_p_ned;
+        let way_ned_m = self.way_before_ned_m + self.plan_end_p_ned - first_p_ned;
+        let plan_cut = self.plan_needs.is_some() && self.last_powered_s + STEP_AT_MOST_S < self.plan_end_s;
         let (j_tpf, Verdict { peak_cost, limits, .. }) = (self.j_tpf(), &self.verdict);
         let mut verdict = Verdict {
             j_tpf,
@@ -364,6 +383,7 @@ impl VerdictBuilder {
             altitude_lost_m: way_ned_m.z,
             way_ned_m,
             final_v_ned: last.v_ned,
+            plan_cut,
             ..self.verdict
         };
         let objections = judge(Some(&verdict), &Course::WHOLE);
@@ -381,6 +401,7 @@ pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
         peak_tilt_rad: v.peak_tilt_rad,
         steady_after_s: v.steady_after_s,
         touch: v.impact_speed_m_s.zip(v.impact_tilt_rad),
+        plan_cut: v.plan_cut,
         on_the_ground: v.on_the_ground,
         canopy_distance_m: v.canopy_distance_m,
     };
@@ -396,6 +417,7 @@ pub fn judge_trial(flown: &TrialOutcome, limits: &Limits) -> Vec<Objection> {
         peak_tilt_rad: flown.peak_tilt_rad,
         steady_after_s: flown.steady_after_s,
         touch: None,
+        plan_cut: false,
         on_the_ground: None,
         canopy_distance_m: None,
     };

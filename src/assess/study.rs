@@ -228,7 +228,7 @@ impl SafetyStudy {
     }
 
     /// The way from the release to a state at t = 0, in free fall, NED [m].
-    pub(super) fn way_to_t0(&self, start: &BodyState) -> Vector3<f64> {
+    pub fn way_to_t0(&self, start: &BodyState) -> Vector3<f64> {
         let t = self.delay_s;
         start.v_ned * t - Vector3::z() * (0.5 * self.environment.gravity_m_s2 * t * t)
     }

@@ -144,7 +144,7 @@ impl<'a> Conclusion<'a> {
                 "stopped at {:.3} s of {duration_s} s: files and verdict are of what was flown\n",
                 run.ended_at_s
             ));
-        } else if run.course.plan_cut {
+        } else if self.verdict.as_ref().is_some_and(|v| v.plan_cut) {
             narrator.say(&format!(
                 "the mission's duration_s, {duration_s} s, ended before the plan did: whether it becomes steady is not known\n"
             ));

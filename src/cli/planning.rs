@@ -157,18 +157,7 @@ fn warn_of_x_ss(mission: &Mission) {
 /// Writes `plan.json` and, of a solve that converged, `trajectory.csv` and `plan.svg`: a point that is no
 /// plan is nothing to fly or to look at, and those of an earlier run go.
 pub fn write_plan(folder: &OutputFolder, mission: &Mission, plan: &Plan) -> Result<(), Failure> {
-    write_plan_and_nodes(folder, mission, plan, None)
-}
-
-/// Writes what [`write_plan`] does; `nodes_enough` is a number of nodes that would do, where one was looked
-/// for and found.
-pub fn write_plan_and_nodes(
-    folder: &OutputFolder,
-    mission: &Mission,
-    plan: &Plan,
-    nodes_enough: Option<usize>,
-) -> Result<(), Failure> {
-    folder.write_text("plan.json", &plan_json(mission, plan, None, nodes_enough))?;
+    folder.write_text("plan.json", &plan_json(mission, plan, None, None))?;
     if plan.status != Status::Converged {
         return folder.remove_leftovers(&["trajectory.csv", "plan.svg"]);
     }

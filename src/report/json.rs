@@ -169,6 +169,8 @@ pub struct DropRun {
     pub events: Vec<DropEvent>,
     /// J_TPF of the plan that was flown.
     pub plan_j_tpf: Option<f64>,
+    /// What its nodes do not tell of the flight, in words, where there are too few.
+    pub plan_shortfall: Option<String>,
     /// Time that planning took [ms].
     pub plan_solve_ms: Option<f64>,
     /// Simulated time over wall-clock time.
@@ -236,7 +238,7 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         autopilot: run.autopilot.as_ref().map(|by| by.name),
         autopilot_version: run.autopilot.as_ref().and_then(|by| by.version.as_deref()),
         trajectory: run.trajectory.as_ref(),
-        completed: run.course.is_to_the_end(),
+        completed: run.course.is_to_the_end() && !verdict.is_some_and(|v| v.plan_cut),
         ended_at_s: run.ended_at_s,
         reason: run.reason(verdict),
         safe: objections.is_empty(),
@@ -270,6 +272,8 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
             canopy_distance_m: distance_m, recontact: v.recontact(),
         })),
         plan_j_tpf: run.plan_j_tpf,
+        #[serde(flatten)] shortfall: run.plan_shortfall.as_ref()
+            .map(|words| object! { plan_shortfall: words }),
         #[serde(flatten)] solve: run.plan_solve_ms.map(|ms| object! { plan_solve_ms: ms }),
         #[serde(flatten)] pace: run.real_time_factor.map(|factor| object! { real_time_factor: factor }),
         #[serde(flatten)] faults: (!run.faults.is_empty()).then(|| object! { faults: &run.faults }),

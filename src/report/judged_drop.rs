@@ -2,16 +2,15 @@
 
 use super::columns::fixed;
 use super::json::{DropEvent, DropRun, FlownBy, FlownCommand, FlownFault, FlownStart, FlownTrajectory};
+use super::plan::plan_shortfall;
 use crate::assess::judge::words;
+use crate::assess::safety::STEP_AT_MOST_S;
 use crate::assess::{Course, Objection, Verdict, VerdictBuilder};
 use crate::config::{Mission, TrajectoryFile};
 use crate::sim::faults::FaultSpan;
-use crate::sim::{EscState, FlightRecord, RotorStarted, Sample};
+use crate::sim::{EscState, FlightRecord, PARAMETER, RotorStarted, Sample};
 use crate::time::{Timed, seconds};
 use crate::trajectory::Trajectory;
-
-/// A log whose last row is closer to the mission's end than this [s] is complete.
-const STEP_AT_MOST_S: f64 = 0.02;
 
 /// A drop that is over.
 #[derive(Clone, Copy, Debug)]
@@ -42,7 +41,6 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
     let verdict = verdict(mission, flown.log, builder);
     let last = flown.log.last();
     let ended_at_s = last.map_or(0.0, |sample| sample.t_s);
-    let powered_s = last.and_then(|sample| sample.t_powered_s).unwrap_or(f64::NEG_INFINITY);
     // Without a plan, where the flight goes is the script's affair once it has come to the ground.
     let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
     let event = |e: &Timed<crate::sim::DropEvent>| DropEvent {
@@ -53,15 +51,16 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
     let is = |wanted: crate::sim::DropEvent| flown.record.events.iter().any(|e| e.event == wanted);
     let course = Course {
         completed: mission.duration_s <= ended_at_s + STEP_AT_MOST_S,
-        plan_cut: flown.plan.is_some() && verdict.is_some() && powered_s + STEP_AT_MOST_S < plan_end_s,
         released_unarmed: is(crate::sim::DropEvent::ReleasedUnarmed),
         // What begins on the ground may stay there.
         motors_never_started: flown.record.motors_stood && !mission.release.standing,
         may_land: flown.plan.is_none() || mission.release.standing || flown.record.landing,
-        must_be_steady: flown.plan.is_some() || !(mission.release.standing || landed),
+        must_be_steady: !flown.record.landing
+            && (flown.plan.is_some() || !(mission.release.standing || landed)),
         failsafe: flown.record.failsafe,
         trouble: flown.trouble.map(str::to_owned),
     };
+    let integrated = flown.plan.map(|plan| mission.integrated(plan));
     let run = DropRun {
         course,
         ended_at_s,
@@ -70,7 +69,8 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
         faults: flown.record.faults.iter().map(FlownFault::from).collect(),
         commanded: flown.record.commanded.iter().map(FlownCommand::from).collect(),
         rotor_starts: flown.record.starts.iter().map(FlownStart::from).collect(),
-        plan_j_tpf: flown.plan.map(|plan| mission.integrated(plan).j_tpf),
+        plan_j_tpf: integrated.map(|plan| plan.j_tpf),
+        plan_shortfall: integrated.and_then(|plan| plan_shortfall(mission, &plan)),
         ..DropRun::default()
     };
     (verdict, run)
@@ -108,11 +108,13 @@ impl DropRun {
     }
 
     /// What others commanded while it was armed, in words: `mode HOLD by system 255, component 190 at 20.512
-    /// s`; the first three. `None`: nobody did.
+    /// s`; the first three, parameters last. `None`: nobody did.
     pub fn command_words(&self) -> Option<String> {
         const SHOWN: usize = 3;
         let words = |c: &FlownCommand| format!("{} at {:.3} s", c.text, c.t_s);
-        let mut all: Vec<String> = self.commanded.iter().take(SHOWN).map(words).collect();
+        let mut in_order: Vec<&FlownCommand> = self.commanded.iter().collect();
+        in_order.sort_by_key(|c| c.text.starts_with(PARAMETER));
+        let mut all: Vec<String> = in_order.into_iter().take(SHOWN).map(words).collect();
         if let Some(more) = self.commanded.len().checked_sub(SHOWN).filter(|more| *more > 0) {
             all.push(format!("and {more} more"));
         }

@@ -49,6 +49,9 @@ pub struct DropRunConfig {
 /// what it says beyond is not.
 pub(super) const MOST_REPORTS: usize = 100;
 
+/// What the words of a parameter that somebody has set begin with.
+pub const PARAMETER: &str = "parameter ";
+
 /// Most characters of what it says of a command.
 const LONGEST_WORDS: usize = 200;
 
@@ -193,8 +196,8 @@ pub struct FlightRecord {
     /// Whether the autopilot was in a failsafe, armed, at any time after the release: then it was not the
     /// plan that was flown.
     pub failsafe: bool,
-    /// Whether the autopilot was in LAND or RETURN at any time after the release: then it may come to the
-    /// ground.
+    /// Whether the autopilot was in LAND or RETURN at any time from the release to the first touch of the
+    /// ground: then it may come there.
     pub landing: bool,
     /// Faults that began, in the order in which they did.
     pub faults: Vec<FaultSpan>,
@@ -270,6 +273,8 @@ pub struct DropRun {
     on_ground: bool,
     /// Whether the flight is over because the vehicle came to the ground.
     grounded: Grounded,
+    /// Whether the vehicle has come to the ground since the release.
+    touched: bool,
     limits_passed: [bool; 5],
     /// What has asked the parachute to let go, and when [s], where it has not done so at once.
     asked: Option<(ReleaseCause, f64)>,
@@ -305,6 +310,7 @@ impl DropRun {
             reported_phase: initial.phase(),
             on_ground: simulation.on_ground(),
             grounded: Grounded::default(),
+            touched: false,
             limits_passed: [false; 5],
             asked,
             faults_reported: 0,
@@ -428,7 +434,9 @@ impl DropRun {
 
     /// The autopilot reports what somebody has commanded it to do, in words.
     pub fn note_command(&mut self, words: &str) {
-        if self.record.commanded.len() < MOST_REPORTS {
+        // Parameters, of which a script may send any number, leave room for the rest.
+        let most = if words.starts_with(PARAMETER) { MOST_REPORTS / 2 } else { MOST_REPORTS };
+        if self.record.commanded.len() < most {
             let event = words.chars().take(LONGEST_WORDS).collect();
             self.record.commanded.push(Timed { at: self.now, event });
         }
@@ -599,6 +607,7 @@ impl DropRun {
         let on_ground = self.simulation.on_ground();
         let touched = on_ground && !self.on_ground;
         if touched {
+            self.touched |= self.simulation.phase() != Phase::Hanging;
             self.report(DropEvent::TouchedGround { speed_m_s: v_ned.norm() });
         }
         self.on_ground = on_ground;
@@ -623,7 +632,8 @@ impl DropRun {
     }
 
     fn record_landing(&mut self) {
-        self.record.landing |= self.autopilot.landing && self.simulation.phase() != Phase::Hanging;
+        let in_flight = self.simulation.phase() != Phase::Hanging && !self.touched;
+        self.record.landing |= self.autopilot.landing && in_flight;
     }
 
     fn record_motors(&mut self) {

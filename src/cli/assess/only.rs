@@ -8,7 +8,9 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::conclusion::write_mcap;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
-use samara::assess::judge::words;
+use nalgebra::Vector3;
+
+use samara::assess::judge::{Limits, words};
 use samara::assess::{Course, RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder, judge_trial};
 use samara::config::Mission;
 use samara::report::campaign::own::OPTIMAL;
@@ -75,6 +77,8 @@ fn write(
         gains: &entry.gains_name,
         plan: &runner.study.plan,
         samples: &study.samples(entry, release),
+        limits: runner.limits,
+        way_to_t0_ned_m: study.way_to_t0(&release.state),
     };
     flight.write(folder, &name, args)
 }
@@ -88,6 +92,10 @@ pub struct AloneFlight<'a> {
     /// The plan that was flown.
     pub plan: &'a Trajectory,
     pub samples: &'a [Sample],
+    /// Limits that judge it.
+    pub limits: Limits,
+    /// Way from the release to t = 0, where the samples begin, NED [m].
+    pub way_to_t0_ned_m: Vector3<f64>,
 }
 
 impl AloneFlight<'_> {
@@ -99,7 +107,9 @@ impl AloneFlight<'_> {
             samples.iter().try_for_each(|sample| csv.write(sample))?;
             csv.finish().map(|_| ())
         })?;
-        let mut verdict = VerdictBuilder::judging(mission.limits, mission.target_v_ned).along(plan);
+        let mut verdict = VerdictBuilder::judging(self.limits, mission.target_v_ned)
+            .along(plan)
+            .after(self.way_to_t0_ned_m);
         samples.iter().for_each(|sample| verdict.observe(sample));
         let verdict = verdict.finish();
         let shown = ShownDrop {

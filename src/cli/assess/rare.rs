@@ -14,6 +14,8 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
 use crate::cli::results::OutputFolder;
+use samara::assess::coordinates::{DrawnTrial, TrialSpace};
+use samara::assess::judge::Limits;
 use samara::assess::rare::RareSearch;
 use samara::config::{Mission, load_rare_failure};
 use samara::report::campaign::own::trial_space;
@@ -48,7 +50,7 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
     let report = RareReport { mission: &mission, unknowns, found, parts, nearest };
     write(&report, &folder)?;
     if let Some(drawn) = &report.nearest {
-        alone(&mission, plan, &space.samples(drawn)).write(&folder, FAILURE, args)?;
+        write_flight(&mission, plan, (&space, drawn), args.bound, &folder, args)?;
     }
     let asked = [
         ("rare", least.to_string()),
@@ -119,8 +121,8 @@ pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
         )));
     }
     let outcome = space.fly(&[&failure.coordinates]).into_iter().next().unwrap_or_default();
-    alone(&mission, plan, &space.samples(&space.drawn(&failure.coordinates)))
-        .write(&folder, FAILURE, args)?;
+    let drawn = space.drawn(&failure.coordinates);
+    write_flight(&mission, plan, (&space, &drawn), failure.bound, &folder, args)?;
     folder.write_manifest("assess_only", &mission, &[("only", file.display().to_string())])?;
     let failed = !(outcome.j_tpf < failure.bound);
     let json = || {
@@ -139,11 +141,23 @@ pub fn fly_again(args: &AssessArgs, file: &Path) -> Result<Answer, Failure> {
     Ok(Answer::from(!failed))
 }
 
-fn alone<'a>(
-    mission: &'a Mission,
-    plan: &'a Trajectory,
-    samples: &'a [samara::sim::Sample],
-) -> AloneFlight<'a> {
-    let title = format!("{}, the most likely failure", mission.name);
-    AloneFlight { mission, title, gains: &mission.control.gains_name, plan, samples }
+/// Writes the flight of the most likely failure, judged with this bound on J_TPF.
+fn write_flight(
+    mission: &Mission,
+    plan: &Trajectory,
+    (space, trial): (&TrialSpace, &DrawnTrial),
+    bound: f64,
+    folder: &OutputFolder,
+    args: &AssessArgs,
+) -> Result<(), Failure> {
+    let flight = AloneFlight {
+        mission,
+        title: format!("{}, the most likely failure", mission.name),
+        gains: &mission.control.gains_name,
+        plan,
+        samples: &space.samples(trial),
+        limits: Limits { j_tpf_below: bound, ..mission.limits },
+        way_to_t0_ned_m: space.way_to_t0(trial),
+    };
+    flight.write(folder, FAILURE, args)
 }

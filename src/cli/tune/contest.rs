@@ -9,11 +9,12 @@ use super::settings::tuning;
 use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::Mission;
 use samara::control::Gains;
+use samara::model::rigid_body::BodyState;
 use samara::report::tune::{Contender, Contest, UnseenFlights};
 use samara::sim::PlantKind;
 use samara::sim::planar::Variation;
 use samara::trajectory::Trajectory;
-use samara::tune::gain_judge::Setting;
+use samara::tune::gain_judge::{MeasuredFlight, Setting};
 use samara::tune::unknowns::varied;
 use samara::tune::{Evaluation, GainJudge, Longitudinal, Objective};
 
@@ -44,6 +45,7 @@ pub fn contest(
             Objective::Safety { rms_bound: asked.rms_bound(mission, &cases), penalty: args.penalty }
         }
     };
+    let judge = mission.design_flights();
     let (distribution, seed) = (mission.releases(), mission.seed);
     let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let trial = |vary: bool, number: u64| {
@@ -57,9 +59,14 @@ pub fn contest(
     let flown_by = |k: &Longitudinal, vary: bool| -> Option<UnseenFlights> {
         let fly = |&first: &u64| {
             let trials: Vec<_> = (first..unseen).take(PORTION).map(|number| trial(vary, number)).collect();
-            (!stop.load(Ordering::Relaxed)).then(|| cases.fly_others(k, &trials))
+            let judged = |((start, _), flight): (&(BodyState, _), &MeasuredFlight)| {
+                (flight.evaluation, judge.is_safe(start, flight))
+            };
+            let flown = (!stop.load(Ordering::Relaxed)).then(|| cases.measure_others(k, &trials));
+            flown.map(|flown| trials.iter().zip(&flown).map(judged).collect())
         };
-        let flown: Option<Vec<Vec<Evaluation>>> = portions.par_iter().with_max_len(1).map(fly).collect();
+        let flown: Option<Vec<Vec<(Evaluation, bool)>>> =
+            portions.par_iter().with_max_len(1).map(fly).collect();
         flown.map(|f| UnseenFlights::of(&f.concat()))
     };
     let contender = |(name, k): (String, Longitudinal)| {

@@ -336,9 +336,16 @@ impl CampaignReport<'_> {
         self.campaigns.first()
     }
 
-    /// Whether no trial of it failed.
+    /// Whether no trial of it failed, and no release case.
     pub fn safe(&self) -> bool {
-        self.judged().is_some_and(|campaign| campaign.summary.flown() > 0 && campaign.summary.failed() == 0)
+        let trials =
+            |campaign: &NamedCampaign| campaign.summary.flown() > 0 && campaign.summary.failed() == 0;
+        self.judged().is_some_and(trials) && self.failed_case().is_none()
+    }
+
+    /// The first release case that failed, and why.
+    pub fn failed_case(&self) -> Option<(&CaseRecord, &str)> {
+        self.cases.iter().find_map(|case| Some((case, case.flight.failure.as_deref()?)))
     }
 
     /// Places of the measures in [`MEASURES`], the one that tells the trials apart best first: by standard

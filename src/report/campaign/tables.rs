@@ -31,7 +31,10 @@ pub fn verdict(report: &CampaignReport<'_>) -> String {
     let (label, s) = (&campaign.label, &campaign.summary);
     let (flown, failed) = (s.flown(), s.failed());
     let worst = |place: usize, decimals: usize| greatest(s, place, decimals);
-    if failed == 0 {
+    if let (0, Some((case, why))) = (failed, report.failed_case()) {
+        let name = case.case.replace('_', "-");
+        format!("{label}: NOT safe, {name} failed, none of {flown} trials: {why}")
+    } else if failed == 0 {
         // Where steady flight is not judged a trial may be safe without.
         let steady = match s.greatest(1) {
             Some(latest) => format!("steady after {} s at the latest", number(latest, 2)),

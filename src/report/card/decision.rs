@@ -3,8 +3,9 @@
 //! The envelope knows quantities one at a time. For each, three standard deviations of what the mission draws
 //! ([`Mission::drawn_off`](crate::config::Mission::drawn_off)) must lie within what is confirmed below
 //! J_state 1. Where they do not but one standard deviation does, either way, the release is **restricted** to
-//! what is confirmed: two of three draws lie there, and whoever releases can wait for them. What is smaller,
-//! or where nothing is confirmed, is no envelope to release within.
+//! what is confirmed: two of three draws lie there, and whoever releases can wait for them. (Not for less
+//! turbulence, which the mission has in every drop: of that all must be confirmed.) What is smaller, or where
+//! nothing is confirmed, is no envelope to release within.
 
 use super::finding::Coverage;
 use super::sections::range_words;
@@ -57,7 +58,7 @@ pub struct Restriction {
     pub from: f64,
     /// Greatest value.
     pub to: f64,
-    /// What is drawn: three standard deviations either way.
+    /// What is drawn: three standard deviations either way; the mission's own turbulence.
     pub drawn: [f64; 2],
     /// The evidence that it rests on.
     pub by: Vec<String>,

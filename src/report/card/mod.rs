@@ -326,11 +326,8 @@ impl Card<'_> {
     /// Why evidence says no, if it does.
     fn fault(&self, found: &Finding) -> Option<String> {
         match found {
-            Finding::Plan(plan) if !plan.converged() => {
-                let why = plan.diagnosis.as_deref().map_or_else(String::new, |why| format!(", {why}"));
-                Some(format!("no plan was found: {}{why}", plan.status.replace('_', " ")))
-            }
-            Finding::Plan(_) | Finding::Tune(_) => None,
+            Finding::Plan(plan) => plan.fault(self.mission),
+            Finding::Tune(_) => None,
             Finding::Design(design) => design.fault(self.accepted),
             Finding::Drop(drop) => drop.fault().map(|fault| format!("not safe: {fault}")),
             Finding::Cases(cases) => {

@@ -238,7 +238,7 @@ fn envelope(card: &Card<'_>) -> Result<String, FigureError> {
     let unseen: String =
         unseen.take(NAMED).map(|(id, what)| format!(" {id} has NOT looked at: {}.", escape(&what))).collect();
     let note = format!(
-        "<p class=\"note\">{}.{unseen} Green and blue: J<sub>state</sub> below 0.7 and 1; cross: nominal release; drawn: three standard deviations either way.</p>\n",
+        "<p class=\"note\">{}.{unseen} Green and blue: J<sub>state</sub> below 0.7 and 1; cross: nominal release; drawn: three standard deviations either way, and the mission's own turbulence.</p>\n",
         rich(&confirmed)
     );
     Ok(format!("<div class=\"envelope\">{}{figure}</div>\n{note}", table("reaches", &head, &rows)))

@@ -41,6 +41,7 @@ fn outcome(j_tpf: f64, steady_after_s: f64) -> DropOutcome {
         final_v_ned: Vector3::zeros(),
         impact_speed_m_s: None,
         impact_tilt_rad: None,
+        plan_cut: false,
         on_the_ground: None,
         limits: mission().limits,
         peak_cost: StateCost::default(),

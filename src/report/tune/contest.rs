@@ -14,25 +14,22 @@ use crate::assess::{LEAST_DIFFERENCE, Tally, clearly_less};
 use crate::report::columns::columns;
 use crate::tune::{Evaluation, Longitudinal, Objective, are_same_gains};
 
-/// J_TPF at which a limit is reached.
-const LIMIT: f64 = 1.0;
-
 /// The results of one set of gains on flights that no tuning saw.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UnseenFlights {
-    /// J_TPF of the flights, and how many of them stayed within every limit.
+    /// J_TPF of the flights, and how many of them were safe.
     pub tally: Tally,
     /// Worst tracking RMS, (45); infinite when a flight was lost.
     pub rms_worst: f64,
 }
 
 impl UnseenFlights {
-    /// The results of these flights.
-    pub fn of(flights: &[Evaluation]) -> Self {
+    /// The results of these flights, each with whether it was safe.
+    pub fn of(flights: &[(Evaluation, bool)]) -> Self {
         let mut unseen = Self { tally: Tally::default(), rms_worst: 0.0 };
-        for flight in flights {
+        for (flight, safe) in flights {
             unseen.tally.j_tpf.push(Some(flight.j_tpf));
-            unseen.tally.safe.push(flight.j_tpf <= LIMIT);
+            unseen.tally.safe.push(*safe);
             unseen.rms_worst = unseen.rms_worst.max(flight.rms);
         }
         unseen
@@ -274,7 +271,8 @@ mod tests {
     use super::*;
 
     fn contender(name: &str, cases: Evaluation, unseen: f64, varied: f64) -> Contender {
-        let flown = |j_tpf| UnseenFlights::of(&[Evaluation { j_tpf, ..Evaluation::PERFECT }; 10]);
+        let flown =
+            |j_tpf| UnseenFlights::of(&[(Evaluation { j_tpf, ..Evaluation::PERFECT }, j_tpf < 1.0); 10]);
         let (unseen, varied) = (flown(unseen), flown(varied));
         // Gains of its own.
         let k = [name.len() as f64; 7];
@@ -433,12 +431,11 @@ mod tests {
 
     #[test]
     fn closed_form_of_a_tally() {
-        let flight = |j_tpf| Evaluation { j_tpf, rms: j_tpf / 2.0, ..Evaluation::PERFECT };
+        let flight = |j_tpf| (Evaluation { j_tpf, rms: j_tpf / 2.0, ..Evaluation::PERFECT }, j_tpf < 1.0);
         let UnseenFlights { tally: Tally { j_tpf: j, safe }, rms_worst } =
             UnseenFlights::of(&[0.5, 0.7, 1.2].map(flight));
         assert!((j.mean() - 0.8).abs() < 1e-15 && (j.std() - 0.13f64.sqrt()).abs() < 1e-15, "{j:?}");
         assert_eq!((j.count(), j.max(), safe.probability()), (3, 1.2, 2.0 / 3.0));
         assert_eq!(rms_worst, 0.6);
-        assert_eq!(UnseenFlights::of(&[flight(LIMIT)]).tally.safe.probability(), 1.0);
     }
 }

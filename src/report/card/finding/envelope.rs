@@ -14,7 +14,8 @@ pub enum Coverage {
     Whole,
     /// This range is confirmed: less than is drawn, but at least a third of it either way.
     Part([f64; 2]),
-    /// This range is confirmed, which is less than a third of what is drawn, on one side at least.
+    /// This range is confirmed, which is less than a third of what is drawn, on one side at least, or less
+    /// than the mission's own turbulence.
     TooLittle([f64; 2]),
     /// Nothing is confirmed, either way.
     Nothing,
@@ -164,7 +165,8 @@ impl EnvelopeFound {
         };
         Some(match (holds(1.0), holds(1.0 / 3.0)) {
             (true, _) => Coverage::Whole,
-            (_, true) => Coverage::Part([low, high]),
+            // The mission's turbulence is in every drop: nobody can wait for less.
+            (_, true) if axis != EnvelopeAxis::Turbulence => Coverage::Part([low, high]),
             _ => Coverage::TooLittle([low, high]),
         })
     }
@@ -256,7 +258,7 @@ mod tests {
         assert_eq!(wind(None, Some(0.06)), Coverage::TooLittle([0.0, 0.06]));
         assert_eq!(wind(None, None), Coverage::Nothing);
         assert_eq!(of(Wind, end(None), end(Some(0.06)), 0.0), Coverage::Whole, "nothing is drawn");
-        assert_eq!(of(Turbulence, None, end(Some(0.5)), 0.7), Coverage::Part([0.0, 0.5]));
+        assert_eq!(of(Turbulence, None, end(Some(0.5)), 0.7), Coverage::TooLittle([0.0, 0.5]));
         assert_eq!(of(Turbulence, None, end(None), 0.0), Coverage::Nothing);
         assert_eq!(of(Turbulence, None, None, 0.0), Coverage::Nothing);
         assert_eq!(envelope(&[], false).coverage(Wind, 1.0), None);
