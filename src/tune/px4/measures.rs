@@ -102,7 +102,8 @@ impl Measures {
     }
 
     /// Cost that the search makes small: the mean of the ratios by their weights; 10 for each unit that J_TPF
-    /// is above the reference's, and for the share of the drops that are not safe. Infinite for what is lost, also beside a reference that is.
+    /// is above the reference's, and for the share of the drops that are not safe. Infinite for what is lost,
+    /// also beside a reference that is.
     pub fn cost(&self, reference: &Self) -> f64 {
         if self.is_lost() {
             return f64::INFINITY;
