@@ -171,9 +171,9 @@ impl Contest {
         let sets: Vec<_> = self.contenders.iter().map(|c| (c.name.as_str(), c.k)).collect();
         let trials = self.contenders.first().map_or(0, |c| c.unseen.tally.j_tpf.count());
         let unseen = format!("J_TPF, {trials} unseen");
-        let groups = ["", "tuning's flights", "release cases", &unseen, "J_TPF, the same varied", "within"];
+        let groups = ["", "tuning's flights", "release cases", &unseen, "J_TPF, the same varied", "both"];
         let heads =
-            ["RMS", "J_TPF", "RMS", "at rest", "worst", "mean", "std", "worst", "mean", "std", "limits"];
+            ["RMS", "J_TPF", "RMS", "at rest", "worst", "mean", "std", "worst", "mean", "std", "safe"];
         let mut out = gains_table(&sets) + "\n" + &columns(&[14, 15, 15, 25, 25, 8], groups);
         out += &columns(&WIDTHS, ["gains"].into_iter().chain(heads));
         for c in &self.contenders {
