@@ -15,8 +15,8 @@ fn flown(mission: &Mission, plan: &Plan) -> Option<IntegratedPlan> {
 }
 
 /// The object of `samara plan --json`; without `solve_ms` and `nodes_enough`, of `plan.json`. `j_tpf` and the
-/// keys down to the defects are `null` of a solve that did not converge. `nodes_enough` is a number of nodes that would do,
-/// where there are too few and one was found.
+/// keys down to the defects are `null` of a solve that did not converge. `nodes_enough` is a number of nodes
+/// that would do, where there are too few and one was found.
 pub fn plan_json(
     mission: &Mission,
     plan: &Plan,

@@ -108,7 +108,10 @@ fn rare(bound: f64, probability: f64, high: f64) -> Evidence {
 }
 
 fn design(steady_flights: u64) -> Evidence {
-    let results = json!({ "flights": 300, "unsafe_flights": 300 - steady_flights, "steady_flights": steady_flights, "chosen_among": 1 });
+    let results = json!({
+        "flights": 300, "unsafe_flights": 300 - steady_flights, "steady_flights": steady_flights,
+        "chosen_among": 1,
+    });
     let found = json!({
         "name": "design", "objective": "quantile", "allowed": true, "design": {}, "own": {}, "margins": [],
         "fresh": [{ "design": "design", "air": "turbulence", "results": results }], "input_hash": "",
