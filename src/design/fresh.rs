@@ -233,16 +233,15 @@ fn results(
 mod tests {
     use super::*;
 
+    /// Never steady, and safe below a J_TPF of 1.
+    fn flight(j_tpf: f64) -> FreshFlight {
+        let safe = j_tpf <= 1.0;
+        FreshFlight { j_tpf, safe, within_limits: safe, end_error_m_s: 0.1, steady_after_s: None }
+    }
+
     /// Of 1 to 100 hundredths 99 do not exceed 0.99; one that was lost is unsafe and the worst.
     #[test]
     fn closed_form_results() {
-        let flight = |j_tpf: f64| FreshFlight {
-            j_tpf,
-            safe: j_tpf <= 1.0,
-            within_limits: j_tpf <= 1.0,
-            end_error_m_s: 0.1,
-            steady_after_s: None,
-        };
         let mut flown: Vec<FreshFlight> = (1..=99).rev().map(|i| flight(f64::from(i) / 100.0)).collect();
         flown.push(flight(LOST));
         let results = FreshResults::of(&flown);
@@ -256,13 +255,6 @@ mod tests {
     /// by chance (four pairs of 1/16), and a p90 that is no lower decides against it.
     #[test]
     fn closed_form_better_by_a_margin_and_more_than_chance() {
-        let flight = |j_tpf: f64| FreshFlight {
-            j_tpf,
-            safe: j_tpf <= 1.0,
-            within_limits: j_tpf <= 1.0,
-            end_error_m_s: 0.1,
-            steady_after_s: None,
-        };
         let of = |change: &dyn Fn(usize, f64) -> f64| {
             let j_tpf = (0..300).map(|i| change(i, 0.3 + 1e-3 * i as f64));
             FreshResults::of(&j_tpf.map(flight).collect::<Vec<_>>())

@@ -115,8 +115,7 @@ impl DesignFlights {
             ..TrialOutcome::default()
         };
         let objections = judge_trial(&flown, &self.limits);
-        let within_limits = objections.iter().all(|objection| objection.limits_passed().is_empty())
-            && !objections.iter().any(|objection| matches!(objection, Objection::JTpf { .. }));
+        let within_limits = objections.iter().all(Objection::is_of_the_course);
         JudgedFlight { j_tpf, safe: objections.is_empty(), within_limits }
     }
 

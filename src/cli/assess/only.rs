@@ -1,6 +1,7 @@
 //! `samara assess --only K`: one trial of each campaign again.
 
 use anyhow::Context;
+use nalgebra::Vector3;
 
 use super::args::AssessArgs;
 use super::campaign::TrialRunner;
@@ -8,8 +9,6 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::conclusion::write_mcap;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
-use nalgebra::Vector3;
-
 use samara::assess::judge::{Limits, words};
 use samara::assess::{Course, RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder, judge_trial};
 use samara::config::Mission;

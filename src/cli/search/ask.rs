@@ -87,9 +87,16 @@ fn name(so_far: usize, cut: Cut) -> String {
     format!("{JUDGED}/{so_far:07}-{}.json", cut.name())
 }
 
+/// Which part a file's name says, and how many judgements it follows.
+fn part(name: &str) -> Option<(usize, Cut)> {
+    let (so_far, cut) =
+        name.strip_suffix(".json")?.split_once('-').filter(|(so_far, _)| so_far.len() >= 7)?;
+    Some((so_far.parse().ok()?, Cut::of_name(cut)?))
+}
+
 /// Which part a file's name says, of the judgements that follow `so_far`.
 fn part_of(name: &str, so_far: usize) -> Option<Cut> {
-    Cut::of_name(name.strip_prefix(&format!("{so_far:07}-"))?.strip_suffix(".json")?)
+    part(name).filter(|(follows, _)| *follows == so_far).map(|(_, cut)| cut)
 }
 
 /// The judgements on all `candidates` that follow `so_far`; `None` while one is not there.
@@ -171,12 +178,7 @@ pub fn clear(folder: &OutputFolder) -> Result<(), Failure> {
         gone(fs::remove_file(folder.path().join(CANDIDATES))).with_context(cannot).bad_input()?;
     }
     for entry in fs::read_dir(&at).into_iter().flatten().flatten() {
-        let name = entry.file_name();
-        let is_part = |name: &str| {
-            let (so_far, rest) = name.split_once('-')?;
-            Cut::of_name(rest.strip_suffix(".json")?).filter(|_| so_far.bytes().all(|b| b.is_ascii_digit()))
-        };
-        if name.to_str().and_then(is_part).is_some() {
+        if entry.file_name().to_str().and_then(part).is_some() {
             gone(fs::remove_file(entry.path())).with_context(cannot).bad_input()?;
         }
     }
