@@ -101,6 +101,13 @@ const fn rule(
     Rule { name, wanted, holds, otherwise, grave: None, succeeds: None, since: None, of_px4_only: false }
 }
 
+impl Rule {
+    /// Whether it counts for an autopilot: some are for PX4 alone, not for samara's own.
+    pub fn binds(&self, is_samara: bool) -> bool {
+        !(is_samara && self.of_px4_only)
+    }
+}
+
 /// All required parameters: name, value to upload, which values will do, consequence of others.
 #[rustfmt::skip]
 pub const RULES: [Rule; 16] = [
@@ -142,20 +149,14 @@ pub const RULES: [Rule; 16] = [
         "faster horizontal flight is clipped to it: the plan is not what will be flown"),
 ];
 
-/// Names of the parameters to be looked at, of a version of PX4.
-pub fn looked_at(px4: Number) -> impl Iterator<Item = &'static str> {
-    let has = move |rule: &&Rule| rule.since.is_none_or(|since| since <= px4);
-    RULES.iter().filter(has).map(|rule| rule.name)
+/// Rules of the parameters to be looked at, of a version of PX4.
+pub fn looked_at(px4: Number) -> impl Iterator<Item = &'static Rule> {
+    RULES.iter().filter(move |rule| rule.since.is_none_or(|since| since <= px4))
 }
 
 /// Names and values of the parameters to upload.
 pub fn wanted(envelope: &DropEnvelope) -> impl Iterator<Item = (&'static str, Value)> + '_ {
     RULES.iter().filter_map(|rule| Some((rule.name, (rule.wanted)(envelope)?)))
-}
-
-/// Whether a rule counts for an autopilot: some are PX4's alone, and not those of samara's own.
-pub fn binds_to(name: &str, is_samara: bool) -> bool {
-    !is_samara || RULES.iter().all(|rule| rule.name != name || !rule.of_px4_only)
 }
 
 /// The name that a parameter has in other versions of PX4, where it has one: only one of the two is there.
@@ -206,7 +207,7 @@ mod tests {
     /// What an older PX4 does not have is not asked for: it would not answer.
     #[test]
     fn a_version_is_asked_for_what_it_has() {
-        let asked = |minor| looked_at(Number { major: 1, minor }).any(|name| name == ESTIMATORS_WINDOW);
+        let asked = |minor| looked_at(Number { major: 1, minor }).any(|rule| rule.name == ESTIMATORS_WINDOW);
         assert_eq!([12, 14, 15, 17].map(asked), [false, false, true, true]);
         let of = DropEnvelope { satellite_delay_s: Some(0.2), ..DropEnvelope::default() };
         assert!(broken(ESTIMATORS_WINDOW, 200.0, &of).is_some());

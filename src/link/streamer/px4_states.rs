@@ -24,9 +24,7 @@ use crate::control::px4::timing::TILT_LIMIT_SLEW_RAD_S;
 use crate::control::px4::versions::Refusals;
 use crate::link::px4_events::EventTexts;
 use crate::params::Value;
-use crate::params::px4_required::{
-    Rule, TILT_AIR, TILT_LND, TILT_SHUT, binds_to, broken, looked_at, other_name,
-};
+use crate::params::px4_required::{Rule, TILT_AIR, TILT_LND, TILT_SHUT, broken, looked_at, other_name};
 use crate::time::{TimeUs, microseconds};
 use crate::units::RAD_PER_DEG;
 
@@ -89,7 +87,7 @@ impl StreamerSession {
             ));
         };
         if self.flight.readiness.exchange.is_none() {
-            let names = looked_at(px4.number).chain([TILT_LND, TILT_AIR]);
+            let names = looked_at(px4.number).map(|rule| rule.name).chain([TILT_LND, TILT_AIR]);
             self.flight.readiness.exchange = Some(Exchange::new(upload, names));
         }
         if let Some(outcome) = self.exchange() {
@@ -164,9 +162,11 @@ impl StreamerSession {
         let of = |names: &[String]| names.iter().filter(missed).cloned().collect::<Vec<_>>();
         let (set, absent, silent) = (outcome.set, of(&outcome.absent), of(&outcome.silent));
         // What a drop asks for is there in every version that it is asked of.
-        let required =
-            looked_at(self.px4_version().number).filter(|name| binds_to(name, self.flight.vehicle.is_samara));
-        let unknown: Vec<&str> = required.filter(|name| silent.iter().any(|silent| silent == name)).collect();
+        let is_samara = self.flight.vehicle.is_samara;
+        let required = looked_at(self.px4_version().number).filter(|rule| rule.binds(is_samara));
+        let unanswered =
+            required.map(|rule| rule.name).filter(|name| silent.iter().any(|other| other == name));
+        let unknown: Vec<&str> = unanswered.collect();
         if set > 0 || !absent.is_empty() {
             self.report(StreamerEvent::Uploaded { set, absent, silent });
         }
@@ -184,7 +184,7 @@ impl StreamerSession {
         }
         let mut grave = None;
         for (name, value) in &outcome.values {
-            let binds = |rule: &&Rule| binds_to(rule.name, self.flight.vehicle.is_samara);
+            let binds = |rule: &&Rule| rule.binds(is_samara);
             if let Some(rule) = broken(name, value.as_f64(), &envelope).filter(binds) {
                 let (name, value, otherwise) = (rule.name, value.as_f64(), rule.otherwise);
                 self.report(StreamerEvent::Trap { name, value, otherwise });
