@@ -32,6 +32,8 @@ const NAMED: usize = 3;
 /// Sizes of type, and how many rows of tables and lists a sheet has room for in each: what has more is set in
 /// the next. A browser's test holds it.
 const SIZES: [(&str, usize); 3] = [("airy", 16), ("plain", 22), ("dense", usize::MAX)];
+/// Items of lists and rows of tables beyond which a sheet has room in the smallest type alone.
+const CROWD: usize = 47;
 /// Longest paths, in the table and behind it, and longest command on the sheet [characters]; the whole stands
 /// in `card.json`.
 const PATH: usize = 52;
@@ -70,7 +72,11 @@ pub fn page(card: &Card<'_>) -> Result<String, FigureError> {
     let shown = shown_evidence(card, &body);
     body += &section("Evidence", &evidence_table(card, &shown));
     let rows = rows(card, reasons.len()) + shown.len();
-    let type_size = SIZES.iter().find(|(_, most)| rows <= *most).map_or("dense", |(size, _)| size);
+    let crowd = ["<li>", "<tr>", "<dt>"].map(|tag| body.matches(tag).count()).iter().sum::<usize>();
+    let type_size = match SIZES.iter().find(|(_, most)| rows <= *most) {
+        Some((size, _)) if crowd <= CROWD => size,
+        _ => "tight",
+    };
     Ok(head(card, type_size, card.decision()) + &body + &estimates(card) + &signatures(card))
 }
 
