@@ -4,7 +4,7 @@
 //! design, draft, card, JUnit, Python - goes by the [`Objection`]s that are stated here, and shows their
 //! words. A flight is safe when there is none.
 //!
-//! A new limit is a field of [`Limits`]: [`Limits::objections`] and all that lists limits take that struct
+//! A new limit is a field of [`Limits`]: `Limits::objections` and all that lists limits take that struct
 //! apart, so that what forgets the field does not compile; so does what forgets a new kind of [`Objection`].
 
 use std::fmt;
