@@ -3,7 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "a bench without its vehicle has nothing to measure")]
 
 use divan::Bencher;
-use samara::assess::Outcome;
+use samara::assess::BatchFlight;
 use samara::sim::PlantKind;
 
 mod swarm;
@@ -29,7 +29,7 @@ fn generation_of_490_flights(bencher: Bencher<'_, '_>, kind: PlantKind) {
 
 fn bench(bencher: Bencher<'_, '_>, swarm: &swarm::Swarm, n: usize) {
     let flights = swarm::flights(n);
-    let mut outcomes = vec![Outcome::default(); n];
+    let mut outcomes = vec![BatchFlight::default(); n];
     bencher.bench_local(|| {
         swarm.fly(&flights, &mut outcomes, 1);
         outcomes[0]

@@ -168,6 +168,9 @@ fn main() -> Result<(), Failure> {
         campaign.max()
     );
     let verdict = drop_over_the_wire(&mission, &plan, &lqr)?;
-    println!("drop over MAVLink: J_TPF {:.3}, steady after {:?} s", verdict.j_tpf, verdict.steady_after_s);
+    println!(
+        "drop over MAVLink: J_TPF {:.3}, steady after {:?} s",
+        verdict.outcome.j_tpf, verdict.outcome.steady_after_s
+    );
     Ok(())
 }

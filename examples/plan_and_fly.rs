@@ -41,7 +41,7 @@ pub fn plan_and_fly(path: &str) -> Result<Verdict, Box<dyn std::error::Error>> {
             ControlFlow::Continue(())
         });
     let verdict = verdict.finish().ok_or("the vehicle was never released")?;
-    println!("{}", verdict_text(&verdict, &mission.limits, verdict.steady_after_s.is_none()));
+    println!("{}", verdict_text(&verdict, &mission.limits, verdict.outcome.steady_after_s.is_none()));
     Ok(verdict)
 }
 

@@ -204,7 +204,7 @@ fn a_mission_that_is_not_the_papers_has_nothing_of_the_papers() {
         let line = |start: &str| -> Vec<String> {
             rows.lines().find(|l| l.starts_with(start)).unwrap().split(',').map(str::to_owned).collect()
         };
-        let roll = line("trial,").iter().position(|c| c == "peak_roll_rad").unwrap();
+        let roll = line("trial,").iter().position(|c| c == "peak_roll_deg").unwrap();
         assert_eq!(line("0,")[roll].parse::<f64>().unwrap() != 0.0, rms_note, "{to}");
     }
 }

@@ -21,7 +21,10 @@ mod plan_and_fly;
 #[test]
 fn plan_and_fly_flies_the_drop() {
     let verdict = plan_and_fly::plan_and_fly("mission/titan_drop.json").unwrap();
-    assert!((verdict.j_tpf - 0.5201).abs() < 1e-3 && verdict.steady_after_s.is_some(), "{verdict:?}");
+    assert!(
+        (verdict.outcome.j_tpf - 0.5201).abs() < 1e-3 && verdict.outcome.steady_after_s.is_some(),
+        "{verdict:?}"
+    );
 }
 
 /// More swing, worse releases.

@@ -167,8 +167,8 @@ fn drops_without_a_wire_fly_their_plans_from_the_fall_on() {
         };
         let (verdict, mut drop) = judge_drop(&mission, &flown);
         let verdict = verdict.unwrap();
-        assert!(verdict.j_tpf < 0.6 && verdict.limits_passed.is_empty(), "{name}: {verdict:?}");
-        assert!(verdict.steady_after_s.is_some() && drop.reason(Some(&verdict)).is_none(), "{name}");
+        assert!(verdict.outcome.j_tpf < 0.6 && verdict.limits_passed.is_empty(), "{name}: {verdict:?}");
+        assert!(verdict.outcome.steady_after_s.is_some() && drop.reason(Some(&verdict)).is_none(), "{name}");
         assert!(run.log().iter().any(|sample| sample.phase == Phase::Powered));
         drop.note_fall(fall);
         let texts: Vec<&str> = drop.events.iter().map(|event| event.text.as_str()).collect();

@@ -137,7 +137,7 @@ fn dropped(name: &str, cadence: Cadence) -> (f64, bool, Vec<samara::replan::Repl
     let log = wire.simulator.into_run().into_log();
     let over = FlownDrop { log: &log, record: &record, plan: Some(&plan), by: None, trouble: None };
     let (verdict, run) = judge_drop(&mission, &over);
-    (verdict.as_ref().unwrap().j_tpf, run.is_safe(verdict.as_ref()), replans, said)
+    (verdict.as_ref().unwrap().outcome.j_tpf, run.is_safe(verdict.as_ref()), replans, said)
 }
 
 /// On Earth, at the release and twice a second until 2 s of the plan's 5 s: what the streamer reads off the

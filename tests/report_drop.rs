@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 
 use nalgebra::Vector3;
-use samara::assess::{Course, StateCost, Verdict, VerdictBuilder};
+use samara::assess::{Course, Outcome, Peaks, StateCost, Verdict, VerdictBuilder};
 use samara::config::{Mission, Stamp, load_mission};
 use samara::control::{Airframe, Cascade};
 use samara::frames::rotate_ned_from_body;
@@ -375,7 +375,10 @@ fn labels_of_a_hover_drop_do_not_overlap() {
     let run = DropRun::default();
     let hover_m = DROP.samples[0].state.body.p_ned.z + 20.0;
     let samples = moved(|p| Vector3::new(0.0, 0.0, p.z.min(hover_m)));
-    let verdict = Verdict { steady_after_s: Some(6.0), ..DROP.verdict.clone() };
+    let verdict = Verdict {
+        outcome: Outcome { steady_after_s: Some(6.0), ..DROP.verdict.outcome },
+        ..DROP.verdict.clone()
+    };
     let svg = drop_figure(&ShownDrop { verdict: Some(&verdict), ..DROP.shown(&samples, &run) }).unwrap();
     let path: Vec<_> = texts(&svg).into_iter().filter(|(_, p)| p[2] < 450.0 && p[1] > 112.0).collect();
     assert!(path.iter().any(|(text, _)| text == "released"), "{path:?}");
@@ -452,7 +455,7 @@ fn the_log_reads_back_to_the_bit_and_its_balance_closes() {
     assert_eq!(&rows[0][column("phase")], "hanging");
     let highest = rows.iter().filter(|r| &r[column("phase")] != "hanging");
     let highest = highest.map(|r| r[column("j_state")].parse().unwrap()).fold(0.0, f64::max);
-    assert_eq!(highest, DROP.verdict.j_tpf);
+    assert_eq!(highest, DROP.verdict.outcome.j_tpf);
 }
 
 #[test]
@@ -466,27 +469,22 @@ fn reference_j_tpf_of_the_plan() {
 
 fn bad_verdict() -> Verdict {
     Verdict {
-        peak_tilt_rad: 0.5,
-        way_ned_m: Vector3::new(0.0, 0.0, 1234.56),
-        j_tpf: 1.25,
+        outcome: Outcome {
+            j_tpf: 1.25,
+            peak_speed_m_s: 15.0,
+            peak_pitch_deg: 0.5f64.to_degrees(),
+            peak_pitch_rate_deg_s: 1f64.to_degrees(),
+            altitude_lost_m: 1234.56,
+            ..Outcome::default().with_final_v(Vector3::new(4.001, -0.0001, 12.0))
+        },
         decided_by: "speed",
-        peak_speed_m_s: 15.0,
-        peak_pitch_rad: -0.5,
-        peak_pitch_rate_rad_s: 1.0,
-        peak_roll_rad: 0.0,
-        peak_roll_rate_rad_s: 0.0,
+        peaks: Peaks { pitch_rad: -0.5, pitch_rate_rad_s: 1.0, ..Peaks::default() },
         peak_vertical_acceleration_m_s2: -4.0,
-        altitude_lost_m: 1234.56,
-        steady_after_s: None,
         limits_passed: vec!["speed"],
-        final_v_ned: Vector3::new(4.001, -0.0001, 12.0),
-        impact_speed_m_s: None,
-        impact_tilt_rad: None,
         plan_cut: false,
         on_the_ground: None,
         limits: DROP.mission.limits,
         peak_cost: StateCost::default(),
-        canopy_distance_m: None,
         vortex_ring_s: Vec::new(),
         power: None,
     }
@@ -508,8 +506,9 @@ final velocity, NED  4.00 0.00 12.00 m/s
     let found = verdict_text(&bad_verdict(), &DROP.mission.limits, true);
     let squeezed = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert_eq!(squeezed(&found), squeezed(expected), "{found}");
-    let rolled =
-        Verdict { peak_roll_rad: -0.9, decided_by: "roll", limits_passed: vec!["roll"], ..bad_verdict() };
+    let bad = bad_verdict();
+    let peaks = Peaks { roll_rad: -0.9, ..bad.peaks };
+    let rolled = Verdict { peaks, decided_by: "roll", limits_passed: vec!["roll"], ..bad };
     let rolled = squeezed(&verdict_text(&rolled, &DROP.mission.limits, false));
     assert!(rolled.contains("EXCEEDED, decided by roll") && rolled.contains("after never final"), "{rolled}");
     assert!(
@@ -557,7 +556,8 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     );
     let went = |course: Course| DropRun { course, ..run.clone() };
     let run = went(Course::WHOLE);
-    let steady = Verdict { steady_after_s: Some(7.0), ..bad_verdict() };
+    let bad = bad_verdict();
+    let steady = Verdict { outcome: Outcome { steady_after_s: Some(7.0), ..bad.outcome }, ..bad };
     assert!(parse(drop_json(mission, Some(&steady), &run))["reason"].is_null());
     let by_script = went(Course { must_be_steady: false, ..Course::WHOLE });
     assert!(parse(drop_json(mission, Some(&bad_verdict()), &by_script))["reason"].is_null());
@@ -596,7 +596,8 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
     assert_eq!(drop["real_time_factor"], 120.0);
     assert_eq!(drop["failsafe"], true);
     assert_eq!(drop["events"], serde_json::json!([{ "t_s": 10.5, "text": "rotors free" }]));
-    let diverged = Verdict { j_tpf: f64::INFINITY, ..bad_verdict() };
+    let bad = bad_verdict();
+    let diverged = Verdict { outcome: Outcome { j_tpf: f64::INFINITY, ..bad.outcome }, ..bad };
     let file = parse(drop_json(mission, Some(&diverged), &DropRun::default()));
     assert!(file["j_tpf"].is_null() && file.get("real_time_factor").is_none());
 

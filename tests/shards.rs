@@ -7,7 +7,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
-use samara::assess::{BLOCK_TRIALS, BlockNode, BlockSummary, Histogram, Share, Summary, TrialOutcome};
+use samara::assess::{BLOCK_TRIALS, BlockNode, BlockSummary, Histogram, Outcome, Share, Summary};
 use samara::config::Mission;
 use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
 use samara::report::cut::Cut;
@@ -457,7 +457,7 @@ fn closed_form_a_thousand_summaries_of_a_hundred_million_trials() {
     fs::create_dir_all(out.join("shards")).unwrap();
     let mission = Mission::shipped("x500_drop").unwrap();
     let releases = mission.releases();
-    let outcome = TrialOutcome { j_tpf: 0.5, steady_after_s: Some(1.0), ..TrialOutcome::default() };
+    let outcome = Outcome { j_tpf: 0.5, steady_after_s: Some(1.0), ..Outcome::default() };
     for cut in (0..of).map(|part| Cut { part, of }) {
         let range = cut.range(trials);
         let mut summary = made(range.start, range.end);

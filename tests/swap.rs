@@ -41,8 +41,8 @@ fn another_controller_flies_study_campaign_and_wire() {
     assert!(cases.len() == 7 && cases.iter().all(|j_tpf| *j_tpf < 0.9), "{cases:?}");
     assert!(campaign.count() == 20 && campaign.max() < 0.9, "{campaign:?}");
     let verdict = own_controller::drop_over_the_wire(&mission, &plan, &lqr).unwrap();
-    assert!(verdict.j_tpf < 0.9 && verdict.limits_passed.is_empty(), "{verdict:?}");
-    assert!(verdict.steady_after_s.is_some_and(|t_s| t_s < 34.0), "{verdict:?}");
+    assert!(verdict.outcome.j_tpf < 0.9 && verdict.limits_passed.is_empty(), "{verdict:?}");
+    assert!(verdict.outcome.steady_after_s.is_some_and(|t_s| t_s < 34.0), "{verdict:?}");
 }
 
 /// Controller: the same regulator under the judge that gains are tuned on, whose flights are the study's.
@@ -81,7 +81,7 @@ fn another_controller_is_judged_by_the_flights_of_the_study() {
     let target = mission.target_v_ned;
     let rms = worst(&|start| study.tracking_rms(&entry, start));
     let j_tpf = worst(&|start| outcome(start).j_tpf);
-    let unrest = worst(&|start| (outcome(start).final_v_ned - target).norm() / target.norm());
+    let unrest = worst(&|start| (outcome(start).final_v_ned() - target).norm() / target.norm());
     assert!(rms > 0.1 && j_tpf > 0.1 && unrest > 0.02, "{rms} {j_tpf} {unrest}");
     assert_eq!(judged.rms, rms);
     assert!((judged.j_tpf - j_tpf).abs() < 1e-4, "{judged:?}, the study's J_TPF {j_tpf}");

@@ -19,6 +19,7 @@ fn main() {
     let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
     let flights = EffectFlights::new(&mission, &on.kept(&mission.effects()), &plan.trajectory).unwrap();
     let start = std::time::Instant::now();
-    let drops: Vec<f64> = (0..arguments[2].parse().unwrap()).map(|trial| flights.fly(trial).j_tpf).collect();
+    let drops: Vec<f64> =
+        (0..arguments[2].parse().unwrap()).map(|trial| flights.fly(trial).outcome.j_tpf).collect();
     println!("seconds {:.6}, J_TPF {:?}", start.elapsed().as_secs_f64(), drops.last());
 }

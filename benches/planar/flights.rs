@@ -23,13 +23,13 @@ fn main() {
         Some(vehicle) => swarm::Swarm::in_air(kind, rotors, &Default::default(), vehicle),
     };
     let flights = swarm::flights(number(1));
-    let mut outcomes = vec![samara::assess::Outcome::default(); flights.len()];
+    let mut outcomes = vec![samara::assess::BatchFlight::default(); flights.len()];
     for _ in 0..number(3) {
         let start = std::time::Instant::now();
         swarm.fly(&flights, &mut outcomes, number(2));
         println!("seconds {:.6}", start.elapsed().as_secs_f64());
     }
     for o in outcomes.iter().take(490) {
-        println!("cost {:?} {:?}", o.rms, o.trial.j_tpf);
+        println!("cost {:?} {:?}", o.rms, o.outcome.j_tpf);
     }
 }

@@ -98,8 +98,8 @@ fn cost(mission: &Arc<Mission>, plan: &Plan, cadence: Cadence, gains: &Gains) ->
     let mut sorted: Vec<f64> = renewed.iter().map(j_tpf).collect();
     sorted.sort_by(f64::total_cmp);
     let worst = sorted.iter().rev().take(2).sum::<f64>() / 2.0;
-    let unsteady = |drop: &ReplanDrop| f64::from(u8::from(drop.drop.steady_after_s.is_none()));
-    let late_s = |drop: &ReplanDrop| drop.drop.steady_after_s.unwrap_or(NEVER_S);
+    let unsteady = |drop: &ReplanDrop| f64::from(u8::from(drop.drop.outcome.steady_after_s.is_none()));
+    let late_s = |drop: &ReplanDrop| drop.drop.outcome.steady_after_s.unwrap_or(NEVER_S);
     Ok(0.5 * mean(&renewed, j_tpf)
         + 0.5 * worst
         + 0.3 * mean(&once, j_tpf)
@@ -110,5 +110,5 @@ fn cost(mission: &Arc<Mission>, plan: &Plan, cadence: Cadence, gains: &Gains) ->
 /// J_TPF, at most 10.
 fn j_tpf(drop: &ReplanDrop) -> f64 {
     // What is no number is lost, too.
-    if drop.drop.j_tpf < 10.0 { drop.drop.j_tpf } else { 10.0 }
+    if drop.drop.outcome.j_tpf < 10.0 { drop.drop.outcome.j_tpf } else { 10.0 }
 }

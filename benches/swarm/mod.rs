@@ -5,7 +5,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
-use samara::assess::{BatchMeasure, Outcome, SafetyLimits, judge_flights};
+use samara::assess::{BatchFlight, BatchMeasure, SafetyLimits, judge_flights};
 use samara::config::{load_mission, load_vehicle};
 use samara::control::{ControlLimits, Gains};
 use samara::model::environment::GeoPoint;
@@ -57,7 +57,7 @@ impl Swarm {
     }
 
     /// Flies on as many threads as told, in equal parts.
-    pub fn fly(&self, flights: &[Flight], outcomes: &mut [Outcome], threads: usize) {
+    pub fn fly(&self, flights: &[Flight], outcomes: &mut [BatchFlight], threads: usize) {
         let part = flights.len().div_ceil(LANES).div_ceil(threads) * LANES;
         std::thread::scope(|scope| {
             for (flights, outcomes) in flights.chunks(part).zip(outcomes.chunks_mut(part)) {

@@ -17,7 +17,8 @@ use std::ops::ControlFlow;
 use nalgebra::Vector3;
 
 use super::SafetyLimits;
-use super::safety::TrialOutcome;
+use super::outcome::Outcome;
+use super::safety::Peaks;
 use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
 use crate::math;
 use crate::sim::FlightPlan;
@@ -51,14 +52,12 @@ struct PlanNode {
 
 /// Costs, peaks and end of a flight.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Outcome {
+pub struct BatchFlight {
     /// J_RMS (45) over the plan's nodes; 1000 for a flight that was given up or did not reach the last node;
     /// 0 without a plan.
     pub rms: f64,
     /// Peaks and end of the flight; no roll.
-    pub trial: TrialOutcome,
-    /// Time [s] from which the velocity stays so close to the target as is steady, to the end.
-    pub steady_after_s: Option<f64>,
+    pub outcome: Outcome,
     /// Whether the flight was given up.
     pub given_up: bool,
 }
@@ -109,17 +108,17 @@ impl BatchMeasure {
     }
 }
 
-/// Flies and judges each flight; `outcomes` takes as many as there are flights or places, whichever are
+/// Flies and judges each flight; `judged` takes as many as there are flights or places, whichever are
 /// fewer. Any number of flights, in groups of [`LANES`]; threads are the caller's affair: split at multiples
 /// of [`LANES`].
-pub fn judge_flights(model: &Model, measure: &BatchMeasure, flights: &[Flight], outcomes: &mut [Outcome]) {
-    for (flights, outcomes) in flights.chunks(LANES).zip(outcomes.chunks_mut(LANES)) {
+pub fn judge_flights(model: &Model, measure: &BatchMeasure, flights: &[Flight], judged: &mut [BatchFlight]) {
+    for (flights, judged) in flights.chunks(LANES).zip(judged.chunks_mut(LANES)) {
         // A last, smaller group fills its lanes with its first flight.
         let lanes = std::array::from_fn(|i| *flights.get(i).unwrap_or(&flights[0]));
         let mut judge = Judge::new(measure);
         fly(model, &measure.setpoints, &lanes, &mut judge);
-        for (i, outcome) in outcomes.iter_mut().enumerate().take(flights.len()) {
-            *outcome = judge.outcome(i);
+        for (i, flight) in judged.iter_mut().enumerate().take(flights.len()) {
+            *flight = judge.flight(i);
         }
     }
 }
@@ -201,7 +200,7 @@ impl<'a> Judge<'a> {
         }
     }
 
-    fn outcome(&self, i: usize) -> Outcome {
+    fn flight(&self, i: usize) -> BatchFlight {
         let limits = &self.measure.limits;
         let speed = self.speed2[i].sqrt();
         let pitch = 2.0 * math::atan2(self.q2[i], self.q0[i]);
@@ -214,24 +213,30 @@ impl<'a> Judge<'a> {
         let unfinished = self.going[i] == 0.0 || self.measure.missed > 0 || self.next_node < n;
         let period_s = self.measure.setpoints.period_s();
         let steady_after_s = (self.steady_since[i] >= 0.0).then(|| self.steady_since[i] * period_s);
-        Outcome {
+        let peaks = Peaks {
+            pitch_rad: pitch,
+            pitch_rate_rad_s: self.rate[i],
+            tilt_rad: pitch.abs().min(std::f64::consts::PI),
+            ..Peaks::default()
+        };
+        let outcome = Outcome {
+            j_tpf: if self.finite[i] { shares.into_iter().fold(0.0, f64::max) } else { f64::INFINITY },
+            peak_speed_m_s: speed,
+            steady_after_s,
+            ..peaks.outcome()
+        };
+        let way_ned_m = Vector3::new(self.way[0][i], 0.0, self.way[1][i]) * period_s;
+        BatchFlight {
             rms: match n {
                 _ if unfinished => DIVERGED,
                 0 => 0.0,
                 _ => (self.sum_of_squares[i] / n as f64).sqrt(),
             },
-            trial: TrialOutcome {
-                j_tpf: if self.finite[i] { shares.into_iter().fold(0.0, f64::max) } else { f64::INFINITY },
-                peak_speed_m_s: speed,
-                peak_pitch_rad: pitch,
-                peak_pitch_rate_rad_s: self.rate[i],
-                final_v_ned: Vector3::new(self.final_v[0][i], 0.0, self.final_v[1][i]),
-                peak_tilt_rad: pitch.abs().min(std::f64::consts::PI),
-                way_ned_m: Vector3::new(self.way[0][i], 0.0, self.way[1][i]) * period_s,
-                steady_after_s,
-                ..TrialOutcome::default()
-            },
-            steady_after_s,
+            outcome: outcome.with_way(way_ned_m).with_final_v(Vector3::new(
+                self.final_v[0][i],
+                0.0,
+                self.final_v[1][i],
+            )),
             given_up: self.going[i] == 0.0,
         }
     }

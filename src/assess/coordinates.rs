@@ -12,9 +12,9 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::batch::{BatchMeasure, Outcome, judge_flights};
+use super::batch::{BatchFlight, BatchMeasure, judge_flights};
+use super::outcome::Outcome;
 use super::releases::{RandomRelease, ReleaseDistribution};
-use super::safety::TrialOutcome;
 use super::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
 use crate::control::{Gains, WithDelay};
 use crate::math;
@@ -310,11 +310,11 @@ impl TrialSpace {
     }
 
     /// Flies the trials at these points; threads are the caller's affair: split at multiples of [`LANES`].
-    pub fn fly(&self, points: &[impl AsRef<[f64]>]) -> Vec<TrialOutcome> {
+    pub fn fly(&self, points: &[impl AsRef<[f64]>]) -> Vec<Outcome> {
         points.chunks(LANES).flat_map(|some| self.fly_some(some)).collect()
     }
 
-    fn fly_some(&self, points: &[impl AsRef<[f64]>]) -> Vec<TrialOutcome> {
+    fn fly_some(&self, points: &[impl AsRef<[f64]>]) -> Vec<Outcome> {
         let drawn: Vec<DrawnTrial> = points.iter().map(|point| self.drawn(point.as_ref())).collect();
         let flights = self.plane.as_ref().ok().and_then(|plane| {
             let flight = |(trial, number): (&DrawnTrial, u64)| -> Result<Flight, NotPlanar> {
@@ -329,17 +329,17 @@ impl TrialSpace {
         let given: Arc<[FlightNoise]> = drawn.iter().map(|trial| trial.noise.clone()).collect();
         let mut wind = self.study.wind.clone();
         wind.given = Some(GivenNoise(given));
-        let mut outcomes = vec![Outcome::default(); flights.len()];
-        judge_flights(&plane.model.clone().in_wind(&wind), &plane.measure, &flights, &mut outcomes);
-        let whole = |(judged, trial): (&Outcome, &DrawnTrial)| {
+        let mut judged = vec![BatchFlight::default(); flights.len()];
+        judge_flights(&plane.model.clone().in_wind(&wind), &plane.measure, &flights, &mut judged);
+        let whole = |(flight, trial): (&BatchFlight, &DrawnTrial)| {
             // A flight that the batch engine gave up on still has its peaks before it.
-            if judged.given_up {
+            if flight.given_up {
                 return self.outcome(trial);
             }
-            let to_t0: Vector3<f64> = self.study.way_to_t0(&trial.release.state);
-            TrialOutcome { way_ned_m: to_t0 + judged.trial.way_ned_m, ..judged.trial }
+            let outcome = flight.outcome;
+            outcome.with_way(self.way_to_t0(trial) + outcome.way_ned_m())
         };
-        outcomes.iter().zip(&drawn).map(whole).collect()
+        judged.iter().zip(&drawn).map(whole).collect()
     }
 
     /// The flight of a trial in six degrees of freedom: what flies it, and its beginning. A variation of
@@ -356,7 +356,7 @@ impl TrialSpace {
         (study, entry, StudyStart { state: trial.release.state, air: 0 })
     }
 
-    fn outcome(&self, trial: &DrawnTrial) -> TrialOutcome {
+    fn outcome(&self, trial: &DrawnTrial) -> Outcome {
         let (study, entry, start) = self.in_space(trial);
         study.outcome(&entry, start)
     }

@@ -4,11 +4,13 @@
 //! design, draft, card, JUnit, Python - goes by the [`Objection`]s that are stated here, and shows their
 //! words. A flight is safe when there is none.
 //!
-//! A new limit is a field of [`Limits`]: `Limits::objections` and all that lists limits take that struct
-//! apart, so that what forgets the field does not compile; so does what forgets a new kind of [`Objection`].
+//! A new limit is a field of [`Limits`] and the limit of a quantity in [`QUANTITIES`], which all that judges
+//! or lists limits goes through; [`Limits::objections`] takes the struct apart, so that it does not compile
+//! without a look at the new field, nor does what forgets a new kind of [`Objection`].
 
 use std::fmt;
 
+use super::outcome::{LimitNames, Outcome, QUANTITIES};
 use crate::math::with_digits;
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::units::DEG_PER_RAD;
@@ -70,112 +72,58 @@ impl Limits {
         }
     }
 
-    /// Why a flight with these numbers was not safe, as far as numbers tell it; the touch first, which ended
-    /// the flight.
-    fn objections(&self, flown: &Numbers, must_become_steady: bool) -> Vec<Objection> {
+    /// Why a flight was not safe, as far as its numbers tell it.
+    fn objections(&self, flown: &Flown<'_>, must_become_steady: bool) -> Vec<Objection> {
+        // What is not named here is judged by its row in the table of quantities.
         let Self {
             safety: _,
             j_tpf_below,
             steady_within_m_s,
             must_be_steady,
-            altitude_lost_m,
-            tilt_rad,
-            steady_after_s,
-            touch,
-            separation_m,
+            altitude_lost_m: _,
+            tilt_rad: _,
+            steady_after_s: _,
+            touch: _,
+            separation_m: _,
         } = *self;
         let mut all = Vec::new();
-        let mut over = |limit: Limit, value: Option<f64>, most: Option<f64>| {
-            if let Some((value, most)) = value.zip(most).filter(|(value, most)| value > most) {
-                all.push(Objection::Passed { limit, value, allowed: most });
+        for quantity in &QUANTITIES {
+            let Some(names) = quantity.judged else { continue };
+            let Some((value, allowed)) = quantity.of(flown.outcome).zip((quantity.limit)(self)) else {
+                continue;
+            };
+            if if names.is_least { value < allowed } else { value > allowed } {
+                all.push(Objection::Passed { names, unit: quantity.unit, value, allowed });
             }
-        };
-        over(Limit::TouchSpeed, flown.touch.map(|(speed_m_s, _)| speed_m_s), Some(touch.speed_m_s));
-        over(Limit::TouchTilt, flown.touch.map(|(_, tilt_rad)| tilt_rad), Some(touch.tilt_rad));
-        over(Limit::AltitudeLost, Some(flown.altitude_lost_m), altitude_lost_m);
-        over(Limit::Tilt, Some(flown.peak_tilt_rad), tilt_rad);
-        over(Limit::SteadyAfter, flown.steady_after_s, steady_after_s);
-        if let Some((value, allowed)) =
-            flown.canopy_distance_m.zip(separation_m).filter(|(d, least)| d < least)
-        {
-            all.push(Objection::Passed { limit: Limit::Separation, value, allowed });
         }
-        if flown.j_tpf == f64::INFINITY || flown.j_tpf.is_nan() {
+        let j_tpf = flown.outcome.j_tpf;
+        if j_tpf == f64::INFINITY || j_tpf.is_nan() {
             all.insert(0, Objection::NotFinite);
-        } else if flown.j_tpf >= j_tpf_below {
+        } else if j_tpf >= j_tpf_below {
             // The parts are over 1 where J_TPF is; by another bound nobody can name the one.
             let parts = flown.cost.map_or(Vec::new(), |cost| {
                 let over = cost.parts().into_iter().filter(|(_, share)| *share >= j_tpf_below);
                 over.map(|(name, _)| name).collect()
             });
-            let (j_tpf, below) = (flown.j_tpf, j_tpf_below);
-            all.insert(0, Objection::JTpf { j_tpf, below, parts });
+            all.insert(0, Objection::JTpf { j_tpf, below: j_tpf_below, parts });
         }
-        if must_be_steady && must_become_steady && flown.steady_after_s.is_none() {
+        if must_be_steady && must_become_steady && flown.outcome.steady_after_s.is_none() {
             all.push(Objection::NeverSteady { within_m_s: steady_within_m_s });
         }
         all
     }
 }
 
-/// The numbers of a flight that are judged.
-pub(super) struct Numbers {
-    pub(super) j_tpf: f64,
+/// A flight as it is judged.
+pub(super) struct Flown<'a> {
+    pub(super) outcome: &'a Outcome,
+    pub(super) limits: &'a Limits,
     /// The parts of J_state, each at its peak, where they are known.
     pub(super) cost: Option<StateCost>,
-    pub(super) altitude_lost_m: f64,
-    pub(super) peak_tilt_rad: f64,
-    pub(super) steady_after_s: Option<f64>,
-    /// Speed [m/s] and tilt [rad] at a touch of the ground.
-    pub(super) touch: Option<(f64, f64)>,
     /// Whether it ended before the plan did that it was to fly.
     pub(super) plan_cut: bool,
     /// A touch before the plan's end.
     pub(super) on_the_ground: Option<OnTheGround>,
-    pub(super) canopy_distance_m: Option<f64>,
-}
-
-/// A limit beside those of J_state.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Limit {
-    /// Speed at a touch of the ground [m/s].
-    TouchSpeed,
-    /// Tilt at a touch of the ground [rad].
-    TouchTilt,
-    /// Altitude lost to the plan's end [m].
-    AltitudeLost,
-    /// Tilt [rad].
-    Tilt,
-    /// Time to steady flight, from t = 0 [s].
-    SteadyAfter,
-    /// Least distance from the canopy [m].
-    Separation,
-}
-
-impl Limit {
-    /// Name in files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::TouchSpeed => "impact",
-            Self::TouchTilt => "impact_tilt",
-            Self::AltitudeLost => "altitude_lost",
-            Self::Tilt => "tilt",
-            Self::SteadyAfter => "steady_after",
-            Self::Separation => "separation",
-        }
-    }
-
-    /// Words for people, the unit there, and what a value in SI is multiplied by to have it.
-    fn words(self) -> (&'static str, &'static str, f64) {
-        match self {
-            Self::TouchSpeed => ("impact", "m/s", 1.0),
-            Self::TouchTilt => ("tilt at the impact", "deg", DEG_PER_RAD),
-            Self::AltitudeLost => ("altitude lost", "m", 1.0),
-            Self::Tilt => ("tilt", "deg", DEG_PER_RAD),
-            Self::SteadyAfter => ("steady after", "s", 1.0),
-            Self::Separation => ("distance from the canopy", "m", 1.0),
-        }
-    }
 }
 
 /// Why a flight was not safe.
@@ -211,11 +159,13 @@ pub enum Objection {
     },
     /// A limit beside those of J_state was passed.
     Passed {
-        /// The limit.
-        limit: Limit,
-        /// The value, SI.
+        /// Names of the limit.
+        names: LimitNames,
+        /// Unit of both values.
+        unit: &'static str,
+        /// The value.
         value: f64,
-        /// The largest value that is allowed, or the least distance, SI.
+        /// The largest value that is allowed, or the least.
         allowed: f64,
     },
     /// It was stopped before the mission's end, for this reason where it is known.
@@ -245,12 +195,12 @@ pub struct OnTheGround {
 
 impl Objection {
     /// Names of the limits that were passed, as files have them: of a part of J_state "speed", "pitch",
-    /// "pitch_rate", "roll", "roll_rate"; [`Limit::name`]; [`NOT_FINITE`]. None for what is no limit.
+    /// "pitch_rate", "roll", "roll_rate"; [`LimitNames::passed`]; [`NOT_FINITE`]. None for what is no limit.
     pub fn limits_passed(&self) -> Vec<&'static str> {
         match self {
             Self::NotFinite => vec![NOT_FINITE],
             Self::JTpf { parts, .. } => parts.clone(),
-            Self::Passed { limit, .. } => vec![limit.name()],
+            Self::Passed { names, .. } => vec![names.passed],
             Self::NeverReleased { .. }
             | Self::ReleasedUnarmed
             | Self::MotorsNeverStarted
@@ -310,11 +260,10 @@ impl fmt::Display for Objection {
                 }
                 write!(f, ": {}", parts.join(", ").replace('_', " "))
             }
-            Self::Passed { limit, value, allowed } => {
-                let (what, unit, scale) = limit.words();
+            Self::Passed { names, unit, value, allowed } => {
                 // The limit with two decimals, or as many as were given; the value with two, or as tell
                 // it apart.
-                let (value, allowed) = (scale * value, (scale * allowed * 1e6).round() / 1e6);
+                let (what, allowed) = (names.words, (allowed * 1e6).round() / 1e6);
                 let (two, given) = (format!("{allowed:.2}"), format!("{allowed}"));
                 let limit = if two.len() >= given.len() { two } else { given };
                 let shown = |digits: usize| format!("{value:.digits$}");
@@ -378,7 +327,7 @@ impl Course {
 }
 
 /// Why a flight was not safe, the cause first; empty where it was. Without `flown` nothing was released.
-pub(super) fn objections(flown: Option<(Numbers, &Limits)>, course: &Course) -> Vec<Objection> {
+pub(super) fn objections(flown: Option<Flown<'_>>, course: &Course) -> Vec<Objection> {
     let Course {
         completed,
         released_unarmed,
@@ -388,7 +337,7 @@ pub(super) fn objections(flown: Option<(Numbers, &Limits)>, course: &Course) -> 
         failsafe,
         ref trouble,
     } = *course;
-    let Some((flown, limits)) = flown else {
+    let Some(flown) = flown else {
         return vec![Objection::NeverReleased { completed, trouble: trouble.clone() }];
     };
     let ground = flown.on_the_ground.filter(|_| !may_land);
@@ -403,7 +352,7 @@ pub(super) fn objections(flown: Option<(Numbers, &Limits)>, course: &Course) -> 
     all.extend(ground.map(Objection::OnTheGround));
     all.extend(failsafe.then_some(Objection::Failsafe));
     all.extend(trouble.clone().filter(|_| completed).map(Objection::Trouble));
-    all.extend(limits.objections(&flown, must_be_steady));
+    all.extend(flown.limits.objections(&flown, must_be_steady));
     all.extend((!completed).then(|| Objection::Stopped(trouble.clone())));
     all.extend(flown.plan_cut.then_some(Objection::PlanCut));
     all

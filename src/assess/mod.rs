@@ -2,6 +2,7 @@
 //!
 //! | file | holds | paper |
 //! |---|---|---|
+//! | [`outcome`] | what a flight came to: the table of quantities | |
 //! | [`safety`] | J_TPF, the verdict on a drop | (51) |
 //! | [`mod@judge`] | whether a flight was safe, and why not: the one place that says so | V |
 //! | [`power`] | what a drop asks of its battery | |
@@ -10,7 +11,7 @@
 //! | [`batch`] | both for many planar flights at once | |
 //! | [`releases`] | random releases | (40)-(44), IV.B |
 //! | [`coordinates`] | a trial as independent standard-normal coordinates | |
-//! | [`drops`] | random drops from the canopy to the end, and what is measured of them | |
+//! | [`drops`] | random drops from the canopy to the end | |
 //! | [`envelope`] | how far from the nominal release a drop may begin and be safe | |
 //! | [`free_fall`] | how well a fall is found from the accelerometer alone |
 //! | [`integrated_plan`] | J_TPF of a plan and its defects, integrated from node to node | (51) |
@@ -39,6 +40,7 @@ pub mod free_fall;
 pub mod grid_loss;
 pub mod integrated_plan;
 pub mod judge;
+pub mod outcome;
 pub mod paper;
 pub mod power;
 pub mod quantiles;
@@ -52,19 +54,20 @@ pub mod study;
 pub mod tracking;
 pub mod trends;
 
-pub use batch::{BatchMeasure, Outcome, judge_flights};
+pub use batch::{BatchFlight, BatchMeasure, judge_flights};
 pub use better::{LEAST_DIFFERENCE, clearly_less};
 pub use blocks::{BLOCK_TRIALS, BlockError, BlockNode, BlockSummary, Tally};
 pub use chosen::{ChosenAmong, quantile_rank};
-pub use drops::{DropOutcome, RandomDrop};
+pub use drops::RandomDrop;
 pub use fidelity::{Agreement, ByTrial, MeanByRungs, MeanEstimate, conformal_margin};
 pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Spread};
 pub use integrated_plan::{BETWEEN_NODES_MOST, IntegratedPlan, nodes_enough};
 pub use judge::{Course, Limits, Objection, TouchLimits};
+pub use outcome::{Outcome, Quantity};
 pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};
 pub use releases::{RandomRelease, ReleaseDistribution};
-pub use safety::{TrialOutcome, Verdict, VerdictBuilder, judge, judge_trial, steady_within_m_s};
+pub use safety::{Peaks, Verdict, VerdictBuilder, judge, judge_trial, steady_within_m_s};
 pub use statistics::{CONFIDENCE, Share, Summary, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;

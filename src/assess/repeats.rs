@@ -6,6 +6,7 @@
 use nalgebra::Vector3;
 
 use super::Summary;
+use super::outcome::{Outcome, OutcomeSummary};
 use crate::sim::Sample;
 
 /// When positions are compared: so long after t = 0 [s].
@@ -17,10 +18,8 @@ const TIME_ROUNDING_S: f64 = 1e-9;
 /// What is compared of a repeated flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepeatedFlight {
-    /// J_TPF.
-    pub j_tpf: f64,
-    /// Time from t = 0 to steady flight [s], if it became steady.
-    pub steady_after_s: Option<f64>,
+    /// What it came to.
+    pub outcome: Outcome,
     /// Position [`REPEAT_INSTANT_S`] after t = 0, NED [m]; none where the flight was over before.
     pub position_ned_m: Option<Vector3<f64>>,
 }
@@ -35,10 +34,8 @@ pub fn repeat_position(log: &[Sample]) -> Option<Vector3<f64>> {
 /// The spread of repeated flights.
 #[derive(Clone, Debug, Default)]
 pub struct RepeatSpread {
-    /// J_TPF.
-    pub j_tpf: Summary,
-    /// Time from t = 0 to steady flight [s].
-    pub steady_after_s: Summary,
+    /// What the flights came to.
+    pub outcomes: OutcomeSummary,
     /// Positions [`REPEAT_INSTANT_S`] after t = 0: north, east, down [m].
     pub position_ned_m: [Summary; 3],
     /// The greatest distance of a position from their mean [m].
@@ -52,8 +49,7 @@ impl RepeatSpread {
     pub fn of(flights: &[RepeatedFlight]) -> Self {
         let mut spread = Self::default();
         for flight in flights {
-            spread.j_tpf.push(flight.j_tpf);
-            flight.steady_after_s.into_iter().for_each(|t_s| spread.steady_after_s.push(t_s));
+            spread.outcomes.push(&flight.outcome);
         }
         let positions: Vec<Vector3<f64>> = flights.iter().filter_map(|f| f.position_ned_m).collect();
         for position in &positions {
@@ -73,10 +69,12 @@ impl RepeatSpread {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::outcome::{J_TPF, STEADY_AFTER};
 
     fn flight(j_tpf: f64, steady_after_s: Option<f64>, north_m: f64, down_m: f64) -> RepeatedFlight {
         let position_ned_m = Some(Vector3::new(north_m, 1.0, down_m));
-        RepeatedFlight { j_tpf, steady_after_s, position_ned_m }
+        let outcome = Outcome { j_tpf, steady_after_s, ..Outcome::default() };
+        RepeatedFlight { outcome, position_ned_m }
     }
 
     /// A triangle of 3, 4 and 5 m: its mean is (1, 1, 4/3), the vertex furthest from it (0, 1, 4) is
@@ -88,8 +86,9 @@ mod tests {
         let spread = RepeatSpread::of(&flights);
         assert!((spread.farthest_apart_m - 5.0).abs() < 1e-12);
         assert!((spread.farthest_from_mean_m - (1.0 + 64.0 / 9.0_f64).sqrt()).abs() < 1e-12);
-        assert!((spread.j_tpf.std() - 0.1).abs() < 1e-12);
-        assert_eq!((spread.steady_after_s.count(), spread.steady_after_s.max()), (2, 3.0));
+        assert!((spread.outcomes.of(&J_TPF).std() - 0.1).abs() < 1e-12);
+        let steady = spread.outcomes.of(&STEADY_AFTER);
+        assert_eq!((steady.count(), steady.max()), (2, 3.0));
         assert!((spread.position_ned_m[0].std() - 3.0_f64.sqrt()).abs() < 1e-12);
         assert_eq!(spread.position_ned_m[1].std(), 0.0);
     }

@@ -10,7 +10,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::judge::{Course, Limit, Limits, Numbers, Objection, OnTheGround, objections};
+use super::judge::{Course, Flown, Limits, Objection, OnTheGround, objections};
+use super::outcome::{CANOPY_DISTANCE, Outcome};
 use super::power::PowerUse;
 use crate::frames::{bank, pitch, tilt};
 use crate::model::rigid_body::BodyState;
@@ -20,47 +21,77 @@ use crate::sim::ground::Grounded;
 use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
+use crate::units::DEG_PER_RAD;
 
-/// The peaks and the end of a flight.
+/// Peaks of a flight's attitude and rates, with their signs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TrialOutcome {
-    /// J_TPF, (51); infinite when a state was no number.
-    pub j_tpf: f64,
-    /// Largest speed [m/s].
-    pub peak_speed_m_s: f64,
-    /// Largest pitch, either way, with its sign [rad].
-    pub peak_pitch_rad: f64,
-    /// Largest pitch rate, either way, with its sign [rad/s].
-    pub peak_pitch_rate_rad_s: f64,
-    /// Largest roll, either way, with its sign [rad]; zero in the plane.
-    pub peak_roll_rad: f64,
-    /// Largest roll rate, either way, with its sign [rad/s]; zero in the plane.
-    pub peak_roll_rate_rad_s: f64,
-    /// Velocity at the end, or where the flight was given up, NED [m/s].
-    pub final_v_ned: Vector3<f64>,
+pub struct Peaks {
+    /// Largest pitch, either way [rad].
+    pub pitch_rad: f64,
+    /// Largest pitch rate, either way [rad/s].
+    pub pitch_rate_rad_s: f64,
+    /// Largest roll, either way [rad]; zero in the plane.
+    pub roll_rad: f64,
+    /// Largest roll rate, either way [rad/s]; zero in the plane.
+    pub roll_rate_rad_s: f64,
     /// Largest angle between the body's up axis and the vertical [rad].
-    pub peak_tilt_rad: f64,
-    /// Way from the release to the plan's end, or to where the flight was given up, NED [m]; the way down is
-    /// the altitude lost.
-    pub way_ned_m: Vector3<f64>,
-    /// Time after t = 0 from which the velocity stays within what is steady, to the end [s].
-    pub steady_after_s: Option<f64>,
+    pub tilt_rad: f64,
 }
 
-impl TrialOutcome {
-    /// Takes the next sample of the flight.
-    pub(super) fn observe(&mut self, sample: &Sample, limits: &SafetyLimits) {
-        let body = &sample.state.body;
-        self.j_tpf = self.j_tpf.max(StateCost::of_sample(sample, limits).max());
-        self.peak_speed_m_s = self.peak_speed_m_s.max(body.v_ned.norm());
+impl Peaks {
+    fn observe(&mut self, body: &BodyState) {
         keep_larger([
-            (&mut self.peak_pitch_rad, pitch(body.q_ned_from_body)),
-            (&mut self.peak_pitch_rate_rad_s, body.omega_body.y),
-            (&mut self.peak_roll_rad, bank(body.q_ned_from_body)),
-            (&mut self.peak_roll_rate_rad_s, body.omega_body.x),
+            (&mut self.pitch_rad, pitch(body.q_ned_from_body)),
+            (&mut self.pitch_rate_rad_s, body.omega_body.y),
+            (&mut self.roll_rad, bank(body.q_ned_from_body)),
+            (&mut self.roll_rate_rad_s, body.omega_body.x),
         ]);
+        self.tilt_rad = self.tilt_rad.max(tilt(body.q_ned_from_body));
+    }
+
+    /// A flight with these peaks.
+    pub(super) fn outcome(&self) -> Outcome {
+        Outcome {
+            peak_pitch_deg: self.pitch_rad.abs() * DEG_PER_RAD,
+            peak_pitch_rate_deg_s: self.pitch_rate_rad_s.abs() * DEG_PER_RAD,
+            peak_roll_deg: self.roll_rad.abs() * DEG_PER_RAD,
+            peak_roll_rate_deg_s: self.roll_rate_rad_s.abs() * DEG_PER_RAD,
+            peak_tilt_deg: self.tilt_rad * DEG_PER_RAD,
+            ..Outcome::default()
+        }
+    }
+}
+
+/// Takes the samples of a flight from t = 0 for its [`Outcome`].
+#[derive(Clone, Debug)]
+pub struct FlightWatch<'a> {
+    limits: &'a SafetyLimits,
+    j_tpf: f64,
+    peak_speed_m_s: f64,
+    peaks: Peaks,
+    final_v_ned: Vector3<f64>,
+}
+
+impl<'a> FlightWatch<'a> {
+    /// No sample yet, of a flight with these limits.
+    pub fn new(limits: &'a SafetyLimits) -> Self {
+        let (peaks, final_v_ned) = (Peaks::default(), Vector3::zeros());
+        Self { limits, j_tpf: 0.0, peak_speed_m_s: 0.0, peaks, final_v_ned }
+    }
+
+    /// Takes the next sample.
+    pub fn observe(&mut self, sample: &Sample) {
+        let body = &sample.state.body;
+        self.j_tpf = self.j_tpf.max(StateCost::of_sample(sample, self.limits).max());
+        self.peak_speed_m_s = self.peak_speed_m_s.max(body.v_ned.norm());
+        self.peaks.observe(body);
         self.final_v_ned = body.v_ned;
-        self.peak_tilt_rad = self.peak_tilt_rad.max(tilt(body.q_ned_from_body));
+    }
+
+    /// The flight's peaks and end; its way and when it was steady are the caller's.
+    pub fn outcome(&self) -> Outcome {
+        let (j_tpf, peak_speed_m_s) = (self.j_tpf, self.peak_speed_m_s);
+        Outcome { j_tpf, peak_speed_m_s, ..self.peaks.outcome() }.with_final_v(self.final_v_ned)
     }
 }
 
@@ -70,51 +101,23 @@ impl TrialOutcome {
 pub struct Verdict {
     /// Limits that the flight is judged by.
     pub limits: Limits,
-    /// J_TPF, (51).
-    pub j_tpf: f64,
+    /// What it came to.
+    pub outcome: Outcome,
     /// The parts of J_state, each at its peak.
     pub peak_cost: StateCost,
     /// Name of the quantity that J_TPF is the share of: "speed", "pitch", "pitch_rate", "roll", "roll_rate";
     /// [`NOT_FINITE`].
     pub decided_by: &'static str,
-    /// Largest speed [m/s].
-    pub peak_speed_m_s: f64,
-    /// Largest pitch, either way, with its sign [rad].
-    pub peak_pitch_rad: f64,
-    /// Largest pitch rate, either way, with its sign [rad/s].
-    pub peak_pitch_rate_rad_s: f64,
-    /// Largest roll, either way, with its sign [rad].
-    pub peak_roll_rad: f64,
-    /// Largest roll rate, either way, with its sign [rad/s].
-    pub peak_roll_rate_rad_s: f64,
+    /// Peaks of attitude and rates, with their signs.
+    pub peaks: Peaks,
     /// Largest vertical acceleration, either way, with its sign (down is positive) [m/s^2].
     pub peak_vertical_acceleration_m_s2: f64,
-    /// Way down from the release to the end of the plan, or of the flight where there is none or that came
-    /// first [m].
-    pub altitude_lost_m: f64,
-    /// Time after the rotors were freed [s] from which `|v - v_cmd|` stays within [`steady_within_m_s`], or
-    /// what the mission says instead, to the end.
-    pub steady_after_s: Option<f64>,
     /// Names of the limits that were passed, as [`Objection::limits_passed`] has them.
     pub limits_passed: Vec<&'static str>,
-    /// Velocity at the end, NED [m/s].
-    pub final_v_ned: Vector3<f64>,
-    /// Fastest that it came to the ground, if it did: its whole speed over ground at the touch [m/s].
-    pub impact_speed_m_s: Option<f64>,
-    /// Largest angle between the body's up axis and the vertical when it came to the ground, if it did [rad].
-    pub impact_tilt_rad: Option<f64>,
     /// Whether it ended before the plan did that it was to fly.
     pub plan_cut: bool,
     /// How it came to the ground before the plan's end, if it did.
     pub on_the_ground: Option<OnTheGround>,
-    /// Largest angle between the body's up axis and the vertical [rad].
-    pub peak_tilt_rad: f64,
-    /// Way from the release to the end of the plan, or of the flight where there is none or that came first,
-    /// NED [m].
-    pub way_ned_m: Vector3<f64>,
-    /// Least distance from the canopy to the vehicle's centre of mass after the release [m], where the canopy
-    /// is a body of its own.
-    pub canopy_distance_m: Option<f64>,
     /// Time of powered flight that each rotor is in the vortex ring, inside Johnson's stability boundary [s];
     /// empty where the blades are not known.
     pub vortex_ring_s: Vec<f64>,
@@ -125,36 +128,56 @@ pub struct Verdict {
 impl Verdict {
     /// Whether the canopy has come closer to the vehicle than the mission allows.
     pub fn recontact(&self) -> bool {
-        self.limits_passed.contains(&Limit::Separation.name())
+        CANOPY_DISTANCE.judged.is_some_and(|names| self.limits_passed.contains(&names.passed))
     }
 
     /// Nothing yet.
     fn begun(limits: Limits) -> Self {
         Self {
             limits,
-            j_tpf: 0.0,
+            outcome: Outcome::default(),
             peak_cost: StateCost::default(),
             decided_by: "",
-            peak_speed_m_s: 0.0,
-            peak_pitch_rad: 0.0,
-            peak_pitch_rate_rad_s: 0.0,
-            peak_roll_rad: 0.0,
-            peak_roll_rate_rad_s: 0.0,
+            peaks: Peaks::default(),
             peak_vertical_acceleration_m_s2: 0.0,
-            altitude_lost_m: 0.0,
-            steady_after_s: None,
             limits_passed: Vec::new(),
-            final_v_ned: Vector3::zeros(),
-            impact_speed_m_s: None,
-            impact_tilt_rad: None,
             plan_cut: false,
             on_the_ground: None,
-            peak_tilt_rad: 0.0,
-            way_ned_m: Vector3::zeros(),
-            canopy_distance_m: None,
             vortex_ring_s: Vec::new(),
             power: None,
         }
+    }
+}
+
+/// A plan that is flown, and how far the flight is from it.
+#[derive(Clone, Debug)]
+struct PlanWatch {
+    plan: Trajectory,
+    /// Way down from the plan's beginning to its lowest point [m].
+    needs_m: f64,
+    /// Whether its end is level or climbs.
+    pulls_out: bool,
+    /// Sum of the squares of the velocity's distance from the plan's, and how many.
+    distance2: (f64, u32),
+}
+
+impl PlanWatch {
+    fn new(plan: &Trajectory) -> Self {
+        let (needs_m, pulls_out) = way_down(plan);
+        Self { plan: plan.clone(), needs_m, pulls_out, distance2: (0.0, 0) }
+    }
+
+    /// Takes a velocity [m/s] at a time of the plan [s]; what is not in it does not count.
+    fn observe(&mut self, t_s: f64, v_ned: &Vector3<f64>) {
+        if (0.0..=self.plan.end_s()).contains(&t_s) {
+            self.distance2.0 += (v_ned - self.plan.velocity_ned(t_s)).norm_squared();
+            self.distance2.1 += 1;
+        }
+    }
+
+    /// Root of the mean square of `|v - v_plan|` [m/s].
+    fn rms_m_s(&self) -> f64 {
+        (self.distance2.0 / f64::from(self.distance2.1)).sqrt()
     }
 }
 
@@ -193,8 +216,8 @@ pub struct VerdictBuilder {
     /// Position when the rotors were freed.
     free_p_ned: Option<Vector3<f64>>,
     plan_end_s: f64,
-    /// The way down that the plan needs at the most, from t = 0 [m], and whether it ends level or climbing.
-    plan_needs: Option<(f64, bool)>,
+    /// The plan that is flown, and how far from it.
+    plan: Option<PlanWatch>,
     plan_end_p_ned: Vector3<f64>,
     /// Way before the first sample, NED [m].
     way_before_ned_m: Vector3<f64>,
@@ -224,7 +247,7 @@ impl VerdictBuilder {
             first: None,
             free_p_ned: None,
             plan_end_s: f64::INFINITY,
-            plan_needs: None,
+            plan: None,
             plan_end_p_ned: Vector3::zeros(),
             way_before_ned_m: Vector3::zeros(),
             last: None,
@@ -245,7 +268,7 @@ impl VerdictBuilder {
     /// The flight is along this plan: counts the altitude lost to its end, and says what height it needs of a
     /// flight that comes to the ground before.
     pub fn along(self, plan: &Trajectory) -> Self {
-        Self { plan_needs: Some(way_down(plan)), ..self.to_plans_end(plan.end_s()) }
+        Self { plan: Some(PlanWatch::new(plan)), ..self.to_plans_end(plan.end_s()) }
     }
 
     /// The first sample is so far from the release [m]: the fall to t = 0 of a flight that begins there.
@@ -298,9 +321,11 @@ impl VerdictBuilder {
         self.touching = touching;
         if let Some(before) = touch {
             let so_far = &mut self.verdict;
-            let (speed_m_s, tilt_rad) = (before.v_ned.norm(), tilt(before.q_ned_from_body));
-            so_far.impact_speed_m_s = Some(so_far.impact_speed_m_s.map_or(speed_m_s, |x| x.max(speed_m_s)));
-            so_far.impact_tilt_rad = Some(so_far.impact_tilt_rad.map_or(tilt_rad, |x| x.max(tilt_rad)));
+            let tilt_deg = tilt(before.q_ned_from_body) * DEG_PER_RAD;
+            let Outcome { impact_speed_m_s, impact_tilt_deg, .. } = &mut so_far.outcome;
+            for (most, now) in [(impact_speed_m_s, before.v_ned.norm()), (impact_tilt_deg, tilt_deg)] {
+                *most = Some(most.map_or(now, |x| x.max(now)));
+            }
             if sample.t_powered_s.is_none_or(|t| t < self.plan_end_s) && so_far.on_the_ground.is_none() {
                 let (release_s, release_p_ned) = self.first.unwrap_or((sample.t_s, body.p_ned));
                 let fallen_m = self.free_p_ned.map(|free| free.z - release_p_ned.z);
@@ -308,7 +333,9 @@ impl VerdictBuilder {
                     after_s: sample.t_s - release_s,
                     height_m: body.p_ned.z - release_p_ned.z,
                     rotors_free: self.free_p_ned.is_some(),
-                    needed: fallen_m.zip(self.plan_needs).map(|(m, (needs_m, out))| (m + needs_m, out)),
+                    needed: fallen_m
+                        .zip(self.plan.as_ref())
+                        .map(|(m, plan)| (m + plan.needs_m, plan.pulls_out)),
                 });
             }
         }
@@ -330,19 +357,13 @@ impl VerdictBuilder {
         let so_far = &mut self.verdict;
         if !over {
             so_far.peak_cost = so_far.peak_cost.worse(&cost);
-            keep_larger([
-                (&mut so_far.peak_pitch_rad, pitch(body.q_ned_from_body)),
-                (&mut so_far.peak_pitch_rate_rad_s, body.omega_body.y),
-                (&mut so_far.peak_roll_rad, bank(body.q_ned_from_body)),
-                (&mut so_far.peak_roll_rate_rad_s, body.omega_body.x),
-                (&mut so_far.peak_vertical_acceleration_m_s2, sample.a_ned.z),
-            ]);
-            so_far.peak_tilt_rad = so_far.peak_tilt_rad.max(tilt(body.q_ned_from_body));
+            so_far.peaks.observe(body);
+            keep_larger([(&mut so_far.peak_vertical_acceleration_m_s2, sample.a_ned.z)]);
         }
         let near = (body.v_ned - self.v_cmd_ned).norm() <= so_far.limits.steady_within_m_s;
         if let Some(canopy) = &sample.canopy {
             let distance_m = (canopy.state.p_ned - body.p_ned).norm();
-            let least = &mut so_far.canopy_distance_m;
+            let least = &mut so_far.outcome.canopy_distance_m;
             *least = Some(least.map_or(distance_m, |least| least.min(distance_m)));
         }
         self.observe_rotors(sample);
@@ -353,11 +374,19 @@ impl VerdictBuilder {
             // What was steady when it came to the ground stays so.
             _ if over => {}
             Some(t) if near && sample.phase == Phase::Powered => {
-                self.verdict.steady_after_s.get_or_insert(t);
+                self.verdict.outcome.steady_after_s.get_or_insert(t);
             }
-            _ => self.verdict.steady_after_s = None,
+            _ => self.verdict.outcome.steady_after_s = None,
         }
-        self.first.get_or_insert((sample.t_s, body.p_ned));
+        if self.first.is_none() {
+            self.first = Some((sample.t_s, body.p_ned));
+            let outcome = &mut self.verdict.outcome;
+            outcome.release_pitch_deg = Some(pitch(body.q_ned_from_body) * DEG_PER_RAD);
+            outcome.release_pitch_rate_deg_s = Some(body.omega_body.y * DEG_PER_RAD);
+        }
+        if let (Some(plan), Some(t_s)) = (&mut self.plan, sample.t_powered_s) {
+            plan.observe(t_s, &body.v_ned);
+        }
         if sample.t_powered_s.is_none_or(|t| t <= self.plan_end_s) {
             self.plan_end_p_ned = body.p_ned;
         }
@@ -374,15 +403,23 @@ impl VerdictBuilder {
     pub fn finish(self) -> Option<Verdict> {
         let (last, (_, first_p_ned)) = (self.last?, self.first?);
         let way_ned_m = self.way_before_ned_m + self.plan_end_p_ned - first_p_ned;
-        let plan_cut = self.plan_needs.is_some() && self.last_powered_s + STEP_AT_MOST_S < self.plan_end_s;
-        let (j_tpf, Verdict { peak_cost, limits, .. }) = (self.j_tpf(), &self.verdict);
-        let mut verdict = Verdict {
+        let plan_cut = self.plan.is_some() && self.last_powered_s + STEP_AT_MOST_S < self.plan_end_s;
+        let (j_tpf, Verdict { peak_cost, limits, outcome, peaks, .. }) = (self.j_tpf(), &self.verdict);
+        let outcome = Outcome {
             j_tpf,
-            decided_by: if self.infinite { NOT_FINITE } else { peak_cost.decided_by() },
             peak_speed_m_s: peak_cost.speed * limits.safety.speed_m_s,
-            altitude_lost_m: way_ned_m.z,
-            way_ned_m,
-            final_v_ned: last.v_ned,
+            release_pitch_deg: outcome.release_pitch_deg,
+            release_pitch_rate_deg_s: outcome.release_pitch_rate_deg_s,
+            steady_after_s: outcome.steady_after_s,
+            impact_speed_m_s: outcome.impact_speed_m_s,
+            impact_tilt_deg: outcome.impact_tilt_deg,
+            canopy_distance_m: outcome.canopy_distance_m,
+            tracking_rms_m_s: self.plan.as_ref().map(PlanWatch::rms_m_s),
+            ..peaks.outcome()
+        };
+        let mut verdict = Verdict {
+            outcome: outcome.with_way(way_ned_m).with_final_v(last.v_ned),
+            decided_by: if self.infinite { NOT_FINITE } else { peak_cost.decided_by() },
             plan_cut,
             ..self.verdict
         };
@@ -394,34 +431,20 @@ impl VerdictBuilder {
 
 /// Why a drop was not safe, the cause first; empty where it was. Without a verdict nothing was released.
 pub fn judge(verdict: Option<&Verdict>, course: &Course) -> Vec<Objection> {
-    let numbers = |v: &Verdict| Numbers {
-        j_tpf: v.j_tpf,
+    let flown = verdict.map(|v| Flown {
+        outcome: &v.outcome,
+        limits: &v.limits,
         cost: Some(v.peak_cost),
-        altitude_lost_m: v.altitude_lost_m,
-        peak_tilt_rad: v.peak_tilt_rad,
-        steady_after_s: v.steady_after_s,
-        touch: v.impact_speed_m_s.zip(v.impact_tilt_rad),
         plan_cut: v.plan_cut,
         on_the_ground: v.on_the_ground,
-        canopy_distance_m: v.canopy_distance_m,
-    };
-    objections(verdict.map(|v| (numbers(v), &v.limits)), course)
+    });
+    objections(flown, course)
 }
 
 /// Why a flight from t = 0, which knows neither ground nor canopy, was not safe; empty where it was.
-pub fn judge_trial(flown: &TrialOutcome, limits: &Limits) -> Vec<Objection> {
-    let numbers = Numbers {
-        j_tpf: flown.j_tpf,
-        cost: None,
-        altitude_lost_m: flown.way_ned_m.z,
-        peak_tilt_rad: flown.peak_tilt_rad,
-        steady_after_s: flown.steady_after_s,
-        touch: None,
-        plan_cut: false,
-        on_the_ground: None,
-        canopy_distance_m: None,
-    };
-    objections(Some((numbers, limits)), &Course::WHOLE)
+pub fn judge_trial(outcome: &Outcome, limits: &Limits) -> Vec<Objection> {
+    let flown = Flown { outcome, limits, cost: None, plan_cut: false, on_the_ground: None };
+    objections(Some(flown), &Course::WHOLE)
 }
 
 /// The way down from a plan's beginning to its lowest point [m], and whether its end is level or climbs.

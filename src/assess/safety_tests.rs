@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 
 use super::judge::{self, Course, Limits, Objection, TouchLimits};
+use super::outcome::Outcome;
 use super::safety::*;
 use crate::frames::quaternion_from_euler;
 use crate::model::ForceBalance;
@@ -60,13 +61,13 @@ fn verdict_counts_from_the_release_to_the_end() {
     b.observe(&sample(4.0, Phase::Powered, [4.0, 0.0, 4.05], 0.0, 0.0, 0.0));
     b.observe(&sample(5.0, Phase::Powered, [4.0, 0.0, 4.0], 0.0, 0.0, 0.0));
     let v = b.finish().unwrap();
-    assert!((v.j_tpf - 0.9 / 0.8).abs() < 1e-12);
+    assert!((v.outcome.j_tpf - 0.9 / 0.8).abs() < 1e-12);
     assert_eq!(v.limits_passed, ["pitch"]);
-    assert!((v.peak_pitch_rad + 0.9).abs() < 1e-12 && v.peak_pitch_rate_rad_s == -0.8);
+    assert!((v.peaks.pitch_rad + 0.9).abs() < 1e-12 && v.peaks.pitch_rate_rad_s == -0.8);
     assert_eq!(v.peak_vertical_acceleration_m_s2, 1.3);
-    assert_eq!(v.altitude_lost_m, 40.0);
-    assert_eq!(v.steady_after_s, Some(3.0), "near at 1 s too, but it did not last");
-    assert_eq!(v.final_v_ned, Vector3::new(4.0, 0.0, 4.0));
+    assert_eq!(v.outcome.altitude_lost_m, 40.0);
+    assert_eq!(v.outcome.steady_after_s, Some(3.0), "near at 1 s too, but it did not last");
+    assert_eq!(v.outcome.final_v_ned(), Vector3::new(4.0, 0.0, 4.0));
 }
 
 /// 10 m a second: from the release at 1 s to the plan's end, 2 s into powered flight, which begins at 1 s.
@@ -77,7 +78,7 @@ fn closed_form_altitude_is_lost_to_the_plans_end() {
         for t in 1..=5 {
             b.observe(&sample(f64::from(t), Phase::Powered, [4.0, 0.0, 4.0], 0.0, 0.0, 0.0));
         }
-        assert_eq!(b.finish().unwrap().altitude_lost_m, lost_m);
+        assert_eq!(b.finish().unwrap().outcome.altitude_lost_m, lost_m);
     }
 }
 
@@ -88,7 +89,7 @@ fn nothing_observed_gives_no_verdict_and_a_broken_state_the_worst_one() {
     assert_eq!(b.clone().finish(), None);
     b.observe(&sample(1.0, Phase::Powered, [f64::NAN, 0.0, 0.0], 0.0, 0.0, 0.0));
     let v = b.finish().unwrap();
-    assert_eq!(v.j_tpf, f64::INFINITY);
+    assert_eq!(v.outcome.j_tpf, f64::INFINITY);
     assert_eq!(v.limits_passed, ["state is not finite"]);
 }
 
@@ -105,12 +106,15 @@ fn closed_form_roll_is_judged_as_pitch_is() {
         b.finish().unwrap()
     };
     let (pitched, rolled) = (verdict([0.0, -0.9], [0.0, 1.7, 0.0]), verdict([-0.9, 0.0], [1.7, 0.0, 0.0]));
-    assert!((pitched.j_tpf - 0.9 / 0.8).abs() < 1e-12 && (rolled.j_tpf - pitched.j_tpf).abs() < 1e-12);
+    assert!(
+        (pitched.outcome.j_tpf - 0.9 / 0.8).abs() < 1e-12
+            && (rolled.outcome.j_tpf - pitched.outcome.j_tpf).abs() < 1e-12
+    );
     assert_eq!(pitched.limits_passed, ["pitch", "pitch_rate"]);
     assert_eq!(rolled.limits_passed, ["roll", "roll_rate"]);
-    assert!((rolled.peak_roll_rad + 0.9).abs() < 1e-12 && rolled.peak_roll_rate_rad_s == 1.7);
+    assert!((rolled.peaks.roll_rad + 0.9).abs() < 1e-12 && rolled.peaks.roll_rate_rad_s == 1.7);
     let over = verdict([0.0, 2.0], [0.0; 3]);
-    assert_eq!((over.peak_roll_rad, over.limits_passed.as_slice()), (0.0, ["pitch"].as_slice()));
+    assert_eq!((over.peaks.roll_rad, over.limits_passed.as_slice()), (0.0, ["pitch"].as_slice()));
 }
 
 /// Half a turn is the most that a pitch counts, and a flight that has turned over counts it however it
@@ -137,8 +141,11 @@ fn closed_form_a_flight_that_has_turned_over_counts_half_a_turn() {
         .iter()
         .for_each(|s| b.observe(s));
     let v = b.finish().unwrap();
-    assert_eq!((v.j_tpf, v.decided_by, v.limits_passed.as_slice()), (most, "pitch", ["pitch"].as_slice()));
-    assert!((v.peak_pitch_rad - 6.2).abs() < 1e-12);
+    assert_eq!(
+        (v.outcome.j_tpf, v.decided_by, v.limits_passed.as_slice()),
+        (most, "pitch", ["pitch"].as_slice())
+    );
+    assert!((v.peaks.pitch_rad - 6.2).abs() < 1e-12);
     let mut broken = at(0.1, true);
     broken.state.body.q_ned_from_body = [f64::NAN; 4];
     assert_eq!(StateCost::of_sample(&broken, &LIMITS).max(), f64::INFINITY);
@@ -150,7 +157,7 @@ fn closed_form_a_hover_can_be_steady() {
     let steady = |target: f64, off: f64| {
         let mut b = VerdictBuilder::new(LIMITS, Vector3::new(0.0, 0.0, target));
         b.observe(&sample(1.0, Phase::Powered, [0.0, off, target], 0.0, 0.0, 0.0));
-        b.finish().unwrap().steady_after_s.is_some()
+        b.finish().unwrap().outcome.steady_after_s.is_some()
     };
     assert!(steady(0.0, 0.019) && !steady(0.0, 0.021));
     assert!(steady(4.0, 0.039) && !steady(4.0, 0.041));
@@ -180,18 +187,18 @@ fn closed_form_impacts_are_judged_by_their_whole_speed() {
         b.finish().unwrap()
     };
     let stood = verdict(1.0, &[(0.0, true), (-1.0, false), (-1.0, false)]);
-    assert_eq!((stood.impact_speed_m_s, stood.limits_passed.is_empty()), (None, true));
+    assert_eq!((stood.outcome.impact_speed_m_s, stood.limits_passed.is_empty()), (None, true));
     let flight =
         [(0.0, false), (1.5, false), (0.2, true), (-0.5, false), (0.4, false), (0.0, true), (0.0, true)];
     let soft = verdict(1.6, &flight);
-    assert_eq!((soft.impact_speed_m_s, soft.limits_passed.is_empty()), (Some(1.5), true));
-    assert_eq!(soft.steady_after_s, Some(1.0));
+    assert_eq!((soft.outcome.impact_speed_m_s, soft.limits_passed.is_empty()), (Some(1.5), true));
+    assert_eq!(soft.outcome.steady_after_s, Some(1.0));
     let hard = verdict(1.4, &flight);
     assert_eq!(hard.limits_passed, ["impact"]);
-    assert!(hard.j_tpf < 1.0, "no part of J_TPF");
+    assert!(hard.outcome.j_tpf < 1.0, "no part of J_TPF");
     let mut b = VerdictBuilder::judging(touch_limits(2.9, 1.0), Vector3::zeros());
     b.observe(&touching(2.0, Phase::Falling, [0.0, 0.0, 3.0], 0.0, true));
-    assert_eq!(b.finish().unwrap().impact_speed_m_s, Some(3.0), "under its canopy");
+    assert_eq!(b.finish().unwrap().outcome.impact_speed_m_s, Some(3.0), "under its canopy");
 }
 
 /// Sliding onto the ground at 7.9 m/s, of which 1 m/s is down, is an impact at 7.9632 m/s; a soft one on its
@@ -213,11 +220,15 @@ fn closed_form_a_slide_and_a_tumble_are_no_landing() {
         b.finish().unwrap()
     };
     let slid = flown([7.9, 0.0, 1.0], 0.1);
-    assert!((slid.impact_speed_m_s.unwrap() - 63.41f64.sqrt()).abs() < 1e-12);
+    assert!((slid.outcome.impact_speed_m_s.unwrap() - 63.41f64.sqrt()).abs() < 1e-12);
     assert_eq!(slid.limits_passed, ["impact"]);
-    assert!((slid.j_tpf - 63.41f64.sqrt() / 12.0).abs() < 1e-12, "the bump does not count: {}", slid.j_tpf);
+    assert!(
+        (slid.outcome.j_tpf - 63.41f64.sqrt() / 12.0).abs() < 1e-12,
+        "the bump does not count: {}",
+        slid.outcome.j_tpf
+    );
     let tumbled = flown([0.0, 0.0, 0.5], 0.5);
-    assert!((tumbled.impact_tilt_rad.unwrap() - 0.5).abs() < 1e-12);
+    assert!((tumbled.outcome.impact_tilt_deg.unwrap() / DEG_PER_RAD - 0.5).abs() < 1e-12);
     assert_eq!(tumbled.limits_passed, ["impact_tilt"]);
     let words = |v: &Verdict, course: &Course| judge::words(&judge(Some(v), course)).unwrap_or_default();
     assert_eq!(
@@ -243,7 +254,7 @@ fn closed_form_what_flies_again_is_judged_again() {
             s.state.body.omega_body.y = 3.2;
             b.observe(&s);
         }
-        b.finish().unwrap().j_tpf
+        b.finish().unwrap().outcome.j_tpf
     };
     assert!(rate(&[0.2, 0.99]) < 1.0);
     assert!((rate(&[0.5, 1.01]) - 2.0).abs() < 1e-12);
@@ -282,12 +293,12 @@ fn closed_form_the_ground_names_the_height_that_the_plan_needs() {
 /// Each limit alone, at it and a hair beyond; what is never steady fails only where that is judged.
 #[test]
 fn an_objection_names_what_was_passed() {
-    let o = TrialOutcome {
+    let o = Outcome {
         j_tpf: 0.5,
-        peak_tilt_rad: 30.0 / DEG_PER_RAD,
-        way_ned_m: Vector3::new(0.0, 0.0, 20.0),
+        peak_tilt_deg: 30.0 / DEG_PER_RAD * DEG_PER_RAD,
+        altitude_lost_m: 20.0,
         steady_after_s: Some(4.0),
-        ..TrialOutcome::default()
+        ..Outcome::default()
     };
     let given = |altitude: f64, tilt_deg: f64, steady: f64| Limits {
         altitude_lost_m: Some(altitude),
@@ -296,7 +307,7 @@ fn an_objection_names_what_was_passed() {
         must_be_steady: true,
         ..Limits::of_j_state(LIMITS, 0.1)
     };
-    let why = |o: &TrialOutcome, limits: &Limits| judge::words(&judge_trial(o, limits));
+    let why = |o: &Outcome, limits: &Limits| judge::words(&judge_trial(o, limits));
     assert_eq!(why(&o, &given(20.0, 30.0, 4.0)), None);
     for (limits, expected) in [
         (given(19.99, 30.0, 4.0), "altitude lost 20.00 m, limit 19.99"),
@@ -310,17 +321,17 @@ fn an_objection_names_what_was_passed() {
     ] {
         assert_eq!(why(&o, &limits).as_deref(), Some(expected));
     }
-    let just = TrialOutcome { way_ned_m: Vector3::z() * 20.0004, ..o };
+    let just = Outcome { altitude_lost_m: 20.0004, ..o };
     let told = why(&just, &given(20.0, 30.0, 4.0));
     assert_eq!(
         told.as_deref(),
         Some("altitude lost 20.0004 m, limit 20.00"),
         "they differ as they are shown"
     );
-    let restless = TrialOutcome { steady_after_s: None, ..o };
+    let restless = Outcome { steady_after_s: None, ..o };
     let limits = given(20.0, 30.0, 4.0);
     assert_eq!(why(&restless, &limits).as_deref(), Some("never steady within 0.1 m/s of the target"));
     assert_eq!(why(&restless, &Limits { must_be_steady: false, ..limits }), None);
-    let lost = TrialOutcome { j_tpf: f64::NAN, ..o };
+    let lost = Outcome { j_tpf: f64::NAN, ..o };
     assert_eq!(why(&lost, &limits).as_deref(), Some("state is not finite"));
 }

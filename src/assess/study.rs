@@ -12,9 +12,10 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::batch::{BatchMeasure, Outcome, judge_flights};
+use super::batch::{BatchFlight, BatchMeasure, judge_flights};
+use super::outcome::Outcome;
 use super::releases::RandomRelease;
-use super::safety::TrialOutcome;
+use super::safety::FlightWatch;
 use super::tracking::{self, TrackingError};
 use crate::control::{Airframe, Controller, Gains};
 use crate::frames::rotate_body_from_ned;
@@ -145,21 +146,20 @@ impl From<&BodyState> for StudyStart {
 impl SafetyStudy {
     /// Flies a trial from each release: side by side where [`Self::one_at_a_time`] has nothing against it.
     /// The outcome of a release does not depend on the others in the slice.
-    pub fn fly_releases(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
+    pub fn fly_releases(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<Outcome> {
         match self.side_by_side(entry, releases) {
             Ok((model, measure, flights)) => {
-                let mut outcomes = vec![Outcome::default(); flights.len()];
-                judge_flights(&model, &measure, &flights, &mut outcomes);
+                let mut judged = vec![BatchFlight::default(); flights.len()];
+                judge_flights(&model, &measure, &flights, &mut judged);
                 // A flight that the batch engine gave up on still has its peaks before it.
-                let judged = outcomes.iter().zip(releases);
-                let whole = |(o, release): (&Outcome, &RandomRelease)| {
-                    if o.given_up {
+                let whole = |(flight, release): (&BatchFlight, &RandomRelease)| {
+                    if flight.given_up {
                         return self.in_air_of_the_plane().outcome(entry, release);
                     }
-                    let way_ned_m = self.way_to_t0(&release.state) + o.trial.way_ned_m;
-                    TrialOutcome { way_ned_m, ..o.trial }
+                    let outcome = flight.outcome;
+                    outcome.with_way(self.way_to_t0(&release.state) + outcome.way_ned_m())
                 };
-                judged.map(whole).collect()
+                judged.iter().zip(releases).map(whole).collect()
             }
             Err(_) => releases.iter().map(|release| self.outcome(entry, release)).collect(),
         }
@@ -234,21 +234,22 @@ impl SafetyStudy {
     }
 
     /// Flies from t = 0.
-    pub fn outcome(&self, entry: &StudyEntry, start: impl Into<StudyStart>) -> TrialOutcome {
+    pub fn outcome(&self, entry: &StudyEntry, start: impl Into<StudyStart>) -> Outcome {
         let start = start.into();
         let (to_t0, plan_end_s) = (self.way_to_t0(&start.state), self.plan.end_s());
-        let mut outcome = TrialOutcome::default();
+        let mut watch = FlightWatch::new(&self.limits);
+        let (mut way_ned_m, mut steady_after_s) = (Vector3::zeros(), None);
         self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
             let body = &sample.state.body;
-            outcome.observe(sample, &self.limits);
+            watch.observe(sample);
             if sample.t_s <= plan_end_s + 0.5 * CONTROL_PERIOD_S {
-                outcome.way_ned_m = to_t0 + (body.p_ned - start.state.p_ned);
+                way_ned_m = to_t0 + (body.p_ned - start.state.p_ned);
             }
             let near = (body.v_ned - self.target_v_ned).norm() <= self.steady_within_m_s;
-            outcome.steady_after_s = near.then(|| outcome.steady_after_s.unwrap_or(sample.t_s));
+            steady_after_s = near.then(|| steady_after_s.unwrap_or(sample.t_s));
             ControlFlow::Continue(())
         });
-        outcome
+        Outcome { steady_after_s, ..watch.outcome().with_way(way_ned_m) }
     }
 
     /// Distance from the plan, (45), of a flight whose steps fall on the plan's nodes.

@@ -1,7 +1,7 @@
 //! What section V.A says of a campaign in words, as numbers: how J_TPF hangs on pitch and pitch rate at the
 //! release, and how far the trials' velocities lie apart there and at the end.
 
-use super::safety::TrialOutcome;
+use super::outcome::Outcome;
 use super::statistics::{Share, Summary};
 use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
@@ -62,7 +62,7 @@ impl ReleaseTrends {
     }
 
     /// Takes the next trial: its state at t = 0, and what came of it.
-    pub fn push(&mut self, release: &BodyState, outcome: &TrialOutcome) {
+    pub fn push(&mut self, release: &BodyState, outcome: &Outcome) {
         let (pitch, rate, j_tpf) = (pitch(release.q_ned_from_body), release.omega_body.y, outcome.j_tpf);
         self.all.push(j_tpf);
         if let (Some(pitch), Some(rate)) = (Side::of(pitch), Side::of(rate)) {
@@ -74,7 +74,7 @@ impl ReleaseTrends {
         if rate.abs() > self.rate_beyond_rad_s {
             self.beyond_rate.push(j_tpf);
         }
-        for (parts, v_ned) in [(&mut self.release_v, &release.v_ned), (&mut self.end_v, &outcome.final_v_ned)]
+        for (parts, v_ned) in [(&mut self.release_v, release.v_ned), (&mut self.end_v, outcome.final_v_ned())]
         {
             parts.iter_mut().zip(v_ned.iter()).for_each(|(part, v)| part.push(*v));
         }
@@ -159,10 +159,8 @@ mod tests {
                 omega_body: Vector3::new(0.0, *rate, 0.0),
             };
             let steady_after_s = (*j_tpf < 0.65).then_some(1.0);
-            let final_v_ned = Vector3::from(*end);
-            let outcome =
-                TrialOutcome { j_tpf: *j_tpf, final_v_ned, steady_after_s, ..TrialOutcome::default() };
-            trends.push(&state, &outcome);
+            let outcome = Outcome { j_tpf: *j_tpf, steady_after_s, ..Outcome::default() };
+            trends.push(&state, &outcome.with_final_v(Vector3::from(*end)));
         }
         trends
     }

@@ -282,6 +282,20 @@ fn the_tutorial_s_files_load() {
     assert_eq!(mission.name, "kestrel_drop");
 }
 
+/// The table of what a flight came to has each quantity, in the order of files.
+#[test]
+fn every_quantity_stands_in_the_page_of_files() {
+    let page = fs::read_to_string(root().join("docs/files.md")).unwrap();
+    let (_, table) = page.split_once("\n| quantity | what it is |\n").unwrap();
+    let rows = table.lines().take_while(|line| line.starts_with('|'));
+    let named: Vec<&str> = rows
+        .filter_map(|row| row.split('|').nth(1))
+        .flat_map(|cell| cell.split('`').skip(1).step_by(2))
+        .collect();
+    let keys = samara::assess::outcome::QUANTITIES.each_ref().map(|quantity| quantity.key);
+    assert_eq!(named, keys);
+}
+
 /// The table of verbs has each of them.
 #[test]
 fn every_verb_stands_in_the_introduction() {

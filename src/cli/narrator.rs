@@ -191,7 +191,7 @@ impl Narrator {
             (format!("[{} {} {}] m/s", v.x, v.y, v.z), mission.limits.steady_within_m_s);
         let within =
             if within_m_s != 0.01 * v.norm() { format!("{within_m_s} m/s") } else { "1 %".to_owned() };
-        match verdict.steady_after_s {
+        match verdict.outcome.steady_after_s {
             Some(t) => {
                 let since = powered_from_s.unwrap_or(0.0);
                 let at_s = since + t;
@@ -199,7 +199,7 @@ impl Narrator {
                     "steady after {t:.2} s, from {at_s:.3} s to the end: within {within} of {target}\n"
                 ))
             }
-            None if verdict.impact_speed_m_s.is_some() => {
+            None if verdict.outcome.impact_speed_m_s.is_some() => {
                 self.say(&format!("on the ground, and not steady within {within} of {target} before\n"))
             }
             None => {

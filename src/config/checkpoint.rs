@@ -41,20 +41,21 @@ impl Evaluated for Evaluation {
 }
 
 /// The judgement on a design: `[j_tpf, mean, worst, unsafe, unrest, steady_after_s, altitude_lost_m,
-/// tilt_rad, energy_j, modulus, flights]`.
+/// tilt_deg, energy_j, modulus, flights]`.
 impl Evaluated for Judgement {
     type Numbers = [f64; 11];
 
     fn numbers(&self) -> Option<[f64; 11]> {
+        let [steady_after_s, altitude_lost_m, tilt_deg] = self.most;
         self.is_planned().then_some([
             self.j_tpf,
             self.mean,
             self.worst,
             self.over_limit,
             self.unrest,
-            self.steady_after_s,
-            self.altitude_lost_m,
-            self.tilt_rad,
+            steady_after_s,
+            altitude_lost_m,
+            tilt_deg,
             self.energy_j,
             self.modulus,
             self.flights,
@@ -64,16 +65,14 @@ impl Evaluated for Judgement {
     fn of(numbers: Option<[f64; 11]>) -> Self {
         let Some(numbers) = numbers else { return Self::UNPLANNED };
         let [j_tpf, mean, worst, over_limit, unrest, steady_after_s, rest @ ..] = numbers;
-        let [altitude_lost_m, tilt_rad, energy_j, modulus, flights] = rest;
+        let [altitude_lost_m, tilt_deg, energy_j, modulus, flights] = rest;
         Self {
             j_tpf,
             mean,
             worst,
             over_limit,
             unrest,
-            steady_after_s,
-            altitude_lost_m,
-            tilt_rad,
+            most: [steady_after_s, altitude_lost_m, tilt_deg],
             energy_j,
             modulus,
             flights,

@@ -57,8 +57,9 @@ impl Mission {
     /// and the loops at the target are some way from instability.
     fn design_bounds(&self) -> DesignBounds {
         let bounds = self.design.bounds;
+        let [steady_after_s, altitude_lost_m, tilt_deg] = bounds.most;
         DesignBounds {
-            steady_after_s: bounds.steady_after_s.or(Some(self.plan.horizon_s)),
+            most: [steady_after_s.or(Some(self.plan.horizon_s)), altitude_lost_m, tilt_deg],
             modulus: bounds.modulus.or(Some(LEAST_MODULUS)),
             ..bounds
         }

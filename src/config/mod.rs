@@ -72,7 +72,7 @@ pub use mission::{
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
 pub use params_file::load_parameters;
 pub use plan_grid::{
-    GridFileError, GridJudge, JudgedRelease, PlanGridFile, decode_plan_grid, encode_plan_grid,
+    GRID_COLUMNS, GridFileError, GridJudge, JudgedRelease, PlanGridFile, decode_plan_grid, encode_plan_grid,
     write_plan_grid_csv,
 };
 pub use rare_failure::{RareFailureFile, load_rare_failure};

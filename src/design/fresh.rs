@@ -8,7 +8,8 @@ use super::objective::{DesignBounds, DesignObjective, JudgedFlight, LOST};
 use super::search::TriedDesign;
 use super::space::Design;
 use crate::assess::better::passes_less_often;
-use crate::assess::{ChosenAmong, Share, Summary, clearly_less, quantile_rank};
+use crate::assess::outcome::{J_TPF, OutcomeSummary, Quantity};
+use crate::assess::{ChosenAmong, Outcome, Share, Summary, clearly_less, quantile_rank};
 use crate::tune::{GainJudge, Longitudinal};
 
 /// Conditions of fresh flights: name, and what the controller does not know of.
@@ -21,16 +22,14 @@ pub const CONDITIONS: [(&str, Unknown); 3] = [
 /// A fresh flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreshFlight {
-    /// J_TPF; [`LOST`] of a flight that was lost.
-    pub j_tpf: f64,
+    /// What it came to; the J_TPF of a flight that was lost is [`LOST`].
+    pub outcome: Outcome,
     /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
     pub safe: bool,
     /// Whether no limit is among its objections.
     pub within_limits: bool,
     /// Distance of the velocity from the target at the end [m/s]; infinite of a flight that was lost.
     pub end_error_m_s: f64,
-    /// Time from which it is steady [s].
-    pub steady_after_s: Option<f64>,
 }
 
 /// Flies the random flights of these numbers.
@@ -48,13 +47,8 @@ fn fly_fresh(
         .zip(&flown)
         .map(|((start, _), flight)| {
             let JudgedFlight { j_tpf, safe, within_limits } = flights.judged(start, flight);
-            FreshFlight {
-                j_tpf,
-                safe,
-                within_limits,
-                end_error_m_s: flight.end_error_m_s,
-                steady_after_s: flight.steady_after_s,
-            }
+            let outcome = Outcome { j_tpf, ..flight.outcome };
+            FreshFlight { outcome, safe, within_limits, end_error_m_s: flight.end_error_m_s }
         })
         .collect()
 }
@@ -66,8 +60,7 @@ pub struct FreshResults {
     flown: Vec<f64>,
     /// J_TPF of each, in ascending order.
     ascending: Vec<f64>,
-    /// J_TPF; of a flight that was lost [`LOST`].
-    pub j_tpf: Summary,
+    outcomes: OutcomeSummary,
     /// Flights that were safe.
     pub safe: Share,
     /// Flights that passed a limit or were lost.
@@ -76,8 +69,6 @@ pub struct FreshResults {
     pub lost: u64,
     /// Distance of the velocity from the target at the end [m/s].
     pub end_error_m_s: Summary,
-    /// Time from which a flight is steady, of those that are [s].
-    pub steady_after_s: Summary,
 }
 
 impl FreshResults {
@@ -85,17 +76,22 @@ impl FreshResults {
     pub fn of(flights: &[FreshFlight]) -> Self {
         let mut results = Self::default();
         for flight in flights {
-            results.flown.push(flight.j_tpf);
-            results.ascending.push(flight.j_tpf);
-            results.j_tpf.push(flight.j_tpf);
+            let j_tpf = flight.outcome.j_tpf;
+            results.flown.push(j_tpf);
+            results.ascending.push(j_tpf);
+            results.outcomes.push(&flight.outcome);
             results.safe.push(flight.safe);
             results.over_limit += u64::from(!flight.within_limits);
-            results.lost += u64::from(flight.j_tpf >= LOST);
+            results.lost += u64::from(j_tpf >= LOST);
             results.end_error_m_s.push(flight.end_error_m_s);
-            flight.steady_after_s.into_iter().for_each(|t_s| results.steady_after_s.push(t_s));
         }
         results.ascending.sort_by(f64::total_cmp);
         results
+    }
+
+    /// A quantity of the flights that have it.
+    pub fn of_quantity(&self, quantity: &Quantity) -> Summary {
+        self.outcomes.of(quantity)
     }
 
     /// J_TPF of each flight, in ascending order; of a flight that was lost [`LOST`].
@@ -118,7 +114,9 @@ impl FreshResults {
                 let value = other.quantile(p);
                 clearly_less(self.quantile(p), value) && passes_less_often(&self.flown, &other.flown, value)
             }
-            DesignObjective::Worst => clearly_less(self.j_tpf.max(), other.j_tpf.max()),
+            DesignObjective::Worst => {
+                clearly_less(self.of_quantity(&J_TPF).max(), other.of_quantity(&J_TPF).max())
+            }
         }
     }
 
@@ -189,7 +187,7 @@ pub fn best_finalist(
 ) -> Option<TriedDesign> {
     let number = |finalist: &Finalist| match objective {
         DesignObjective::Quantile(p) => finalist.results.quantile(p),
-        DesignObjective::Worst => finalist.results.j_tpf.max(),
+        DesignObjective::Worst => finalist.results.of_quantity(&J_TPF).max(),
     };
     let order = |a: &&Finalist, b: &&Finalist| {
         let rank =
@@ -232,11 +230,13 @@ fn results(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::outcome::STEADY_AFTER;
 
     /// Never steady, and safe below a J_TPF of 1.
     fn flight(j_tpf: f64) -> FreshFlight {
         let safe = j_tpf <= 1.0;
-        FreshFlight { j_tpf, safe, within_limits: safe, end_error_m_s: 0.1, steady_after_s: None }
+        let outcome = Outcome { j_tpf, steady_after_s: None, ..Outcome::default() };
+        FreshFlight { outcome, safe, within_limits: safe, end_error_m_s: 0.1 }
     }
 
     /// Of 1 to 100 hundredths 99 do not exceed 0.99; one that was lost is unsafe and the worst.
@@ -245,8 +245,11 @@ mod tests {
         let mut flown: Vec<FreshFlight> = (1..=99).rev().map(|i| flight(f64::from(i) / 100.0)).collect();
         flown.push(flight(LOST));
         let results = FreshResults::of(&flown);
-        assert_eq!((results.quantile(0.99), results.j_tpf.max()), (0.99, LOST));
-        assert_eq!((results.lost, results.safe.misses(), results.steady_after_s.count()), (1, 1, 0));
+        assert_eq!((results.quantile(0.99), results.of_quantity(&J_TPF).max()), (0.99, LOST));
+        assert_eq!(
+            (results.lost, results.safe.misses(), results.of_quantity(&STEADY_AFTER).count()),
+            (1, 1, 0)
+        );
         assert!(results.quantile_at_most(0.9, ChosenAmong::ONE).is_some_and(|bound| bound > 0.9));
     }
 

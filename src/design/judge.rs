@@ -7,12 +7,12 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at, steady_near};
-use super::objective::{DesignBounds, DesignObjective, JudgedFlight, Judgement, LOST};
+use super::objective::{BOUNDED, DesignBounds, DesignObjective, JudgedFlight, Judgement, LOST};
 use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
 use crate::assess::judge::Limits;
 use crate::assess::tracking::control_period_s;
-use crate::assess::{Objection, ReleaseDistribution, StateCost, TrialOutcome, judge_trial};
+use crate::assess::{Objection, Outcome, ReleaseDistribution, StateCost, judge_trial};
 use crate::control::{ControlError, ControlLimits, Gains};
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::Wind;
@@ -101,19 +101,14 @@ impl DesignFlights {
     fn altitude_lost_m(&self, start: &BodyState, flight: &MeasuredFlight) -> f64 {
         let t = self.delay_s;
         let fall_m = start.v_ned.z * t - 0.5 * self.environment.gravity_m_s2 * t * t;
-        fall_m + flight.way_down_m
+        fall_m + flight.outcome.altitude_lost_m
     }
 
     /// A flight from this state, judged.
     pub(super) fn judged(&self, start: &BodyState, flight: &MeasuredFlight) -> JudgedFlight {
         let j_tpf = finite_j_tpf(flight);
-        let flown = TrialOutcome {
-            j_tpf,
-            peak_tilt_rad: flight.peak_tilt_rad,
-            way_ned_m: Vector3::z() * self.altitude_lost_m(start, flight),
-            steady_after_s: flight.steady_after_s,
-            ..TrialOutcome::default()
-        };
+        let altitude_lost_m = self.altitude_lost_m(start, flight);
+        let flown = Outcome { j_tpf, altitude_lost_m, ..flight.outcome };
         let objections = judge_trial(&flown, &self.limits);
         let within_limits = objections.iter().all(Objection::is_of_the_course);
         JudgedFlight { j_tpf, safe: objections.is_empty(), within_limits }
@@ -280,9 +275,7 @@ impl<'a> DesignJudge<'a> {
             worst: 0.0,
             over_limit: 0.0,
             unrest: 0.0,
-            steady_after_s: 0.0,
-            altitude_lost_m: 0.0,
-            tilt_rad: 0.0,
+            most: [0.0; BOUNDED.len()],
             energy_j,
             modulus,
             flights: flown.len() as f64,
@@ -298,10 +291,12 @@ impl<'a> DesignJudge<'a> {
             let lost = !flight.evaluation.is_finite();
             let or_far = |x: f64, far: f64| if lost { far } else { x };
             judged.unrest = judged.unrest.max(or_far(flight.evaluation.unrest, 1.0));
-            judged.steady_after_s = judged.steady_after_s.max(flight.steady_after_s.unwrap_or(end_s));
-            let altitude_lost_m = or_far(self.flights.altitude_lost_m(start, flight), 1e6);
-            judged.altitude_lost_m = judged.altitude_lost_m.max(altitude_lost_m);
-            judged.tilt_rad = judged.tilt_rad.max(or_far(flight.peak_tilt_rad, std::f64::consts::PI));
+            let now = [
+                flight.outcome.steady_after_s.unwrap_or(end_s),
+                or_far(self.flights.altitude_lost_m(start, flight), 1e6),
+                or_far(flight.outcome.peak_tilt_deg, 180.0),
+            ];
+            judged.most.iter_mut().zip(now).for_each(|(most, x)| *most = most.max(x));
         }
         judged
     }

@@ -1,5 +1,6 @@
 //! What a design costs: the number that a search makes small, and the bounds that it keeps.
 
+use crate::assess::outcome::{ALTITUDE_LOST, PEAK_TILT, Quantity, STEADY_AFTER};
 use crate::assess::quantile_rank;
 
 /// J_TPF of a flight that was lost: beyond any that turns over, and finite, so that of two designs which lose
@@ -45,15 +46,14 @@ impl DesignObjective {
     }
 }
 
+/// Quantities of the flights from the release cases that may be bounded.
+pub const BOUNDED: [Quantity; 3] = [STEADY_AFTER, ALTITUDE_LOST, PEAK_TILT];
+
 /// Bounds on the flights from the release cases, in still air; each is kept where it is given.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct DesignBounds {
-    /// Time after t = 0 by which a flight is steady [s].
-    pub steady_after_s: Option<f64>,
-    /// Way down from the release to the plan's end [m].
-    pub altitude_lost_m: Option<f64>,
-    /// Angle between the body's up axis and the vertical [rad].
-    pub tilt_rad: Option<f64>,
+    /// Largest value of each of [`BOUNDED`], in its unit.
+    pub most: [Option<f64>; BOUNDED.len()],
     /// Energy that the plan takes of the rotors' shafts from t = 0 to its end [J].
     pub energy_j: Option<f64>,
     /// Least distance of each loop's response from -1 at the target.
@@ -85,12 +85,8 @@ pub struct Judgement {
     pub over_limit: f64,
     /// Worst distance from rest at the target of a release case ([`crate::tune::Evaluation::unrest`]).
     pub unrest: f64,
-    /// Latest time from which a release case is steady [s].
-    pub steady_after_s: f64,
-    /// Most altitude lost of a release case [m].
-    pub altitude_lost_m: f64,
-    /// Greatest tilt of a release case [rad].
-    pub tilt_rad: f64,
+    /// Greatest value among the release cases of each of [`BOUNDED`], in its unit.
+    pub most: [f64; BOUNDED.len()],
     /// Energy that the plan takes of the rotors' shafts [J].
     pub energy_j: f64,
     /// Least distance of a loop's response from -1 at the target, at most 1; negative where the loop is
@@ -108,9 +104,7 @@ impl Judgement {
         worst: f64::INFINITY,
         over_limit: f64::INFINITY,
         unrest: f64::INFINITY,
-        steady_after_s: f64::INFINITY,
-        altitude_lost_m: f64::INFINITY,
-        tilt_rad: f64::INFINITY,
+        most: [f64::INFINITY; BOUNDED.len()],
         energy_j: f64::INFINITY,
         modulus: f64::NEG_INFINITY,
         flights: 0.0,
@@ -160,13 +154,8 @@ impl Judgement {
     /// Shares of the bounds that are used; of the modulus 1 at its bound, and more by what is missing.
     fn shares(&self, bounds: &DesignBounds) -> impl Iterator<Item = f64> + use<> {
         let margin = bounds.modulus.map(|least| 1.0 + least - self.modulus);
-        let used = [
-            (self.steady_after_s, bounds.steady_after_s),
-            (self.altitude_lost_m, bounds.altitude_lost_m),
-            (self.tilt_rad, bounds.tilt_rad),
-            (self.energy_j, bounds.energy_j),
-        ];
-        used.into_iter().filter_map(|(x, bound)| bound.map(|most| x / most)).chain(margin)
+        let used = self.most.into_iter().zip(bounds.most).chain([(self.energy_j, bounds.energy_j)]);
+        used.filter_map(|(x, bound)| bound.map(|most| x / most)).chain(margin)
     }
 }
 
@@ -184,9 +173,7 @@ mod tests {
         worst: 0.0,
         over_limit: 0.0,
         unrest: 0.0,
-        steady_after_s: 10.0,
-        altitude_lost_m: 50.0,
-        tilt_rad: 0.2,
+        most: [10.0, 50.0, 12.0],
         energy_j: 100.0,
         modulus: 0.2,
         flights: 0.0,
@@ -201,7 +188,7 @@ mod tests {
         assert!((judged.mean - 0.505).abs() < 1e-12);
         let free = judged.cost(&DesignBounds::default());
         assert!((free - 0.98 - MEAN * 0.505).abs() < 1e-12);
-        let bounds = DesignBounds { altitude_lost_m: Some(50.0 / 1.2), ..DesignBounds::default() };
+        let bounds = DesignBounds { most: [None, Some(50.0 / 1.2), None], ..DesignBounds::default() };
         assert!((judged.cost(&bounds) - free - 0.4).abs() < 1e-12 && !judged.is_allowed(&bounds));
         assert!(judged.is_allowed(&DesignBounds { energy_j: Some(100.0), ..DesignBounds::default() }));
         // A modulus a tenth below its bound; unstable by two tenths it costs five times as much.

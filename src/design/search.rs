@@ -306,9 +306,7 @@ mod tests {
             worst: 0.0,
             over_limit: 0.0,
             unrest: 0.0,
-            steady_after_s: 0.0,
-            altitude_lost_m: design.gains[0],
-            tilt_rad: 0.0,
+            most: [0.0, design.gains[0], 0.0],
             energy_j: 0.0,
             modulus: 1.0,
             flights: 0.0,
@@ -341,12 +339,11 @@ mod tests {
         assert!(best.design.feed_forward && best.design.plan.peak_weight == 0.0);
         let tried = search.tried().len();
         assert!(tried <= 4000 && tried + 12 > 4000, "{tried}");
-        let front = search.front(|judgement| judgement.altitude_lost_m);
+        let front = search.front(|judgement| judgement.most[1]);
         assert!(
             front.len() > 1
-                && front.is_sorted_by(|a, b| {
-                    a.judgement.altitude_lost_m < b.judgement.altitude_lost_m && a.cost > b.cost
-                })
+                && front
+                    .is_sorted_by(|a, b| { a.judgement.most[1] < b.judgement.most[1] && a.cost > b.cost })
         );
     }
 

@@ -7,6 +7,7 @@ use super::figure::{Distribution, FigureError, distribution_figure, j_tpf};
 use super::json::{VERSION, object, text as json_text};
 use super::range_ends::{range_ends_json, range_ends_words};
 use super::tune::{Standing, gains_table, named};
+use crate::assess::outcome::{J_TPF, STEADY_AFTER};
 use crate::assess::{ChosenAmong, LEAST_DIFFERENCE};
 use crate::config::{Mission, Stamp};
 use crate::control::Gains;
@@ -146,7 +147,7 @@ impl DesignRun {
         let Some(results) = judged.fresh.last() else { return f64::NAN };
         match self.objective {
             DesignObjective::Quantile(p) => results.quantile(p),
-            DesignObjective::Worst => results.j_tpf.max(),
+            DesignObjective::Worst => results.of_quantity(&J_TPF).max(),
         }
     }
 
@@ -277,9 +278,9 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
         number(judgement.mean),
         number(judgement.worst),
         judgement.over_limit,
-        judgement.steady_after_s,
-        judgement.altitude_lost_m,
-        judgement.tilt_rad * DEG_PER_RAD,
+        judgement.most[0],
+        judgement.most[1],
+        judgement.most[2],
         judgement.energy_j,
         judgement.modulus,
         if run.allowed { "" } else { ": A BOUND DOES NOT HOLD" },
@@ -349,7 +350,7 @@ fn finalists_text(run: &DesignRun) -> String {
     }
     const WIDTHS: [usize; 7] = [14, 9, 9, 9, 9, 9, 10];
     let among = ChosenAmong::new(run.finalists.len() as u64);
-    let trials = run.finalists[0].results.j_tpf.count();
+    let trials = run.finalists[0].results.of_quantity(&J_TPF).count();
     let mut out = format!(
         "finalists on {trials} flights that the search did not have; bounds at 95 % with the correction for choosing among {}\n",
         among.count()
@@ -361,10 +362,10 @@ fn finalists_text(run: &DesignRun) -> String {
         let name = format!("{}{}", i + 1, if chosen { " (chosen)" } else { "" });
         let cells = [
             number(finalist.tried.judgement.j_tpf),
-            number(results.j_tpf.mean()),
+            number(results.of_quantity(&J_TPF).mean()),
             number(results.quantile(SHOWN)),
             number(results.quantile_at_most(SHOWN, among).unwrap_or(f64::NAN)),
-            number(results.j_tpf.max()),
+            number(results.of_quantity(&J_TPF).max()),
             format!("{:.1e}", results.unsafe_at_most(among)),
         ];
         out += &columns(&WIDTHS, std::iter::once(name).chain(cells));
@@ -376,7 +377,7 @@ fn fresh_text(run: &DesignRun) -> String {
     let Some(first) = run.judged.first() else { return String::new() };
     let name = run.judged.iter().chain(&run.others).map(|judged| judged.name.len()).max().unwrap_or(0);
     let widths = [name.max(13) + 1, 11, 8, 8, 8, 8, 7, 9, 9, 9, 9];
-    let trials = first.fresh.first().map_or(0, |results| results.j_tpf.count());
+    let trials = first.fresh.first().map_or(0, |results| results.of_quantity(&J_TPF).count());
     let mut out = format!("on {trials} fresh flights each, which chose nothing; bounds at 95 %\n");
     let heads = [
         "design", "air", "mean", "p99", "at most", "worst", "unsafe", "at most", "unsteady", "end m/s",
@@ -387,15 +388,16 @@ fn fresh_text(run: &DesignRun) -> String {
         for ((air, _), results) in CONDITIONS.iter().zip(&judged.fresh) {
             let cells = [
                 (*air).to_owned(),
-                number(results.j_tpf.mean()),
+                number(results.of_quantity(&J_TPF).mean()),
                 number(results.quantile(SHOWN)),
                 number(results.quantile_at_most(SHOWN, ChosenAmong::ONE).unwrap_or(f64::NAN)),
-                number(results.j_tpf.max()),
+                number(results.of_quantity(&J_TPF).max()),
                 results.safe.misses().to_string(),
                 format!("{:.1e}", results.unsafe_at_most(ChosenAmong::ONE)),
-                (results.j_tpf.count() - results.steady_after_s.count()).to_string(),
+                (results.of_quantity(&J_TPF).count() - results.of_quantity(&STEADY_AFTER).count())
+                    .to_string(),
                 number(results.end_error_m_s.max()),
-                format!("{:.1}", results.steady_after_s.max()),
+                format!("{:.1}", results.of_quantity(&STEADY_AFTER).max()),
             ];
             out += &columns(&widths, std::iter::once(judged.name.clone()).chain(cells));
         }
@@ -472,15 +474,16 @@ fn design_json(mission: &Mission, design: &Design) -> impl Serialize {
 }
 
 fn judgement_json(judgement: &Judgement) -> impl Serialize {
+    let [steady_after_s, altitude_lost_m, tilt_deg] = judgement.most;
     object! {
         j_tpf: judgement.j_tpf,
         j_tpf_mean: judgement.mean,
         j_tpf_worst: judgement.worst,
         over_limit_flights: judgement.over_limit,
         unrest: judgement.unrest,
-        steady_after_s: judgement.steady_after_s,
-        altitude_lost_m: judgement.altitude_lost_m,
-        tilt_deg: judgement.tilt_rad * DEG_PER_RAD,
+        steady_after_s: steady_after_s,
+        altitude_lost_m: altitude_lost_m,
+        tilt_deg: tilt_deg,
         energy_j: judgement.energy_j,
         modulus: judgement.modulus,
         flights: judgement.flights,
@@ -489,11 +492,11 @@ fn judgement_json(judgement: &Judgement) -> impl Serialize {
 
 fn results_json(results: &FreshResults, among: ChosenAmong) -> impl Serialize {
     object! {
-        flights: results.j_tpf.count(),
-        j_tpf_mean: results.j_tpf.mean(),
+        flights: results.of_quantity(&J_TPF).count(),
+        j_tpf_mean: results.of_quantity(&J_TPF).mean(),
         j_tpf_p99: results.quantile(SHOWN),
         j_tpf_p99_at_most: results.quantile_at_most(SHOWN, among),
-        j_tpf_worst: results.j_tpf.max(),
+        j_tpf_worst: results.of_quantity(&J_TPF).max(),
         over_limit_flights: results.over_limit,
         unsafe_flights: results.safe.misses(),
         lost_flights: results.lost,
@@ -501,8 +504,8 @@ fn results_json(results: &FreshResults, among: ChosenAmong) -> impl Serialize {
         confidence: crate::assess::CONFIDENCE,
         chosen_among: among.count(),
         end_error_m_s_max: results.end_error_m_s.max(),
-        steady_flights: results.steady_after_s.count(),
-        steady_after_s_max: results.steady_after_s.max(),
+        steady_flights: results.of_quantity(&STEADY_AFTER).count(),
+        steady_after_s_max: results.of_quantity(&STEADY_AFTER).max(),
     }
 }
 
@@ -598,19 +601,10 @@ const DESIGN_COLUMNS: &str = "j_tpf,j_tpf_mean,j_tpf_worst,over_limit_flights,un
 
 fn design_row(tried: &TriedDesign) -> String {
     let (judgement, plan) = (&tried.judgement, &tried.design.plan);
-    let numbers = [
-        judgement.j_tpf,
-        judgement.mean,
-        judgement.worst,
-        judgement.over_limit,
-        judgement.unrest,
-        judgement.steady_after_s,
-        judgement.altitude_lost_m,
-        judgement.tilt_rad * DEG_PER_RAD,
-        judgement.energy_j,
-        judgement.modulus,
-    ];
-    let mut cells: Vec<String> = numbers.into_iter().map(cell).collect();
+    let numbers = [judgement.j_tpf, judgement.mean, judgement.worst, judgement.over_limit, judgement.unrest];
+    let last = [judgement.energy_j, judgement.modulus];
+    let numbers = numbers.into_iter().chain(judgement.most).chain(last);
+    let mut cells: Vec<String> = numbers.map(cell).collect();
     cells.extend(plan.weights.into_iter().chain([plan.final_weight, plan.input_weight]).map(cell));
     cells.push(reference(plan.input_reference).to_owned());
     cells.push(plan.nodes.to_string());
@@ -639,9 +633,9 @@ pub fn convergence_csv(mission: &Mission, search: &DesignSearch) -> String {
 pub fn front_csv(mission: &Mission, search: &DesignSearch) -> String {
     type Measure = fn(&Judgement) -> f64;
     const MEASURES: [(&str, Measure); 4] = [
-        ("steady_after", |judgement| judgement.steady_after_s),
-        ("altitude_lost", |judgement| judgement.altitude_lost_m),
-        ("tilt", |judgement| judgement.tilt_rad),
+        ("steady_after", |judgement| judgement.most[0]),
+        ("altitude_lost", |judgement| judgement.most[1]),
+        ("tilt", |judgement| judgement.most[2]),
         ("energy", |judgement| judgement.energy_j),
     ];
     let keys = Gains::LONGITUDINAL_KEYS.join(",");

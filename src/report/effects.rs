@@ -11,8 +11,10 @@ use serde::Serialize;
 
 use super::json::{head, object, text};
 use super::judged_drop::verdict_builder;
+use super::outcome::{column_names, push_cells};
 use super::study::grid::Grid;
-use crate::assess::{Course, Summary, Verdict, judge};
+use crate::assess::outcome::{COMPARED, J_TPF};
+use crate::assess::{Course, Outcome, Quantity, Summary, Verdict, judge};
 use crate::config::{Effect, Mission};
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::{
@@ -21,7 +23,6 @@ use crate::control::{
 use crate::frames::yaw;
 use crate::sim::{self, FlightPlan, Reference};
 use crate::trajectory::Trajectory;
-use crate::units::DEG_PER_RAD;
 
 /// Which effects are at work in a campaign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -71,43 +72,17 @@ impl EffectsOn {
 
 /// What came of a drop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct EffectDrop {
-    /// J_TPF, (51); infinite when a state was no number.
-    pub j_tpf: f64,
-    /// Time after t = 0 from which it was steady to the end [s].
-    pub steady_after_s: Option<f64>,
-    /// Way down from the release to the plan's end [m].
-    pub altitude_lost_m: f64,
-    /// Largest angle between the body's up axis and the vertical [rad].
-    pub peak_tilt_rad: f64,
+pub struct JudgedDrop {
+    /// What it came to; without a number where nothing was released.
+    pub outcome: Outcome,
     /// Whether it was steady at the end and within every limit.
     pub safe: bool,
 }
 
-impl EffectDrop {
+impl JudgedDrop {
     pub(super) fn of(verdict: Option<Verdict>) -> Self {
-        let Some(verdict) = verdict else {
-            // Never released: a fault of the parachute.
-            let (j_tpf, nan) = (f64::INFINITY, f64::NAN);
-            return Self {
-                j_tpf,
-                steady_after_s: None,
-                altitude_lost_m: nan,
-                peak_tilt_rad: nan,
-                safe: false,
-            };
-        };
-        Self {
-            j_tpf: verdict.j_tpf,
-            steady_after_s: verdict.steady_after_s,
-            altitude_lost_m: verdict.altitude_lost_m,
-            peak_tilt_rad: verdict.peak_tilt_rad,
-            safe: judge(Some(&verdict), &Course::WHOLE).is_empty(),
-        }
-    }
-
-    fn tilt_deg(&self) -> f64 {
-        self.peak_tilt_rad * DEG_PER_RAD
+        let safe = judge(verdict.as_ref(), &Course::WHOLE).is_empty();
+        Self { outcome: verdict.map_or_else(Outcome::lost, |verdict| verdict.outcome), safe }
     }
 }
 
@@ -162,7 +137,7 @@ impl<'a> EffectFlights<'a> {
     }
 
     /// Flies a trial, a drop by the numbers that a campaign of whole drops draws.
-    pub fn fly(&self, trial: u64) -> EffectDrop {
+    pub fn fly(&self, trial: u64) -> JudgedDrop {
         let mission = self.mission.with_drop(&self.mission.draw_drop(trial));
         let (trajectory, then_v_ned) = (self.plan, Some(mission.target_v_ned));
         let feed_forward = mission.control.feed_forward;
@@ -178,7 +153,7 @@ impl<'a> EffectFlights<'a> {
             verdict.observe(sample);
             ControlFlow::Continue(())
         });
-        EffectDrop::of(verdict.finish())
+        JudgedDrop::of(verdict.finish())
     }
 }
 
@@ -188,7 +163,7 @@ pub struct EffectCampaign {
     /// Which effects are at work.
     pub on: EffectsOn,
     /// The trials, in their order.
-    pub drops: Vec<EffectDrop>,
+    pub drops: Vec<JudgedDrop>,
 }
 
 /// Campaigns with and without the effects of a mission.
@@ -202,60 +177,81 @@ pub struct EffectReport<'a> {
     pub campaigns: Vec<EffectCampaign>,
 }
 
-/// A measure of a drop: key in files, words for people, decimals, value where it has one.
-pub(super) type Measure = (&'static str, &'static str, usize, fn(&EffectDrop) -> Option<f64>);
-
-pub(super) const MEASURES: [Measure; 4] = [
-    ("j_tpf", "J_TPF", 4, |d| Some(d.j_tpf).filter(|x| x.is_finite())),
-    ("steady_after_s", "steady [s]", 2, |d| d.steady_after_s),
-    ("altitude_lost_m", "altitude [m]", 2, |d| Some(d.altitude_lost_m).filter(|x| x.is_finite())),
-    ("peak_tilt_deg", "tilt [deg]", 2, |d| Some(d.tilt_deg()).filter(|x| x.is_finite())),
-];
-
 impl EffectCampaign {
     fn failed(&self) -> usize {
         failed(&self.drops)
     }
 
-    fn summary(&self, measure: &Measure) -> Summary {
-        summary(&self.drops, measure)
+    fn summary(&self, quantity: &Quantity) -> Summary {
+        summary(&self.drops, quantity)
     }
 
-    fn p99(&self, measure: &Measure) -> f64 {
-        p99(&self.drops, measure)
+    fn p99(&self, quantity: &Quantity) -> f64 {
+        p99(&self.drops, quantity)
     }
 
-    fn change_from(&self, other: &Self, measure: &Measure) -> Summary {
-        change(&self.drops, &other.drops, measure)
+    fn change_from(&self, other: &Self, quantity: &Quantity) -> Summary {
+        change(&self.drops, &other.drops, quantity)
     }
 }
 
 /// How many were not safe.
-pub(super) fn failed(drops: &[EffectDrop]) -> usize {
+pub(super) fn failed(drops: &[JudgedDrop]) -> usize {
     drops.iter().filter(|drop| !drop.safe).count()
 }
 
-/// A measure of those that have it.
-pub(super) fn summary(drops: &[EffectDrop], (.., of): &Measure) -> Summary {
+/// A quantity of those that have it.
+pub(super) fn summary(drops: &[JudgedDrop], quantity: &Quantity) -> Summary {
     let mut summary = Summary::default();
-    drops.iter().filter_map(of).for_each(|x| summary.push(x));
+    drops.iter().filter_map(|drop| quantity.of(&drop.outcome)).for_each(|x| summary.push(x));
     summary
 }
 
 /// The least value that 99 % of the trials which have one do not exceed; NaN where none has.
-pub(super) fn p99(drops: &[EffectDrop], (.., of): &Measure) -> f64 {
-    let mut values: Vec<f64> = drops.iter().filter_map(of).collect();
+pub(super) fn p99(drops: &[JudgedDrop], quantity: &Quantity) -> f64 {
+    let mut values: Vec<f64> = drops.iter().filter_map(|drop| quantity.of(&drop.outcome)).collect();
     values.sort_by(f64::total_cmp);
     let place = (values.len() * 99).div_ceil(100);
     place.checked_sub(1).and_then(|i| values.get(i)).copied().unwrap_or(f64::NAN)
 }
 
-/// Differences of a campaign from another one, of the trials that have the measure in both.
-pub(super) fn change(drops: &[EffectDrop], from: &[EffectDrop], (.., of): &Measure) -> Summary {
+/// Differences of a campaign from another one, of the trials that have the quantity in both.
+pub(super) fn change(drops: &[JudgedDrop], from: &[JudgedDrop], quantity: &Quantity) -> Summary {
     let mut summary = Summary::default();
+    let of = |drop: &JudgedDrop| quantity.of(&drop.outcome);
     let pairs = drops.iter().zip(from);
     pairs.filter_map(|(a, b)| Some(of(a)? - of(b)?)).for_each(|x| summary.push(x));
     summary
+}
+
+/// The quantities of some drops, and how each differs from that of the same drops flown otherwise.
+pub(super) fn compared_json(
+    drops: &[JudgedDrop],
+    from: Option<&[JudgedDrop]>,
+) -> Vec<impl Serialize + use<>> {
+    let of = |quantity: &Quantity| {
+        let s = summary(drops, quantity);
+        let change = from.map(|from| {
+            let change = change(drops, from, quantity);
+            let (mean_low, mean_high) = change.mean_interval();
+            object! {
+                count: change.count(),
+                mean: change.mean(),
+                mean_low: mean_low,
+                mean_high: mean_high,
+            }
+        });
+        object! {
+            name: quantity.key,
+            count: s.count(),
+            mean: s.mean(),
+            p99: p99(drops, quantity),
+            min: s.min(),
+            max: s.max(),
+            change: change,
+        }
+    };
+    COMPARED.iter().map(of).collect()
 }
 
 pub(super) fn number(x: f64, decimals: usize) -> String {
@@ -307,25 +303,26 @@ impl EffectReport<'_> {
     }
 
     fn table(&self, title: &str, base: &[EffectsOn], shown: impl Fn(EffectsOn) -> bool) -> Grid {
-        let names = MEASURES.map(|(_, words, ..)| words);
-        let head = ["", names[0], "+-", "p99", "worst", names[1], names[2], names[3], "failed"];
+        let names = COMPARED.map(|quantity| quantity.head());
+        let [cost, others @ ..] = names.each_ref().map(String::as_str);
+        let head = ["", cost, "+-", "p99", "worst"].into_iter().chain(others).chain(["failed"]);
         let mut grid = Grid::new(title, head);
         let bases = self.campaigns.iter().filter(|campaign| base.contains(&campaign.on));
         let rows = self.campaigns.iter().filter(|campaign| shown(campaign.on));
         for campaign in bases.chain(rows) {
             let from = self.base_of(campaign.on).filter(|_| !base.contains(&campaign.on));
-            let mean = |measure: &Measure| match from {
-                None => number(campaign.summary(measure).mean(), measure.2),
+            let mean = |quantity: &Quantity| match from {
+                None => number(campaign.summary(quantity).mean(), quantity.decimals),
                 Some(base) => {
-                    let mean = campaign.change_from(base, measure).mean();
-                    if mean.is_finite() { format!("{mean:+.*}", measure.2) } else { "-".to_owned() }
+                    let mean = campaign.change_from(base, quantity).mean();
+                    if mean.is_finite() { format!("{mean:+.*}", quantity.decimals) } else { "-".to_owned() }
                 }
             };
             let half = from.map_or(f64::NAN, |base| {
-                let (low, high) = campaign.change_from(base, &MEASURES[0]).mean_interval();
+                let (low, high) = campaign.change_from(base, &J_TPF).mean_interval();
                 0.5 * (high - low)
             });
-            let cost = &MEASURES[0];
+            let [cost, others @ ..] = &COMPARED;
             let beside = match campaign.on {
                 EffectsOn::Alone(effect) => {
                     effect.needs().map_or(String::new(), |n| format!(", with {}", n.name()))
@@ -334,16 +331,13 @@ impl EffectReport<'_> {
             };
             grid.row(
                 &format!("{}{beside}", campaign.on.name().replace('_', " ")),
-                [
-                    mean(cost),
-                    number(half, cost.2),
-                    number(campaign.p99(cost), cost.2),
-                    number(campaign.summary(cost).max(), cost.2),
-                    mean(&MEASURES[1]),
-                    mean(&MEASURES[2]),
-                    mean(&MEASURES[3]),
-                    campaign.failed().to_string(),
-                ],
+                std::iter::once(mean(cost))
+                    .chain(
+                        [half, campaign.p99(cost), campaign.summary(cost).max()]
+                            .map(|x| number(x, cost.decimals)),
+                    )
+                    .chain(others.iter().map(mean))
+                    .chain([campaign.failed().to_string()]),
             );
         }
         grid
@@ -366,55 +360,31 @@ impl EffectReport<'_> {
 
     fn campaign_json(&self, campaign: &EffectCampaign) -> impl Serialize {
         let base = self.base_of(campaign.on);
-        let measures = MEASURES.iter().map(|measure| {
-            let s = campaign.summary(measure);
-            let change = base.map(|base| {
-                let change = campaign.change_from(base, measure);
-                let (mean_low, mean_high) = change.mean_interval();
-                object! {
-                    count: change.count(),
-                    mean: change.mean(),
-                    mean_low: mean_low,
-                    mean_high: mean_high,
-                }
-            });
-            object! {
-                name: measure.0,
-                count: s.count(),
-                mean: s.mean(),
-                p99: campaign.p99(measure),
-                min: s.min(),
-                max: s.max(),
-                change: change,
-            }
-        });
         object! {
             name: campaign.on.name(),
             effects: campaign.on.kept(&self.effects).into_iter().map(Effect::name).collect::<Vec<_>>(),
             changed_from: base.map(|base| base.on.name()),
             trials: campaign.drops.len(),
             failed: campaign.failed(),
-            measures: measures.collect::<Vec<_>>(),
+            measures: compared_json(&campaign.drops, base.map(|base| base.drops.as_slice())),
         }
     }
 
     /// Every drop, a row each: `effects.csv`.
     pub fn csv(&self) -> String {
-        let columns: Vec<&str> = MEASURES.iter().map(|(key, ..)| *key).collect();
         let mut out = format!(
             "{}# drops of {} with and without its effects, gains {}\ntrial,effects,{},safe\n",
             self.mission.stamp().csv_comment(),
             self.mission.name,
             self.mission.control.gains_name,
-            columns.join(",")
+            column_names(&COMPARED)
         );
         for campaign in &self.campaigns {
             let name = campaign.on.name();
             for (trial, drop) in campaign.drops.iter().enumerate() {
-                let cells =
-                    MEASURES.iter().map(|(.., of)| of(drop).map_or(String::new(), |x| format!("{x:?}")));
-                let cells: Vec<String> = cells.collect();
-                out += &format!("{trial},{name},{},{}\n", cells.join(","), u8::from(drop.safe));
+                out += &format!("{trial},{name}");
+                push_cells(&mut out, Some(&drop.outcome), &COMPARED);
+                out += &format!(",{}\n", u8::from(drop.safe));
             }
         }
         out

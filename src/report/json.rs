@@ -8,14 +8,14 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use super::outcome::OutcomeObject;
 use crate::assess::judge::words;
-use crate::assess::{Course, Objection, PowerUse, Verdict, judge};
+use crate::assess::{Course, Objection, Outcome, PowerUse, Verdict, judge};
 use crate::config::Mission;
 use crate::control::Fall;
 use crate::plan::Status;
 use crate::replan::ReplanRecord;
 use crate::time::seconds;
-use crate::units::DEG_PER_RAD;
 
 /// Version of samara.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -229,8 +229,7 @@ impl DropRun {
 /// The object of `samara drop --json`. Peaks are magnitudes. Without a verdict (the vehicle was never
 /// released) the verdict's keys are `null`.
 pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) -> String {
-    let of = |value: fn(&Verdict) -> f64| verdict.map(value);
-    let impact = verdict.and_then(|v| v.impact_speed_m_s.zip(v.impact_tilt_rad));
+    let outcome = OutcomeObject(verdict.map_or_else(Outcome::lost, |v| v.outcome));
     let objections = run.objections(verdict);
     text(&object! {
         #[serde(flatten)] head: head(mission),
@@ -243,18 +242,10 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         reason: run.reason(verdict),
         safe: objections.is_empty(),
         objections: objections.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        j_tpf: of(|v| v.j_tpf),
+        #[serde(flatten)] outcome: outcome,
         decided_by: verdict.map(|v| v.decided_by),
-        peak_speed_m_s: of(|v| v.peak_speed_m_s),
-        peak_pitch_deg: of(|v| v.peak_pitch_rad.abs() * DEG_PER_RAD),
-        peak_pitch_rate_deg_s: of(|v| v.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD),
-        peak_roll_deg: of(|v| v.peak_roll_rad.abs() * DEG_PER_RAD),
-        peak_roll_rate_deg_s: of(|v| v.peak_roll_rate_rad_s.abs() * DEG_PER_RAD),
-        peak_vertical_acceleration_m_s2: of(|v| v.peak_vertical_acceleration_m_s2.abs()),
-        altitude_lost_m: of(|v| v.altitude_lost_m),
-        peak_tilt_deg: of(|v| v.peak_tilt_rad * DEG_PER_RAD),
-        steady_after_s: verdict.and_then(|v| v.steady_after_s),
-        final_v_ned_m_s: verdict.map(|v| <[f64; 3]>::from(v.final_v_ned)),
+        peak_vertical_acceleration_m_s2: verdict.map(|v| v.peak_vertical_acceleration_m_s2.abs()),
+        final_v_ned_m_s: verdict.map(|v| <[f64; 3]>::from(v.outcome.final_v_ned())),
         limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
         failsafe: run.course.failsafe,
         events: &run.events,
@@ -265,12 +256,8 @@ pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) ->
         #[serde(flatten)] power: verdict.and_then(|v| v.power.as_ref()).map(|power| object! {
             power: power_json(power),
         }),
-        #[serde(flatten)] impact: impact.map(|(speed_m_s, tilt_rad)| object! {
-            impact_speed_m_s: speed_m_s, impact_tilt_deg: tilt_rad * DEG_PER_RAD,
-        }),
-        #[serde(flatten)] canopy: verdict.and_then(|v| v.canopy_distance_m.map(|distance_m| object! {
-            canopy_distance_m: distance_m, recontact: v.recontact(),
-        })),
+        #[serde(flatten)] canopy: verdict.filter(|v| v.outcome.canopy_distance_m.is_some())
+            .map(|v| object! { recontact: v.recontact() }),
         plan_j_tpf: run.plan_j_tpf,
         #[serde(flatten)] shortfall: run.plan_shortfall.as_ref()
             .map(|words| object! { plan_shortfall: words }),

@@ -42,7 +42,7 @@ pub fn judge_drop(mission: &Mission, flown: &FlownDrop<'_>) -> (Option<Verdict>,
     let last = flown.log.last();
     let ended_at_s = last.map_or(0.0, |sample| sample.t_s);
     // Without a plan, where the flight goes is the script's affair once it has come to the ground.
-    let landed = verdict.as_ref().is_some_and(|v| v.impact_speed_m_s.is_some());
+    let landed = verdict.as_ref().is_some_and(|v| v.outcome.impact_speed_m_s.is_some());
     let event = |e: &Timed<crate::sim::DropEvent>| DropEvent {
         t_s: seconds(e.at),
         text: e.event.to_string(),
@@ -156,9 +156,9 @@ impl DropRun {
 
     fn decided(&self, verdict: &Verdict) -> String {
         let objections = self.objections(Some(verdict));
-        let j_tpf = format!("J_TPF {:.3}", verdict.j_tpf);
+        let j_tpf = format!("J_TPF {:.3}", verdict.outcome.j_tpf);
         let Some(why) = words(&objections) else {
-            let steady = verdict.steady_after_s;
+            let steady = verdict.outcome.steady_after_s;
             return format!(
                 "safe: {j_tpf}{}",
                 steady.map_or(String::new(), |t| format!(", steady after {t:.2} s"))

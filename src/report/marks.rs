@@ -40,7 +40,7 @@ impl Times {
         Self {
             released_s: samples.iter().find(|s| s.phase != Phase::Hanging).map(|s| s.t_s),
             free_s,
-            steady_s: drop.verdict.and_then(|v| Some(v.steady_after_s? + free_s?)),
+            steady_s: drop.verdict.and_then(|v| Some(v.outcome.steady_after_s? + free_s?)),
         }
     }
 }

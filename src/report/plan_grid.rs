@@ -6,8 +6,8 @@ use super::columns::{fixed, short};
 use super::json::{head, object, text};
 use super::study::grid::Grid;
 use crate::assess::{GRID_LOSS_MOST, GridLoss, MISREAD_RATE_RAD_S, Spread};
-use crate::config::{JudgedRelease, Mission};
-use crate::plan::grid::{AXES, AXIS_NAMES, GridAxes, GridState};
+use crate::config::{GRID_COLUMNS, JudgedRelease, Mission};
+use crate::plan::grid::{AXES, GridAxes, GridState};
 use crate::units::DEG_PER_RAD;
 
 /// Names of the axes for the terminal, and how many of their units there an SI unit is.
@@ -138,11 +138,14 @@ impl PlanGridReport<'_> {
 
     /// The object of `--json` and of `plan_grid.json`; wall times in the former alone.
     pub fn json(&self, seconds: Option<[f64; 2]>) -> String {
-        let axes = AXIS_NAMES.into_iter().zip(self.axes.points());
+        let axes = GRID_COLUMNS.into_iter().zip(self.axes.points()).map(|((axis, scale), points)| {
+            let points: Vec<f64> = points.iter().map(|x| x * scale).collect();
+            object! { axis: axis, points: points }
+        });
         text(&object! {
             #[serde(flatten)] head: head(self.mission),
             gains: &self.mission.control.gains_name,
-            axes: axes.map(|(axis, points)| object! { axis: axis, points: points }).collect::<Vec<_>>(),
+            axes: axes.collect::<Vec<_>>(),
             plans: self.axes.count(),
             nodes: self.nodes,
             bytes: self.bytes,

@@ -8,9 +8,8 @@ use crate::config::Mission;
 use crate::control::px4::{Law, Parameters};
 use crate::params::Purpose;
 use crate::tune::RangeEnds;
-use crate::tune::px4::Measures;
 use crate::tune::px4::space::names;
-use crate::units::DEG_PER_RAD;
+use crate::tune::px4::{MEASURED, Measures};
 
 /// What costs are measured by, unless it cannot be.
 pub const PX4S_DEFAULTS: &str = "PX4's defaults";
@@ -46,21 +45,19 @@ pub struct Px4Gains {
 }
 
 /// A measure: name, unit, decimals, value.
-type Measure = (&'static str, &'static str, usize, fn(&Measures) -> f64);
+type Measure = (&'static str, &'static str, usize, f64);
 
-const MEASURES: [Measure; 5] = [
-    ("J_TPF", "", 4, |m| m.j_tpf),
-    ("altitude lost", "m", 2, |m| m.altitude_lost_m),
-    ("steady after", "s", 2, |m| m.steady_s),
-    ("peak tilt", "deg", 2, |m| m.peak_tilt_rad * DEG_PER_RAD),
-    ("velocity error, RMS", "m/s", 4, |m| m.velocity_rms_m_s),
-];
+/// The measures of some drops.
+fn measures(of: &Measures) -> impl Iterator<Item = Measure> {
+    let measured = MEASURED.into_iter().zip(of.measured);
+    let measured = measured.map(|(quantity, x)| (quantity.words, quantity.unit, quantity.decimals, x));
+    measured.chain([("velocity error, RMS", "m/s", 4, of.velocity_rms_m_s)])
+}
 
 /// Shares of the drops.
-const SHARES: [Measure; 2] = [
-    ("not safe", "%", 1, |m| 100.0 * m.unsafe_share),
-    ("steady at the end", "%", 1, |m| 100.0 * m.steady_share),
-];
+fn shares(of: &Measures) -> [Measure; 2] {
+    [("not safe", "%", 1, 100.0 * of.unsafe_share), ("steady at the end", "%", 1, 100.0 * of.steady_share)]
+}
 
 impl Px4Gains {
     /// The remark on the measure of costs, if it is not the usual one.
@@ -73,9 +70,9 @@ impl Px4Gains {
     /// The remarks in the header of the parameter file.
     pub fn remarks(&self) -> Vec<String> {
         let listed = |m: &Measures| {
-            let values = MEASURES.iter().map(|(name, unit, digits, of)| {
+            let values = measures(m).map(|(name, unit, digits, x)| {
                 let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-                format!("{name} {:.digits$}{unit}", of(m))
+                format!("{name} {x:.digits$}{unit}")
             });
             values.collect::<Vec<_>>().join(", ")
         };
@@ -114,8 +111,8 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
     }
     let unseen = format!("{} unseen drops", gains.unseen);
     out += &format!("\n{}", columns(&WIDTHS, [&unseen, "default", "found", "ratio"]));
-    for (name, unit, digits, of) in MEASURES.into_iter().chain(SHARES) {
-        let (d, f) = (of(&gains.defaults), of(&gains.found));
+    let all = |of: &Measures| measures(of).chain(shares(of)).collect::<Vec<_>>();
+    for ((name, unit, digits, d), (.., f)) in all(&gains.defaults).into_iter().zip(all(&gains.found)) {
         let ratio = if unit == "%" { String::new() } else { format!("{:.3}", f / d) };
         let row = format!("{name:<22}{d:>12.digits$}{f:>12.digits$}{ratio:>8} {unit}");
         out += &format!("{}\n", row.trim_end());
@@ -130,12 +127,10 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
 
 /// The object of `--json`.
 pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
-    let measures = |m: &Measures| {
+    let measured = |m: &Measures| {
+        let keyed = MEASURED.iter().zip(m.measured).map(|(quantity, x)| (quantity.key.to_owned(), x.into()));
         object! {
-            j_tpf: m.j_tpf,
-            altitude_lost_m: m.altitude_lost_m,
-            steady_after_s: m.steady_s,
-            peak_tilt_deg: m.peak_tilt_rad * DEG_PER_RAD,
+            #[serde(flatten)] quantities: keyed.collect::<serde_json::Map<_, _>>(),
             velocity_rms_m_s: m.velocity_rms_m_s,
             unsafe_share: m.unsafe_share,
             steady_share: m.steady_share,
@@ -151,9 +146,9 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
         evaluations: gains.evaluations,
         drops_per_evaluation: gains.drops,
         unseen_drops: gains.unseen,
-        defaults: measures(&gains.defaults),
+        defaults: measured(&gains.defaults),
         measured_by: gains.measured_by,
-        found: measures(&gains.found),
+        found: measured(&gains.found),
         better: gains.found.beats(&gains.defaults),
         stopped: gains.stopped,
     })

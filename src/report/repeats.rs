@@ -2,41 +2,44 @@
 
 use super::columns::columns;
 use super::json::{head, object, text};
-use crate::assess::Summary;
+use super::outcome::{cell, column_names, push_cells};
+use crate::assess::outcome::{J_TPF, STEADY_AFTER};
 use crate::assess::repeats::{REPEAT_INSTANT_S, RepeatSpread, RepeatedFlight};
+use crate::assess::{Quantity, Summary};
 use crate::config::Mission;
+
+/// Quantities of a flight that are compared.
+const REPEATED: [Quantity; 2] = [J_TPF, STEADY_AFTER];
 
 /// The lines before the first flight.
 pub fn repeats_header(mission: &Mission, autopilot: &str, trial: u64) -> String {
     format!(
         "{}# trial {trial} of {} by {autopilot}, gains {}; positions {REPEAT_INSTANT_S} s after t = 0\n\
-         flight,j_tpf,steady_after_s,north_m,east_m,down_m,failure\n",
+         flight,{},north_m,east_m,down_m,failure\n",
         mission.stamp().csv_comment(),
         mission.name,
         mission.control.gains_name,
+        column_names(&REPEATED),
     )
 }
 
 /// The line of a flight, the first of which is number 1; what it has not got is left empty.
 pub fn repeats_row(number: u64, flight: Option<&RepeatedFlight>, failure: Option<&str>) -> String {
     let position = flight.and_then(|f| f.position_ned_m);
-    let axis = |i: usize| position.map(|p| p[i]);
-    let numbers = [flight.map(|f| f.j_tpf), flight.and_then(|f| f.steady_after_s), axis(0), axis(1), axis(2)];
-    let cells = numbers.map(|x| x.map_or(String::new(), |x| format!("{x:?}"))).join(",");
+    let axis = |i: usize| cell(position.map(|p| p[i]));
+    let mut line = number.to_string();
+    push_cells(&mut line, flight.map(|f| &f.outcome), &REPEATED);
     let failure = failure.unwrap_or_default().replace('"', "'").replace('\n', "; ");
-    format!("{number},{cells},\"{failure}\"\n")
+    format!("{line},{},{},{},\"{failure}\"\n", axis(0), axis(1), axis(2))
 }
 
 /// Keys, words and summaries of what is compared.
-fn measures(spread: &RepeatSpread) -> [(&'static str, &'static str, &Summary); 5] {
-    let [north, east, down] = &spread.position_ned_m;
-    [
-        ("j_tpf", "J_TPF", &spread.j_tpf),
-        ("steady_after_s", "steady after [s]", &spread.steady_after_s),
-        ("north_m", "north, 10 s after t = 0 [m]", north),
-        ("east_m", "east [m]", east),
-        ("down_m", "down [m]", down),
-    ]
+fn measures(spread: &RepeatSpread) -> impl Iterator<Item = (&'static str, String, Summary)> {
+    let of = |quantity: Quantity| (quantity.key, quantity.head(), spread.outcomes.of(&quantity));
+    let axes = [("north_m", "north, 10 s after t = 0 [m]"), ("east_m", "east [m]"), ("down_m", "down [m]")];
+    let positions = axes.into_iter().zip(&spread.position_ned_m);
+    let positions = positions.map(|((key, words), summary)| (key, words.to_owned(), *summary));
+    REPEATED.map(of).into_iter().chain(positions)
 }
 
 /// The spread as a table.
@@ -45,14 +48,14 @@ pub fn repeats_text(mission: &Mission, autopilot: &str, trial: u64, spread: &Rep
     let mut out = format!(
         "trial {trial} of {}, flown {} times by {autopilot}, gains {}\n\n",
         mission.name,
-        spread.j_tpf.count(),
+        spread.outcomes.of(&J_TPF).count(),
         mission.control.gains_name
     );
     out += &columns(&WIDTHS, ["", "mean", "std", "range", "flights"]);
     for (_, words, s) in measures(spread) {
         let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
         let [mean, std, range] = [s.mean(), s.std(), s.max() - s.min()].map(number);
-        out += &columns(&WIDTHS, [words, &mean, &std, &range, &s.count().to_string()]);
+        out += &columns(&WIDTHS, [&*words, &mean, &std, &range, &s.count().to_string()]);
     }
     let [from_mean_cm, apart_cm] = [spread.farthest_from_mean_m, spread.farthest_apart_m].map(|m| 1e2 * m);
     out + &format!("positions at most {from_mean_cm:.2} cm from their mean, {apart_cm:.2} cm apart\n")
@@ -66,7 +69,7 @@ pub fn repeats_json(
     failed: u64,
     spread: &RepeatSpread,
 ) -> String {
-    let measures = measures(spread).into_iter().map(|(name, _, s)| {
+    let measures = measures(spread).map(|(name, _, s)| {
         object! {
             name: name, count: s.count(), mean: s.mean(), std: s.std(), min: s.min(), max: s.max(),
             range: s.max() - s.min(),

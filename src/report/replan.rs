@@ -11,11 +11,13 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::effects::{EffectDrop, KeepsHeading, MEASURES, Measure, change, failed, number, p99, summary};
+use super::effects::{JudgedDrop, KeepsHeading, change, compared_json, failed, number, p99, summary};
 use super::json::{head, object, text};
 use super::judged_drop::verdict_builder;
+use super::outcome::{column_names, push_cells};
 use super::study::grid::Grid;
 use crate::assess::Verdict;
+use crate::assess::outcome::{ALTITUDE_LOST, COMPARED, J_TPF, STEADY_AFTER};
 use crate::config::Mission;
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::{ControlError, Gains};
@@ -85,7 +87,7 @@ impl ReplanRow {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReplanDrop {
     /// What came of the drop.
-    pub drop: EffectDrop,
+    pub drop: JudgedDrop,
     /// Plans that were renewed.
     pub renewed: usize,
     /// Attempts after which the plan was kept.
@@ -100,7 +102,7 @@ impl ReplanDrop {
     pub fn of(verdict: Option<Verdict>, records: &[ReplanRecord]) -> Self {
         let kept = records.iter().filter(|record| record.kept.is_some()).count();
         Self {
-            drop: EffectDrop::of(verdict),
+            drop: JudgedDrop::of(verdict),
             renewed: records.len() - kept,
             kept,
             iterations: records.iter().map(|record| record.iterations).sum(),
@@ -208,7 +210,7 @@ pub struct ReplanReport<'a> {
 }
 
 impl ReplanCampaign {
-    fn flown(&self) -> Vec<EffectDrop> {
+    fn flown(&self) -> Vec<JudgedDrop> {
         self.drops.iter().map(|drop| drop.drop).collect()
     }
 
@@ -219,7 +221,7 @@ impl ReplanCampaign {
     /// Share of the trials whose J_TPF is below that of the same trial of another campaign [%].
     fn better_percent(&self, other: &Self) -> f64 {
         let pairs = self.drops.iter().zip(&other.drops);
-        let better = pairs.filter(|(a, b)| a.drop.j_tpf < b.drop.j_tpf).count();
+        let better = pairs.filter(|(a, b)| a.drop.outcome.j_tpf < b.drop.outcome.j_tpf).count();
         100.0 * better as f64 / self.drops.len().max(1) as f64
     }
 }
@@ -241,8 +243,8 @@ impl ReplanReport<'_> {
                 "better in",
                 "p99",
                 "worst",
-                "steady [s]",
-                "altitude [m]",
+                &STEADY_AFTER.head(),
+                &ALTITUDE_LOST.head(),
                 "failed",
                 "renewed",
                 "kept",
@@ -250,7 +252,7 @@ impl ReplanReport<'_> {
         );
         let base = self.campaigns.first();
         for (i, campaign) in self.campaigns.iter().enumerate() {
-            let (flown, cost) = (campaign.flown(), &MEASURES[0]);
+            let (flown, cost) = (campaign.flown(), &J_TPF);
             let from = base.filter(|_| i > 0);
             let changed = from.map(|base| change(&flown, &base.flown(), cost));
             let (mean, half) = changed.map_or((f64::NAN, f64::NAN), |change| {
@@ -270,8 +272,8 @@ impl ReplanReport<'_> {
                     better,
                     number(p99(&flown, cost), 4),
                     number(summary(&flown, cost).max(), 4),
-                    number(summary(&flown, &MEASURES[1]).mean(), 2),
-                    number(summary(&flown, &MEASURES[2]).mean(), 2),
+                    number(summary(&flown, &STEADY_AFTER).mean(), STEADY_AFTER.decimals),
+                    number(summary(&flown, &ALTITUDE_LOST).mean(), ALTITUDE_LOST.decimals),
                     failed(&flown).to_string(),
                     campaign.sum(|drop| drop.renewed).to_string(),
                     campaign.sum(|drop| drop.kept).to_string(),
@@ -309,28 +311,6 @@ impl ReplanReport<'_> {
     fn campaign_json(&self, campaign: &ReplanCampaign, base: Option<&ReplanCampaign>) -> impl Serialize {
         let flown = campaign.flown();
         let from = base.map(ReplanCampaign::flown);
-        let measures = MEASURES.iter().map(|measure: &Measure| {
-            let s = summary(&flown, measure);
-            let change = from.as_ref().map(|from| {
-                let change = change(&flown, from, measure);
-                let (mean_low, mean_high) = change.mean_interval();
-                object! {
-                    count: change.count(),
-                    mean: change.mean(),
-                    mean_low: mean_low,
-                    mean_high: mean_high,
-                }
-            });
-            object! {
-                name: measure.0,
-                count: s.count(),
-                mean: s.mean(),
-                p99: p99(&flown, measure),
-                min: s.min(),
-                max: s.max(),
-                change: change,
-            }
-        });
         object! {
             name: campaign.row.name(),
             replan: campaign.row.cadence.map(|cadence| cadence.to_string()),
@@ -342,29 +322,24 @@ impl ReplanReport<'_> {
             renewed: campaign.sum(|drop| drop.renewed),
             kept: campaign.sum(|drop| drop.kept),
             solver_iterations: campaign.sum(|drop| drop.iterations),
-            measures: measures.collect::<Vec<_>>(),
+            measures: compared_json(&flown, from.as_deref()),
         }
     }
 
     /// Every drop, a row each: `replan.csv`.
     pub fn csv(&self) -> String {
-        let columns: Vec<&str> = MEASURES.iter().map(|(key, ..)| *key).collect();
         let mut out = format!(
             "{}# drops of {} along one plan and along renewed ones\ntrial,replan,gains,{},safe,renewed,kept,iterations\n",
             self.mission.stamp().csv_comment(),
             self.mission.name,
-            columns.join(",")
+            column_names(&COMPARED)
         );
         for ReplanCampaign { row, drops } in &self.campaigns {
             for (trial, flown) in drops.iter().enumerate() {
-                let cells = MEASURES.iter();
-                let cells = cells.map(|(.., of)| of(&flown.drop).map_or(String::new(), |x| format!("{x:?}")));
-                let cells: Vec<String> = cells.collect();
+                out += &format!("{trial},{},{}", row.name(), row.gains_name);
+                push_cells(&mut out, Some(&flown.drop.outcome), &COMPARED);
                 out += &format!(
-                    "{trial},{},{},{},{},{},{},{}\n",
-                    row.name(),
-                    row.gains_name,
-                    cells.join(","),
+                    ",{},{},{},{}\n",
                     u8::from(flown.drop.safe),
                     flown.renewed,
                     flown.kept,

@@ -5,38 +5,24 @@ use std::fmt::Write as _;
 use super::columns::short;
 use super::json::{head, object, text};
 use super::study::grid::Grid;
-use crate::assess::TrialOutcome;
 use crate::assess::coordinates::Group;
+use crate::assess::outcome::{ALTITUDE_LOST, J_TPF, STEADY_AFTER};
 use crate::assess::sobol::{Index, Sensitivity, SobolStudy};
+use crate::assess::{Outcome, Quantity};
 use crate::config::Mission;
 
 /// J_TPF counts as this at most, and so does that of a flight that came to no number: twice the limits. A
 /// few such flights still carry most of the variance, which is said.
 pub const J_TPF_MOST: f64 = 2.0;
 
-/// An output whose variance is shared out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Output {
-    /// Name in files.
-    pub name: &'static str,
-    /// Name for a reader.
-    pub words: &'static str,
-    /// Unit; empty for a share.
-    pub unit: &'static str,
-}
-
-/// The outputs, in order.
-pub const OUTPUTS: [Output; 3] = [
-    Output { name: "j_tpf", words: "J_TPF", unit: "" },
-    Output { name: "steady_after_s", words: "time to steady flight", unit: "s" },
-    Output { name: "altitude_lost_m", words: "altitude lost", unit: "m" },
-];
+/// The outputs whose variance is shared out, in order.
+pub const OUTPUTS: [Quantity; 3] = [J_TPF, STEADY_AFTER, ALTITUDE_LOST];
 
 /// The outputs of a trial; one that is never steady counts as steady at `end_s` [s], the flight's end. An
 /// altitude is no number where the flight was lost before the plan's end.
-pub fn outputs_of(outcome: &TrialOutcome, end_s: f64) -> [f64; 3] {
+pub fn outputs_of(outcome: &Outcome, end_s: f64) -> [f64; 3] {
     let j_tpf = if outcome.j_tpf < J_TPF_MOST { outcome.j_tpf } else { J_TPF_MOST };
-    [j_tpf, outcome.steady_after_s.unwrap_or(end_s), outcome.way_ned_m.z]
+    [j_tpf, outcome.steady_after_s.unwrap_or(end_s), outcome.altitude_lost_m]
 }
 
 /// How many flights have no output of their own, of each of [`OUTPUTS`]: J_TPF counted as [`J_TPF_MOST`],
@@ -46,11 +32,11 @@ pub struct Replaced([u64; OUTPUTS.len()]);
 
 impl Replaced {
     /// Takes a flight.
-    pub fn push(&mut self, outcome: &TrialOutcome) {
+    pub fn push(&mut self, outcome: &Outcome) {
         let replaced = [
             !(outcome.j_tpf < J_TPF_MOST),
             outcome.steady_after_s.is_none(),
-            !outcome.way_ned_m.z.is_finite(),
+            !outcome.altitude_lost_m.is_finite(),
         ];
         self.0.iter_mut().zip(replaced).for_each(|(count, replaced)| *count += u64::from(replaced));
     }
@@ -89,7 +75,7 @@ impl SobolReport<'_> {
         let mut remarks = Vec::new();
         if replaced > 0 {
             let of = format!("{replaced} of {flights} flights");
-            remarks.push(match OUTPUTS[place].name {
+            remarks.push(match OUTPUTS[place].key {
                 "j_tpf" => {
                     format!("{of} have a J_TPF of {J_TPF_MOST} or more, or none, and count as {J_TPF_MOST}")
                 }
@@ -159,7 +145,7 @@ impl SobolReport<'_> {
                     format!("{:?},{:?},{:?}", index.value, index.value - index.half, index.value + index.half)
                 };
                 // The words have commas, and no quotes.
-                let named = format!("{},{},\"{}\"", output.name, group.key, group.words);
+                let named = format!("{},{},\"{}\"", output.key, group.key, group.words);
                 let _ = writeln!(out, "{named},{},{}", cells(first), cells(total));
             }
         }
@@ -181,7 +167,7 @@ impl SobolReport<'_> {
                 }
             });
             object! {
-                output: output.name,
+                output: output.key,
                 mean: finite(found.mean),
                 deviation: finite(found.deviation),
                 replaced: self.replaced.0[place],
@@ -212,7 +198,6 @@ mod tests {
     use super::*;
     use crate::assess::sobol::SobolStudy;
     use crate::config::load_mission;
-    use nalgebra::Vector3;
 
     /// Made-up outcomes of 256 flights, two with a J_TPF beyond the cap of which one is lost: they are
     /// counted and left out by name, and the few rows that the variance hangs on are told.
@@ -234,11 +219,11 @@ mod tests {
                         40 => (7.0, 20.0),
                         _ => (0.5 + 1e-3 * z[0], 14.0 + z[1]),
                     };
-                    let outcome = TrialOutcome {
+                    let outcome = Outcome {
                         j_tpf,
-                        way_ned_m: Vector3::new(0.0, 0.0, way),
+                        altitude_lost_m: way,
                         steady_after_s: (flown % 50 > 0).then_some(2.0),
-                        ..TrialOutcome::default()
+                        ..Outcome::default()
                     };
                     replaced.push(&outcome);
                     outputs_of(&outcome, 30.0)

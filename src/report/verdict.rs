@@ -1,9 +1,11 @@
 //! The verdict on a drop, as text for the terminal.
 
 use super::columns::{fixed, short};
-use crate::assess::judge::Limit;
+use crate::assess::outcome::{
+    ALTITUDE_LOST, CANOPY_DISTANCE, IMPACT_SPEED, IMPACT_TILT, PEAK_TILT, STEADY_AFTER,
+};
 use crate::assess::power::{Extreme, PowerUse};
-use crate::assess::{Limits, Verdict};
+use crate::assess::{Limits, Quantity, Verdict};
 use crate::units::DEG_PER_RAD;
 
 /// The verdict as an aligned table: quantity, value, limit, and whether the limit held; J_TPF with the
@@ -19,36 +21,26 @@ pub(super) fn verdict_lines(
     limits: &Limits,
     misses_steady_flight: bool,
 ) -> Vec<[String; 5]> {
-    let Limits {
-        safety: limits,
-        j_tpf_below,
-        steady_within_m_s: _,
-        must_be_steady: _,
-        altitude_lost_m,
-        tilt_rad,
-        steady_after_s,
-        touch,
-        separation_m,
-    } = limits;
+    let (outcome, peaks, safety) = (&verdict.outcome, &verdict.peaks, &limits.safety);
     let line = |quantity: &str, value: String, unit: &str, limit: &str, mark: &str| {
         [quantity.to_owned(), value, unit.to_owned(), limit.to_owned(), mark.to_owned()]
     };
     let mark = |exceeded: bool| if exceeded { "EXCEEDED" } else { "ok" };
     let passed = |name: &str| mark(verdict.limits_passed.contains(&name));
     let either_way = |limit: f64| format!("+-{}", short(limit, 6));
-    let speed = short(limits.speed_m_s, 6);
-    let pitch = either_way(limits.pitch_rad * DEG_PER_RAD);
-    let rate = either_way(limits.pitch_rate_rad_s * DEG_PER_RAD);
-    let acceleration = either_way(limits.vertical_acceleration_m_s2);
-    let exceeded = !(verdict.j_tpf < *j_tpf_below);
+    let speed = short(safety.speed_m_s, 6);
+    let pitch = either_way(safety.pitch_rad * DEG_PER_RAD);
+    let rate = either_way(safety.pitch_rate_rad_s * DEG_PER_RAD);
+    let acceleration = either_way(safety.vertical_acceleration_m_s2);
+    let exceeded = !(outcome.j_tpf < limits.j_tpf_below);
     let decided = format!("{}, decided by {}", mark(exceeded), verdict.decided_by.replace('_', " "));
-    let theta = fixed(verdict.peak_pitch_rad * DEG_PER_RAD, 2);
-    let q = fixed(verdict.peak_pitch_rate_rad_s * DEG_PER_RAD, 2);
-    let phi = fixed(verdict.peak_roll_rad * DEG_PER_RAD, 2);
-    let p = fixed(verdict.peak_roll_rate_rad_s * DEG_PER_RAD, 2);
+    let theta = fixed(peaks.pitch_rad * DEG_PER_RAD, 2);
+    let q = fixed(peaks.pitch_rate_rad_s * DEG_PER_RAD, 2);
+    let phi = fixed(peaks.roll_rad * DEG_PER_RAD, 2);
+    let p = fixed(peaks.roll_rate_rad_s * DEG_PER_RAD, 2);
     let mut lines = vec![
-        line("J_TPF", fixed(verdict.j_tpf, 4), "", &short(*j_tpf_below, 6), &decided),
-        line("peak speed", fixed(verdict.peak_speed_m_s, 2), "m/s", &speed, passed("speed")),
+        line("J_TPF", fixed(outcome.j_tpf, 4), "", &short(limits.j_tpf_below, 6), &decided),
+        line("peak speed", fixed(outcome.peak_speed_m_s, 2), "m/s", &speed, passed("speed")),
         line("peak pitch", theta, "deg", &pitch, passed("pitch")),
         line("peak pitch rate", q, "deg/s", &rate, passed("pitch_rate")),
     ];
@@ -59,22 +51,22 @@ pub(super) fn verdict_lines(
     }
     let peak = fixed(verdict.peak_vertical_acceleration_m_s2, 2);
     lines.push(line("peak vertical acceleration", peak, "m/s^2", &acceleration, "not judged"));
-    // Limit and mark of what is judged only where there is a limit.
-    let judged = |limit: Option<f64>, which: Limit| {
-        let limit = limit.filter(|limit| limit.is_finite());
-        limit.map_or((String::new(), ""), |limit| (short(limit, 6), passed(which.name())))
+    // A quantity beside its limit, where there is one.
+    let judged = |quantity: &Quantity, value: String| {
+        let limit = (quantity.limit)(limits).filter(|limit| limit.is_finite()).zip(quantity.judged);
+        let (limit, mark) = limit.map_or((String::new(), ""), |(x, name)| (short(x, 6), passed(name.passed)));
+        line(quantity.words, value, quantity.unit, &limit, mark)
     };
-    if let Some(limit) = tilt_rad {
-        let (limit, mark) = judged(Some(limit * DEG_PER_RAD), Limit::Tilt);
-        lines.push(line("peak tilt", fixed(verdict.peak_tilt_rad * DEG_PER_RAD, 2), "deg", &limit, mark));
+    if limits.tilt_rad.is_some() {
+        lines.push(judged(&PEAK_TILT, fixed(outcome.peak_tilt_deg, 2)));
     }
-    let (limit, mark) = judged(*altitude_lost_m, Limit::AltitudeLost);
-    lines.push(line("altitude lost", fixed(verdict.altitude_lost_m, 1), "m", &limit, mark));
-    let (steady, unit) = verdict.steady_after_s.map_or(("never".to_owned(), ""), |t| (fixed(t, 2), "s"));
-    let (limit, mark) = judged(*steady_after_s, Limit::SteadyAfter);
-    let mark = if misses_steady_flight { "NOT STEADY" } else { mark };
-    lines.push(line("steady after", steady, unit, &limit, mark));
-    let velocity = verdict.final_v_ned.as_slice().iter().map(|v| fixed(*v, 2)).collect::<Vec<_>>();
+    lines.push(judged(&ALTITUDE_LOST, fixed(outcome.altitude_lost_m, 1)));
+    let steady = outcome.steady_after_s.map_or("never".to_owned(), |t_s| fixed(t_s, 2));
+    let [quantity, value, unit, limit, mark] = judged(&STEADY_AFTER, steady);
+    let unit = if outcome.steady_after_s.is_some() { unit } else { String::new() };
+    let mark = if misses_steady_flight { "NOT STEADY".to_owned() } else { mark };
+    lines.push([quantity, value, unit, limit, mark]);
+    let velocity = outcome.final_v_ned().as_slice().iter().map(|v| fixed(*v, 2)).collect::<Vec<_>>();
     lines.push(line("final velocity, NED", velocity.join(" "), "m/s", "", ""));
     if let Some(longest) = verdict.vortex_ring_s.iter().copied().reduce(f64::max) {
         lines.push(line("longest in the vortex ring", fixed(longest, 2), "s", "", "not judged"));
@@ -82,15 +74,8 @@ pub(super) fn verdict_lines(
     if let Some(power) = &verdict.power {
         lines.extend(power_lines(power));
     }
-    if let (Some(speed_m_s), Some(tilt)) = (verdict.impact_speed_m_s, verdict.impact_tilt_rad) {
-        let (limit, mark) = judged(Some(touch.speed_m_s), Limit::TouchSpeed);
-        lines.push(line("speed of impact", fixed(speed_m_s, 2), "m/s", &limit, mark));
-        let (limit, mark) = judged(Some(touch.tilt_rad * DEG_PER_RAD), Limit::TouchTilt);
-        lines.push(line("tilt at the impact", fixed(tilt * DEG_PER_RAD, 2), "deg", &limit, mark));
-    }
-    if let Some(distance_m) = verdict.canopy_distance_m {
-        let (limit, mark) = judged(*separation_m, Limit::Separation);
-        lines.push(line("least distance from canopy", fixed(distance_m, 2), "m", &limit, mark));
+    for quantity in [IMPACT_SPEED, IMPACT_TILT, CANOPY_DISTANCE] {
+        lines.extend(quantity.of(outcome).map(|x| judged(&quantity, fixed(x, 2))));
     }
     lines
 }

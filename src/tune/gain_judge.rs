@@ -10,15 +10,18 @@
 use std::fmt;
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use super::objective::{Evaluation, Objective};
 use super::unknowns::{self, APART, one_at_a_time, tipped};
 use super::{Longitudinal, ReleaseCase};
+use crate::assess::safety::FlightWatch;
 use crate::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S, control_period_s};
 use crate::assess::{
-    BatchMeasure, Outcome, ReleaseDistribution, SafetyLimits, StateCost, TrackingError, judge_flights,
+    BatchFlight, BatchMeasure, Outcome, ReleaseDistribution, SafetyLimits, TrackingError, judge_flights,
 };
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
-use crate::frames::{pitch, tilt};
+use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::Wind;
 use crate::model::{Environment, Vehicle};
@@ -52,7 +55,7 @@ pub struct Setting<'a> {
     /// Whether its acceleration is fed forward.
     pub feed_forward: bool,
     /// Velocity after the plan's end, NED [m/s].
-    pub target_v_ned: nalgebra::Vector3<f64>,
+    pub target_v_ned: Vector3<f64>,
     /// How close to that velocity is steady [m/s]: [`crate::assess::steady_within_m_s`], or what the mission
     /// says.
     pub steady_within_m_s: f64,
@@ -144,25 +147,18 @@ impl fmt::Display for LostFlight {
 pub struct MeasuredFlight {
     /// Costs of the flight.
     pub evaluation: Evaluation,
-    /// Time after t = 0 from which the velocity stays within what is steady, to the end [s].
-    pub steady_after_s: Option<f64>,
-    /// Way down from t = 0 to the plan's end [m].
-    pub way_down_m: f64,
-    /// Largest angle between the body's up axis and the vertical [rad].
-    pub peak_tilt_rad: f64,
+    /// What the flight came to; its way begins at t = 0.
+    pub outcome: Outcome,
     /// Distance of the velocity from the target at the end [m/s].
     pub end_error_m_s: f64,
 }
 
 impl MeasuredFlight {
     /// A flight that was lost.
-    pub const LOST: Self = Self {
-        evaluation: Evaluation::DIVERGED,
-        steady_after_s: None,
-        way_down_m: f64::INFINITY,
-        peak_tilt_rad: f64::INFINITY,
-        end_error_m_s: f64::INFINITY,
-    };
+    pub fn lost() -> Self {
+        let (evaluation, outcome) = (Evaluation::DIVERGED, Outcome::lost());
+        Self { evaluation, outcome, end_error_m_s: f64::INFINITY }
+    }
 }
 
 /// Flights to judge gains by.
@@ -315,9 +311,9 @@ impl<'a> GainJudge<'a> {
         let flights: Option<Vec<Flight>> = trials.iter().map(flight).collect();
         match (&self.planar, flights) {
             (Ok((model, measure)), Some(flights)) => {
-                let mut outcomes = vec![Outcome::default(); flights.len()];
-                judge_flights(model, measure, &flights, &mut outcomes);
-                trials.iter().zip(&outcomes).map(|(t, o)| self.judged(t, o)).collect()
+                let mut judged = vec![BatchFlight::default(); flights.len()];
+                judge_flights(model, measure, &flights, &mut judged);
+                trials.iter().zip(&judged).map(|(trial, flight)| self.judged(trial, flight)).collect()
             }
             _ => self.measure_one_at_a_time(&self.cascade(k), trials),
         }
@@ -339,37 +335,34 @@ impl<'a> GainJudge<'a> {
 
     fn measure_one_at_a_time(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<MeasuredFlight> {
         let flown = trials.iter().map(|trial| self.fly_alone(controller, trial));
-        flown.map(|e| e.unwrap_or(MeasuredFlight::LOST)).collect()
+        flown.map(|e| e.unwrap_or_else(|_| MeasuredFlight::lost())).collect()
     }
 
-    fn judged(&self, trial: &Trial, outcome: &Outcome) -> MeasuredFlight {
-        let Outcome { trial: flown, rms, steady_after_s, given_up } = outcome;
-        if *given_up || !flown.j_tpf.is_finite() {
-            return MeasuredFlight::LOST;
+    fn judged(&self, trial: &Trial, flight: &BatchFlight) -> MeasuredFlight {
+        let BatchFlight { outcome, rms, given_up } = flight;
+        if *given_up || !outcome.j_tpf.is_finite() {
+            return MeasuredFlight::lost();
         }
+        self.measured(trial, *rms, *outcome)
+    }
+
+    fn measured(&self, trial: &Trial, rms: f64, outcome: Outcome) -> MeasuredFlight {
+        let end_error_m_s = (outcome.final_v_ned() - self.setting.target_v_ned).norm();
         MeasuredFlight {
-            evaluation: self.evaluation(trial, *rms, flown.j_tpf, *steady_after_s, &flown.final_v_ned),
-            steady_after_s: *steady_after_s,
-            way_down_m: flown.way_ned_m.z,
-            peak_tilt_rad: flown.peak_tilt_rad,
-            end_error_m_s: (flown.final_v_ned - self.setting.target_v_ned).norm(),
+            evaluation: self.evaluation(trial, rms, &outcome, end_error_m_s),
+            outcome,
+            end_error_m_s,
         }
     }
 
-    fn evaluation(
-        &self,
-        trial: &Trial,
-        rms: f64,
-        j_tpf: f64,
-        steady_after_s: Option<f64>,
-        final_v_ned: &nalgebra::Vector3<f64>,
-    ) -> Evaluation {
+    fn evaluation(&self, trial: &Trial, rms: f64, outcome: &Outcome, end_error_m_s: f64) -> Evaluation {
+        let Outcome { j_tpf, steady_after_s, .. } = *outcome;
         if !trial.tracked {
             return Evaluation { rms: 0.0, j_tpf, unrest: 0.0 };
         }
-        let target = &self.setting.target_v_ned;
         let at_rest = steady_after_s.is_some_and(|t| t <= duration_s(&self.setting) - STEADY_FOR_S);
-        let away = (final_v_ned - target).norm() / target.norm().max(self.setting.steady_within_m_s);
+        let Setting { target_v_ned, steady_within_m_s, .. } = &self.setting;
+        let away = end_error_m_s / target_v_ned.norm().max(*steady_within_m_s);
         Evaluation { rms, j_tpf, unrest: if at_rest { 0.0 } else { away.max(UNREST_LEAST) } }
     }
 
@@ -386,16 +379,15 @@ impl<'a> GainJudge<'a> {
             controller = Box::new(WithDelay::new(controller));
         }
         let mut tracking = TrackingError::new(setting.plan);
-        let (mut j_tpf, mut steady_after_s) = (0.0f64, None);
-        let (mut way_down_m, mut peak_tilt_rad) = (0.0, 0.0f64);
+        let mut watch = FlightWatch::new(&setting.safety);
+        let (mut way_ned_m, mut steady_after_s) = (Vector3::zeros(), None);
         let plan_end_s = setting.plan.end_s() + 0.5 * control_period_s(setting.plan);
         let flown = fly(&mut sim, &mut *controller, &flight_plan(setting), &mut |sample| {
             let body = &sample.state.body;
             if sample.t_s <= plan_end_s {
-                way_down_m = body.p_ned.z - trial.start.p_ned.z;
+                way_ned_m = body.p_ned - trial.start.p_ned;
             }
-            peak_tilt_rad = peak_tilt_rad.max(tilt(body.q_ned_from_body));
-            j_tpf = j_tpf.max(StateCost::of_sample(sample, &setting.safety).max());
+            watch.observe(sample);
             let away = (body.v_ned - setting.target_v_ned).norm();
             steady_after_s =
                 (away <= setting.steady_within_m_s).then(|| steady_after_s.unwrap_or(sample.t_s));
@@ -409,13 +401,8 @@ impl<'a> GainJudge<'a> {
                 pitch_rad: pitch(end.q_ned_from_body),
             });
         }
-        Ok(MeasuredFlight {
-            evaluation: self.evaluation(trial, tracking.rms(), j_tpf, steady_after_s, &end.v_ned),
-            steady_after_s,
-            way_down_m,
-            peak_tilt_rad,
-            end_error_m_s: (end.v_ned - setting.target_v_ned).norm(),
-        })
+        let outcome = Outcome { steady_after_s, ..watch.outcome().with_way(way_ned_m) };
+        Ok(self.measured(trial, tracking.rms(), outcome.with_final_v(end.v_ned)))
     }
 }
 

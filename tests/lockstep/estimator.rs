@@ -208,14 +208,14 @@ fn regress_a_drop_on_the_estimator_is_the_drop_on_the_truth() {
         for seed in 1..=3 {
             let flown = drop.verdict(seed, sensors, true);
             assert!(
-                (flown.j_tpf - truth.j_tpf).abs() < within,
+                (flown.outcome.j_tpf - truth.outcome.j_tpf).abs() < within,
                 "{} {seed}: {} {}",
                 drop.mission.name,
-                flown.j_tpf,
-                truth.j_tpf
+                flown.outcome.j_tpf,
+                truth.outcome.j_tpf
             );
             assert!(flown.limits_passed.is_empty());
-            let off = flown.final_v_ned - truth.final_v_ned;
+            let off = flown.outcome.final_v_ned() - truth.outcome.final_v_ned();
             assert!(off.norm() < 0.3, "{} {seed}: {off}", drop.mission.name);
         }
     }

@@ -76,14 +76,24 @@ fn the_wire_gives_the_flight_without_frames(sim: &DropSimulation) -> (Verdict, V
     let (a, b) = (verdict(&wire), verdict(&bare));
     // float32 on the wire: 1e-7 of the state in the loop.
     assert!(worst < 2e-6, "{worst}");
-    assert!((a.j_tpf / b.j_tpf - 1.0).abs() < 1e-6, "{} {}", a.j_tpf, b.j_tpf);
+    assert!(
+        (a.outcome.j_tpf / b.outcome.j_tpf - 1.0).abs() < 1e-6,
+        "{} {}",
+        a.outcome.j_tpf,
+        b.outcome.j_tpf
+    );
     (a, b)
 }
 
 #[test]
 fn reference_the_wire_gives_the_flight_without_frames() {
     let (a, b) = the_wire_gives_the_flight_without_frames(&simulation());
-    assert!((a.j_tpf / b.j_tpf - 1.0).abs() < 1e-7, "{} {}", a.j_tpf, b.j_tpf);
+    assert!(
+        (a.outcome.j_tpf / b.outcome.j_tpf - 1.0).abs() < 1e-7,
+        "{} {}",
+        a.outcome.j_tpf,
+        b.outcome.j_tpf
+    );
     assert!(a.limits_passed.is_empty());
 }
 
@@ -94,7 +104,7 @@ fn reference_a_swinging_release_is_the_same_on_the_wire() {
     let sim = simulation_of(Parachute { pendulum, ..mission().release.parachute }, Start::Release);
     let (swinging, _) = the_wire_gives_the_flight_without_frames(&sim);
     assert!(
-        (swinging.j_tpf - verdict(&without_frames(simulation())).j_tpf).abs() > 1e-3,
+        (swinging.outcome.j_tpf - verdict(&without_frames(simulation())).outcome.j_tpf).abs() > 1e-3,
         "it does not matter"
     );
 }
@@ -105,7 +115,7 @@ fn reference_a_study_from_t0_is_the_same_on_the_wire() {
     let sim = simulation_of(mission().release.parachute, Start::T0);
     let (study, _) = the_wire_gives_the_flight_without_frames(&sim);
     // An independent implementation: J_TPF .5551 for this start.
-    assert!((study.j_tpf / 0.5551 - 1.0).abs() < 0.001, "{}", study.j_tpf);
+    assert!((study.outcome.j_tpf / 0.5551 - 1.0).abs() < 0.001, "{}", study.outcome.j_tpf);
 }
 
 #[test]

@@ -49,7 +49,7 @@ fn every_trigger_releases_at_its_time_and_the_plan_follows() {
         assert_eq!(told(&flown), [released, free - 4_000], "{trigger:?}");
         let verdict = verdict(&flown.log);
         assert!(
-            verdict.limits_passed.is_empty() && (verdict.j_tpf / 0.5551 - 1.0).abs() < 0.005,
+            verdict.limits_passed.is_empty() && (verdict.outcome.j_tpf / 0.5551 - 1.0).abs() < 0.005,
             "{verdict:?}"
         );
         let happened: Vec<String> = flown.record.events.iter().map(|e| e.event.to_string()).collect();

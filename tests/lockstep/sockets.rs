@@ -49,8 +49,13 @@ fn closed_form_three_terminals_fly_the_drop_of_the_wire_in_memory() {
         tokio::time::timeout(Duration::from_secs(60), drop).await.unwrap()
     });
     let (sockets, memory) = (verdict(flown.run().log()), verdict(&drop_on_the_wire(|_, _, _| {}).log));
-    assert!((sockets.j_tpf / memory.j_tpf - 1.0).abs() < 0.02, "{} {}", sockets.j_tpf, memory.j_tpf);
-    assert!((sockets.final_v_ned - memory.final_v_ned).norm() < 0.01);
+    assert!(
+        (sockets.outcome.j_tpf / memory.outcome.j_tpf - 1.0).abs() < 0.02,
+        "{} {}",
+        sockets.outcome.j_tpf,
+        memory.outcome.j_tpf
+    );
+    assert!((sockets.outcome.final_v_ned() - memory.outcome.final_v_ned()).norm() < 0.01);
     watched(&viewer);
 }
 

@@ -75,7 +75,7 @@ def test_polars(folder, monkeypatch, capsys):
     dearest = names["dearest"].collect()
     expected = sorted(lines(folder, "optimal"), key=lambda line: -float(line["j_tpf"]))[:10]
     assert dearest["j_tpf"].to_list() == [float(line["j_tpf"]) for line in expected]
-    assert "theta_0_rad" in capsys.readouterr().out
+    assert "theta_0_deg" in capsys.readouterr().out
     # Every number of every line, to the bit.
     rows = polars.read_parquet("runs/x500/shards/*.parquet").filter(polars.col("campaign") == "step")
     for line, row in zip(lines(folder, "step"), rows.iter_rows(named=True), strict=True):

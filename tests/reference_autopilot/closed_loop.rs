@@ -104,13 +104,13 @@ fn closed_form_a_drop_over_hil_messages_is_the_drop_without_them() {
     let without = judge.finish().unwrap();
 
     assert!(
-        (over_wire.j_tpf - without.j_tpf).abs() < 1e-5 * without.j_tpf,
+        (over_wire.outcome.j_tpf - without.outcome.j_tpf).abs() < 1e-5 * without.outcome.j_tpf,
         "{} {}",
-        over_wire.j_tpf,
-        without.j_tpf
+        over_wire.outcome.j_tpf,
+        without.outcome.j_tpf
     );
-    assert!((over_wire.final_v_ned - TARGET).norm() < 0.04, "{}", over_wire.final_v_ned);
-    assert!((over_wire.final_v_ned - without.final_v_ned).norm() < 1e-4);
+    assert!((over_wire.outcome.final_v_ned() - TARGET).norm() < 0.04, "{}", over_wire.outcome.final_v_ned());
+    assert!((over_wire.outcome.final_v_ned() - without.outcome.final_v_ned()).norm() < 1e-4);
     assert_eq!(over_wire.limits_passed, without.limits_passed);
-    assert!(over_wire.steady_after_s.is_some());
+    assert!(over_wire.outcome.steady_after_s.is_some());
 }

@@ -114,12 +114,16 @@ fn reference_j_tpf_of_all_cases_and_controllers() {
             for case in 0..7 {
                 let v = judged(name, case, dt);
                 let what = format!("{name} {suffix} case {case}");
-                assert!((v.j_tpf - j[case]).abs() < 1e-9, "{what}: J_TPF {:.2e}", v.j_tpf - j[case]);
+                assert!(
+                    (v.outcome.j_tpf - j[case]).abs() < 1e-9,
+                    "{what}: J_TPF {:.2e}",
+                    v.outcome.j_tpf - j[case]
+                );
                 let peak = |low: f64, high: f64| if low.abs() > high.abs() { low } else { high };
                 for (found, wanted) in [
-                    (v.peak_speed_m_s, speed[case]),
-                    (v.peak_pitch_rad, peak(pitch_min[case], pitch_max[case]) * RAD_PER_DEG),
-                    (v.peak_pitch_rate_rad_s, peak(rate_min[case], rate_max[case]) * RAD_PER_DEG),
+                    (v.outcome.peak_speed_m_s, speed[case]),
+                    (v.peaks.pitch_rad, peak(pitch_min[case], pitch_max[case]) * RAD_PER_DEG),
+                    (v.peaks.pitch_rate_rad_s, peak(rate_min[case], rate_max[case]) * RAD_PER_DEG),
                 ] {
                     assert!((found - wanted).abs() < 2e-9, "{what}: {:.2e}", found - wanted);
                 }
@@ -163,7 +167,7 @@ fn reference_safety_gains_on_the_seven_cases() {
     let wanted = [0.555, 0.553, 0.553, 0.554, 0.553, 0.594, 0.587];
     for (case, w) in TABLE_3.iter().zip(wanted) {
         let v = safety_flight(case.state(), None, 30.0);
-        assert!((v.j_tpf - w).abs() < 6e-4, "{} against {w}", v.j_tpf);
+        assert!((v.outcome.j_tpf - w).abs() < 6e-4, "{} against {w}", v.outcome.j_tpf);
         assert!(v.limits_passed.is_empty());
     }
 }
@@ -179,11 +183,11 @@ fn nominal() -> BodyState {
 #[test]
 fn reference_safety_gains_settle_when_the_target_follows_the_plan() {
     let v = safety_flight(nominal(), Some(target_ned()), 34.5);
-    assert!((v.j_tpf - 0.5551).abs() < 6e-5, "{}", v.j_tpf);
-    assert!((v.steady_after_s.unwrap() - 31.24).abs() < 0.011, "{:?}", v.steady_after_s);
-    assert!((v.final_v_ned - target_ned()).norm() < 0.01 * target_ned().norm());
+    assert!((v.outcome.j_tpf - 0.5551).abs() < 6e-5, "{}", v.outcome.j_tpf);
+    assert!((v.outcome.steady_after_s.unwrap() - 31.24).abs() < 0.011, "{:?}", v.outcome.steady_after_s);
+    assert!((v.outcome.final_v_ned() - target_ned()).norm() < 0.01 * target_ned().norm());
     // Without it the plan's own sag at the end stays.
-    assert_eq!(safety_flight(nominal(), None, 34.5).steady_after_s, None);
+    assert_eq!(safety_flight(nominal(), None, 34.5).outcome.steady_after_s, None);
 }
 
 /// As a stream of messages flies it, 250 Hz with setpoints held at 50 Hz: J_TPF moves by a tenth of a
@@ -191,7 +195,7 @@ fn reference_safety_gains_settle_when_the_target_follows_the_plan() {
 #[test]
 fn reference_safety_gains_with_the_rates_of_the_wire() {
     let v = safety_flight_at(nominal(), Some(target_ned()), 34.5, 0.004, Some(0.02));
-    assert!((v.j_tpf / 0.5551 - 1.0).abs() < 2e-3, "{}", v.j_tpf);
+    assert!((v.outcome.j_tpf / 0.5551 - 1.0).abs() < 2e-3, "{}", v.outcome.j_tpf);
 }
 
 /// The drop from 3 m/s under the canopy: the air takes 14 mm/s off the 3.675 m/s of the fall in a vacuum.

@@ -4,12 +4,13 @@
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use samara::assess::{RandomRelease, SafetyStudy, StudyEntry, StudyReference, TrialOutcome};
+use samara::assess::{Outcome, RandomRelease, SafetyStudy, StudyEntry, StudyReference};
 use samara::config::load_mission;
 use samara::control::{Airframe, Cascade};
 use samara::model::{Motor, Vehicle};
 use samara::plan::{Guess, SolverOptions, plan};
 use samara::tune::ReleaseCase;
+use samara::units::RAD_PER_DEG;
 
 /// A mission's study with another motor, the flights of its cases with the mission's gains on the plan.
 struct Cases {
@@ -50,14 +51,16 @@ impl Cases {
     }
 
     /// Side by side, after a look that they are what flights in space are.
-    fn fly(&self) -> Vec<TrialOutcome> {
+    fn fly(&self) -> Vec<Outcome> {
         let outcomes = self.study.fly_releases(&self.entry, &self.releases);
         for (outcome, release) in outcomes.iter().zip(&self.releases) {
             let alone = self.study.outcome(&self.entry, &release.state);
-            let off = (outcome.final_v_ned - alone.final_v_ned).norm();
+            let off = (outcome.final_v_ned() - alone.final_v_ned()).norm();
             // The way: by the trapezoid rule over the control steps there, integrated here.
-            let (way, tilt) =
-                ((outcome.way_ned_m - alone.way_ned_m).norm(), outcome.peak_tilt_rad - alone.peak_tilt_rad);
+            let (way, tilt) = (
+                (outcome.way_ned_m() - alone.way_ned_m()).norm(),
+                (outcome.peak_tilt_deg - alone.peak_tilt_deg) * RAD_PER_DEG,
+            );
             assert!(
                 (outcome.j_tpf - alone.j_tpf).abs() < 1e-9 && off < 1e-9 && way < 2e-3 && tilt.abs() < 1e-7,
                 "{outcome:?}, in space {alone:?}"
@@ -99,7 +102,7 @@ fn prop_j_tpf_converges_as_motors_get_faster() {
         for (outcome, limit) in at(tau_s).iter().zip(&limit) {
             let off = (outcome.j_tpf - limit.j_tpf).abs();
             assert!(off < 2.0 * tau_s, "tau {tau_s}: J_TPF {}, limit {}", outcome.j_tpf, limit.j_tpf);
-            let v_off = (outcome.final_v_ned - limit.final_v_ned).norm();
+            let v_off = (outcome.final_v_ned() - limit.final_v_ned()).norm();
             assert!(v_off < 20.0 * tau_s, "tau {tau_s}: off by {v_off} m/s at the end");
         }
     }
@@ -124,7 +127,7 @@ fn prop_j_tpf_converges_as_rotors_get_lighter() {
             assert!(off < inertia, "{inertia} kg m^2: J_TPF {}, limit {}", outcome.j_tpf, limit.j_tpf);
         }
     }
-    assert!(limit.iter().all(|o| (o.final_v_ned - Vector3::new(4.0, 0.0, 4.0)).norm() < 1.0), "{limit:?}");
+    assert!(limit.iter().all(|o| (o.final_v_ned() - Vector3::new(4.0, 0.0, 4.0)).norm() < 1.0), "{limit:?}");
 }
 
 /// To the mission's end, beyond the plan: each of the shipped designs is steady then, and the way is that to
@@ -138,8 +141,11 @@ fn prop_the_way_and_the_time_to_steady_flight_are_the_same_in_the_plane() {
         cases.study.settle_s = 12.0;
         for (long, short) in cases.fly().iter().zip(&to_the_plans_end) {
             assert!(long.steady_after_s.is_some(), "{mission}: {long:?}");
-            assert!((long.way_ned_m - short.way_ned_m).norm() < 1e-9, "{mission}: {long:?}, {short:?}");
-            assert!(long.way_ned_m.z > 5.0 && long.peak_tilt_rad < 0.6, "{mission}: {long:?}");
+            assert!((long.way_ned_m() - short.way_ned_m()).norm() < 1e-9, "{mission}: {long:?}, {short:?}");
+            assert!(
+                long.way_ned_m().z > 5.0 && long.peak_tilt_deg * RAD_PER_DEG < 0.6,
+                "{mission}: {long:?}"
+            );
         }
     }
 }

@@ -4,7 +4,7 @@
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
 use samara::assess::{
-    BatchMeasure, Outcome, TrackingError, Verdict, VerdictBuilder, judge_flights, steady_within_m_s,
+    BatchFlight, BatchMeasure, TrackingError, Verdict, VerdictBuilder, judge_flights, steady_within_m_s,
 };
 use samara::control::{ControlLimits, Gains};
 use samara::sim::planar::{Flight, Model, Release, Variation};
@@ -31,13 +31,18 @@ fn hermite(trajectory: &Trajectory, then_v_ned: Option<Vector3<f64>>) -> Referen
 }
 
 /// The seven cases, judged.
-fn judged(kind: PlantKind, gains: Gains, plan: &FlightPlan<'_>, nodes: Option<&Trajectory>) -> Vec<Outcome> {
+fn judged(
+    kind: PlantKind,
+    gains: Gains,
+    plan: &FlightPlan<'_>,
+    nodes: Option<&Trajectory>,
+) -> Vec<BatchFlight> {
     let model = Model::new(&TITAN, &site(), &ControlLimits::default(), kind).unwrap();
     let target = target_ned();
     let near = steady_within_m_s(&target);
     let measure = BatchMeasure::new(plan, nodes, limits(), [target.x, target.z], near).unwrap();
     let flights: Vec<Flight> = TABLE_3.iter().map(|case| flight_of(case, gains)).collect();
-    let mut outcomes = vec![Outcome::default(); flights.len()];
+    let mut outcomes = vec![BatchFlight::default(); flights.len()];
     judge_flights(&model, &measure, &flights, &mut outcomes);
     outcomes
 }
@@ -78,15 +83,16 @@ fn prop_batch_costs_are_those_of_flights_in_space() {
             let outcomes = judged(kind, gains(name), &flight, Some(&nodes));
             for (found, case) in outcomes.iter().zip(TABLE_3.iter()) {
                 let (rms, v) = in_space(kind, gains(name), &flight, &nodes, case);
+                let (o, v) = (&found.outcome, &v.outcome);
                 let pairs = [
                     (found.rms, rms),
-                    (found.trial.j_tpf, v.j_tpf),
-                    (found.trial.peak_speed_m_s, v.peak_speed_m_s),
-                    (found.trial.peak_pitch_rad, v.peak_pitch_rad),
-                    (found.trial.peak_pitch_rate_rad_s, v.peak_pitch_rate_rad_s),
-                    (found.trial.final_v_ned.x, v.final_v_ned.x),
-                    (found.trial.final_v_ned.z, v.final_v_ned.z),
-                    (found.steady_after_s.unwrap_or(-1.0), v.steady_after_s.unwrap_or(-1.0)),
+                    (o.j_tpf, v.j_tpf),
+                    (o.peak_speed_m_s, v.peak_speed_m_s),
+                    (o.peak_pitch_deg * RAD_PER_DEG, v.peak_pitch_deg * RAD_PER_DEG),
+                    (o.peak_pitch_rate_deg_s * RAD_PER_DEG, v.peak_pitch_rate_deg_s * RAD_PER_DEG),
+                    (o.vn_end_m_s, v.vn_end_m_s),
+                    (o.vd_end_m_s, v.vd_end_m_s),
+                    (o.steady_after_s.unwrap_or(-1.0), v.steady_after_s.unwrap_or(-1.0)),
                 ];
                 for (i, (found, wanted)) in pairs.into_iter().enumerate() {
                     let error = (found - wanted).abs();
@@ -110,11 +116,12 @@ fn prop_a_flight_that_turns_over_costs_the_same_in_space() {
     for (found, case) in judged(PlantKind::Ideal, gains, &flight, Some(&nodes)).iter().zip(TABLE_3.iter()) {
         let (rms, verdict) = in_space(PlantKind::Ideal, gains, &flight, &nodes, case);
         assert!(found.given_up && found.rms == 1000.0 && rms == 1000.0, "{case:?}");
-        assert!((found.trial.j_tpf - verdict.j_tpf).abs() < 1e-9 * verdict.j_tpf, "{case:?}");
-        let rate = found.trial.peak_pitch_rate_rad_s.abs() / limits().pitch_rate_rad_s;
-        let speed = found.trial.peak_speed_m_s / limits().speed_m_s;
-        assert!(found.trial.peak_pitch_rad.abs() > std::f64::consts::PI, "{case:?}");
-        assert_eq!(found.trial.j_tpf, most.max(rate).max(speed), "{case:?}");
+        let (o, in_space) = (&found.outcome, verdict.outcome.j_tpf);
+        assert!((o.j_tpf - in_space).abs() < 1e-9 * in_space, "{case:?}");
+        let rate = o.peak_pitch_rate_deg_s * RAD_PER_DEG / limits().pitch_rate_rad_s;
+        let speed = o.peak_speed_m_s / limits().speed_m_s;
+        assert!(o.peak_pitch_deg > 180.0, "{case:?}");
+        assert!((o.j_tpf - most.max(rate).max(speed)).abs() < 1e-15 * o.j_tpf, "{case:?}");
     }
 }
 
@@ -158,11 +165,11 @@ fn reference_batch_j_tpf_of_all_cases_and_controllers() {
             let outcomes = judged(PlantKind::Actuator, gains(name), &along(reference, dt_s, 30.0), None);
             for (case, found) in outcomes.iter().enumerate() {
                 let what = format!("{key} {suffix} case {case}");
-                assert!((found.trial.j_tpf - j_tpf[case]).abs() < 1e-9, "{what}: {}", found.trial.j_tpf);
-                assert!((found.trial.peak_speed_m_s - speed[case]).abs() < 2e-9, "{what}");
+                assert!((found.outcome.j_tpf - j_tpf[case]).abs() < 1e-9, "{what}: {}", found.outcome.j_tpf);
+                assert!((found.outcome.peak_speed_m_s - speed[case]).abs() < 2e-9, "{what}");
                 let steepest = if pitch[0][case].abs() > pitch[1][case].abs() { 0 } else { 1 };
-                let wanted = pitch[steepest][case] * RAD_PER_DEG;
-                assert!((found.trial.peak_pitch_rad - wanted).abs() < 2e-9, "{what}");
+                let wanted = pitch[steepest][case].abs();
+                assert!(((found.outcome.peak_pitch_deg - wanted) * RAD_PER_DEG).abs() < 2e-9, "{what}");
                 assert_eq!(found.rms, 0.0, "no nodes, no error");
             }
         }
@@ -186,18 +193,18 @@ fn lost_flights_cost_a_thousand_and_leave_the_others_alone() {
     // The wrong sign of the pitch loop: it tumbles.
     let mut tumbling = good;
     tumbling.gains.k_ptheta = -3.0;
-    let mut outcomes = [Outcome::default(); 4];
+    let mut outcomes = [BatchFlight::default(); 4];
     judge_flights(&model, &measure_with_nodes, &[fast, good, broken, tumbling], &mut outcomes);
-    let mut alone = [Outcome::default(); 1];
+    let mut alone = [BatchFlight::default(); 1];
     judge_flights(&model, &measure_with_nodes, &[good], &mut alone);
     assert_eq!(outcomes[1], alone[0]);
     assert!(outcomes[1].rms < 1.0 && !outcomes[1].given_up);
     for lost in [0, 2, 3] {
         assert_eq!(outcomes[lost].rms, 1000.0);
-        assert!(outcomes[lost].given_up && outcomes[lost].trial.j_tpf > 1.0, "{lost}");
+        assert!(outcomes[lost].given_up && outcomes[lost].outcome.j_tpf > 1.0, "{lost}");
     }
-    assert_eq!(outcomes[0].trial.peak_speed_m_s, 80.0f64.hypot(TABLE_3[2].v_ned.z));
-    assert_eq!(outcomes[2].trial.j_tpf, f64::INFINITY);
+    assert_eq!(outcomes[0].outcome.peak_speed_m_s, 80.0f64.hypot(TABLE_3[2].v_ned.z));
+    assert_eq!(outcomes[2].outcome.j_tpf, f64::INFINITY);
     let off_grid =
         judged(PlantKind::Ideal, gains("safety"), &along(hermite(&velocity, None), 0.01, 30.0), Some(&nodes));
     assert!(off_grid.iter().all(|o| o.rms == 1000.0 && !o.given_up));

@@ -3,7 +3,7 @@
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
-use samara::assess::{Limits, RandomRelease, SafetyStudy, StudyEntry, TrialOutcome, tracking};
+use samara::assess::{Limits, Outcome, RandomRelease, SafetyStudy, StudyEntry, tracking};
 use samara::config::Mission;
 use samara::report::campaign::exact::MeasureValues;
 use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
@@ -21,7 +21,7 @@ use crate::work::{Stop, work};
 const PORTION: usize = 8;
 
 /// Trials with their releases.
-type Trials = Vec<(RandomRelease, TrialOutcome)>;
+type Trials = Vec<(RandomRelease, Outcome)>;
 
 /// Campaigns that were flown.
 #[pyclass(frozen, module = "samara_tpf._samara")]
@@ -156,7 +156,7 @@ fn fly(
     stop: &Stop,
 ) -> Result<Trials, Fault> {
     let fly = |some: &[RandomRelease]| (!stop.raised()).then(|| study.fly_releases(entry, some));
-    let portions: Option<Vec<Vec<TrialOutcome>>> =
+    let portions: Option<Vec<Vec<Outcome>>> =
         pool.install(|| releases.par_chunks(PORTION).map(fly).collect());
     let outcomes = portions.ok_or_else(Fault::stopped)?.into_iter().flatten();
     Ok(releases.iter().copied().zip(outcomes).collect())

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use rayon::prelude::*;
-use samara::assess::TrialOutcome;
+use samara::assess::Outcome;
 use samara::assess::coordinates::TrialSpace;
 use samara::assess::rare::RareSearch;
 use samara::assess::sobol::SobolStudy;
@@ -132,9 +132,8 @@ fn fly(
     points: &[Vec<f64>],
     pool: &rayon::ThreadPool,
     stop: &Stop,
-) -> Result<Vec<TrialOutcome>, Fault> {
+) -> Result<Vec<Outcome>, Fault> {
     let fly = |some: &[Vec<f64>]| (!stop.raised()).then(|| space.fly(some));
-    let portions: Option<Vec<Vec<TrialOutcome>>> =
-        pool.install(|| points.par_chunks(LANES).map(fly).collect());
+    let portions: Option<Vec<Vec<Outcome>>> = pool.install(|| points.par_chunks(LANES).map(fly).collect());
     Ok(portions.ok_or_else(Fault::stopped)?.into_iter().flatten().collect())
 }

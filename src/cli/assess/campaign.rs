@@ -18,8 +18,8 @@ use crate::cli::results::OutputFolder;
 #[cfg(feature = "shards")]
 use samara::assess::BlockError;
 use samara::assess::{
-    Limits, RandomRelease, ReleaseDistribution, ReleaseTrends, SafetyStudy, Selection, StudyEntry, Summary,
-    Tally, TrialOutcome, paper,
+    Limits, Outcome, RandomRelease, ReleaseDistribution, ReleaseTrends, SafetyStudy, Selection, StudyEntry,
+    Summary, Tally, paper,
 };
 use samara::config::Mission;
 use samara::report::campaign::exact::{MeasurePasses, MeasureValues};
@@ -78,9 +78,9 @@ impl TrialRunner<'_> {
     }
 
     /// Flies a trial from each release, on all threads.
-    pub fn fly(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<TrialOutcome> {
+    pub fn fly(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<Outcome> {
         let study = &self.study;
-        let portions: Vec<Vec<TrialOutcome>> = self
+        let portions: Vec<Vec<Outcome>> = self
             .pool
             .install(|| releases.par_chunks(PORTION).map(|some| study.fly_releases(entry, some)).collect());
         portions.into_iter().flatten().collect()
@@ -96,7 +96,7 @@ pub struct Campaign {
     /// All that the page of a mission's own campaigns shows.
     pub summary: CampaignSummary,
     /// The first [`SHOWN`] trials.
-    pub shown: Vec<(RandomRelease, TrialOutcome)>,
+    pub shown: Vec<(RandomRelease, Outcome)>,
     /// Trials that were flown now, not read.
     pub flown_now: u64,
     /// The numbers of all trials, where they are few enough to be sorted.
@@ -111,7 +111,7 @@ impl Campaign {
     }
 
     /// Takes the next trial; whether its line is kept.
-    fn take(&mut self, release: RandomRelease, outcome: TrialOutcome, runner: &TrialRunner<'_>) -> bool {
+    fn take(&mut self, release: RandomRelease, outcome: Outcome, runner: &TrialRunner<'_>) -> bool {
         let (limits, keep) = (&runner.limits, runner.keep);
         let record = TrialRecord::of_flight(release.trial, &outcome, limits);
         self.tally.push(outcome.j_tpf, limits.j_tpf_below);
@@ -130,7 +130,7 @@ impl Campaign {
     pub fn append(
         &mut self,
         part: &CampaignSummary,
-        shown: impl IntoIterator<Item = (RandomRelease, TrialOutcome)>,
+        shown: impl IntoIterator<Item = (RandomRelease, Outcome)>,
     ) -> Result<(), BlockError> {
         self.shown.extend(shown);
         self.summary.append(part)
@@ -138,12 +138,7 @@ impl Campaign {
 
     /// Takes the number of a trial that was flown elsewhere, for the quantiles; its line.
     #[cfg(feature = "shards")]
-    pub fn line(
-        &mut self,
-        release: &RandomRelease,
-        outcome: &TrialOutcome,
-        runner: &TrialRunner<'_>,
-    ) -> String {
+    pub fn line(&mut self, release: &RandomRelease, outcome: &Outcome, runner: &TrialRunner<'_>) -> String {
         if runner.sorts() {
             self.values.push(&TrialRecord::of_flight(release.trial, outcome, &runner.limits));
         }
@@ -361,7 +356,7 @@ fn next_line(
     lines: &mut impl Iterator<Item = std::io::Result<String>>,
     runner: &TrialRunner<'_>,
     trial: u64,
-) -> Result<(RandomRelease, TrialOutcome), Failure> {
+) -> Result<(RandomRelease, Outcome), Failure> {
     let release = runner.draw(trial);
     let line = lines.next().transpose().context("a campaign's file").bad_input()?.unwrap_or_default();
     let outcome = parse_row(&line, &release).context("a campaign's file").bad_input()?;

@@ -10,7 +10,7 @@ use crate::cli::conclusion::write_mcap;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::assess::judge::{Limits, words};
-use samara::assess::{Course, RandomRelease, StudyEntry, TrialOutcome, VerdictBuilder, judge_trial};
+use samara::assess::{Course, Outcome, RandomRelease, StudyEntry, VerdictBuilder, judge_trial};
 use samara::config::Mission;
 use samara::report::campaign::own::OPTIMAL;
 use samara::report::study::campaign_csv::write_row;
@@ -33,7 +33,7 @@ pub fn run(
     let results = runner.in_order(entries, |entry| {
         study.fly_releases(entry, std::slice::from_ref(&release)).into_iter().next()
     });
-    let flown: Vec<(&StudyEntry, TrialOutcome)> =
+    let flown: Vec<(&StudyEntry, Outcome)> =
         entries.iter().zip(results).filter_map(|(entry, outcome)| Some((entry, outcome?))).collect();
     let mut rows = Vec::new();
     for (entry, outcome) in &flown {

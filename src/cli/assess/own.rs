@@ -11,11 +11,12 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::Stopwatch;
+use samara::assess::outcome::COUNTED;
 use samara::assess::{StudyEntry, tracking};
 use samara::plan::Plan;
 use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
 use samara::report::campaign::{
-    CampaignReport, CaseRecord, MEASURES, NamedCampaign, footprint, json, junit, page, tables,
+    CampaignReport, CaseRecord, NamedCampaign, footprint, json, junit, page, tables,
 };
 use samara::report::figure::{Distribution, FigureError, distribution_figure};
 use samara::report::study::page::Figure;
@@ -104,16 +105,15 @@ pub fn write_page(
 fn distributions(report: &CampaignReport<'_>, file: &str) -> Result<Option<Figure>, Failure> {
     let shown = report.judged().map_or(0, |campaign| campaign.summary.shown.len());
     let of = |place: usize| {
-        let measure = &MEASURES[place];
+        let quantity = &COUNTED[place];
         let values = |campaign: &NamedCampaign| {
             let shown = &campaign.summary.shown;
-            let values: Vec<f64> = shown.iter().filter_map(|trial| (measure.of)(trial)).collect();
+            let values: Vec<f64> = shown.iter().filter_map(|trial| quantity.of(&trial.outcome)).collect();
             (campaign.label.clone(), values, shown.len())
         };
-        let unit = if measure.unit.is_empty() { String::new() } else { format!(" [{}]", measure.unit) };
         Distribution {
-            name: format!("{}{unit}", measure.name),
-            limit: (measure.limit)(&report.limits),
+            name: quantity.head(),
+            limit: (quantity.limit)(&report.limits),
             controllers: report.campaigns.iter().map(values).collect(),
         }
     };

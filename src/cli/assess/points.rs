@@ -14,7 +14,7 @@ use crate::cli::narrator::Narrator;
 use crate::cli::progress::Progress;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
-use samara::assess::TrialOutcome;
+use samara::assess::Outcome;
 use samara::assess::coordinates::TrialSpace;
 use samara::config::Mission;
 use samara::sim::planar::LANES;
@@ -57,12 +57,12 @@ impl<'a> Flights<'a> {
     }
 
     /// The outcomes at some points.
-    pub fn fly(&self, points: &[Vec<f64>]) -> Result<Vec<TrialOutcome>, Stopped> {
+    pub fn fly(&self, points: &[Vec<f64>]) -> Result<Vec<Outcome>, Stopped> {
         if self.stop.load(Ordering::Relaxed) {
             return Err(Stopped);
         }
         let fly = |some: &[Vec<f64>]| self.space.fly(some);
-        let flown: Vec<Vec<TrialOutcome>> = self.pool.install(|| points.par_chunks(LANES).map(fly).collect());
+        let flown: Vec<Vec<Outcome>> = self.pool.install(|| points.par_chunks(LANES).map(fly).collect());
         self.progress.inc(points.len() as u64);
         Ok(flown.into_iter().flatten().collect())
     }

@@ -14,7 +14,8 @@ use crate::cli::pilot::{Flight, Pilot, Reference};
 use crate::cli::planning::Planned;
 use crate::cli::system::interrupt_flag;
 use crate::cli::terminal::print;
-use samara::assess::Verdict;
+use samara::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_PITCH, PEAK_PITCH_RATE, PEAK_SPEED, STEADY_AFTER};
+use samara::assess::{Quantity, Verdict};
 use samara::units::DEG_PER_RAD;
 
 const HEAD: &str = "\
@@ -22,8 +23,8 @@ case        flown by     J_TPF  peak pitch  peak pitch rate  peak speed  altitud
                                        deg            deg/s         m/s              m             s
 ";
 
-/// Columns of `cases.csv`.
-const COLUMNS: &str = "case,autopilot,j_tpf,peak_pitch_deg,peak_pitch_rate_deg_s,peak_speed_m_s,altitude_lost_m,steady_after_s,decided_by";
+/// Quantities of `cases.csv`.
+const COLUMNS: [Quantity; 6] = [J_TPF, PEAK_PITCH, PEAK_PITCH_RATE, PEAK_SPEED, ALTITUDE_LOST, STEADY_AFTER];
 
 /// Flies the mission of `nominal` from each release case, into a folder each below that of `nominal`.
 pub fn run(
@@ -40,7 +41,8 @@ pub fn run(
     };
     let quiet = Narrator::together(true);
     let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
-    let mut csv = format!("{}{COLUMNS}\n", mission.stamp().csv_comment());
+    let columns = COLUMNS.map(|quantity| quantity.key).join(",");
+    let mut csv = format!("{}case,autopilot,{columns},decided_by\n", mission.stamp().csv_comment());
     narrator.say(HEAD);
     // Each flight listens for Ctrl-C itself, and ends by it; here it ends the series.
     let stop = interrupt_flag()?;
@@ -95,30 +97,23 @@ fn all(objects: &[String]) -> String {
 /// A line of `cases.csv`; empty fields where nothing was released or nothing became steady.
 fn line(case: &str, pilot: &str, verdict: Option<&Verdict>) -> String {
     let mut line = format!("{case},{pilot}");
-    let numbers: [fn(&Verdict) -> Option<f64>; 6] = [
-        |v| Some(v.j_tpf),
-        |v| Some(v.peak_pitch_rad.abs() * DEG_PER_RAD),
-        |v| Some(v.peak_pitch_rate_rad_s.abs() * DEG_PER_RAD),
-        |v| Some(v.peak_speed_m_s),
-        |v| Some(v.altitude_lost_m),
-        |v| v.steady_after_s,
-    ];
-    for number in numbers {
+    for quantity in COLUMNS {
         // Writing to a String cannot fail.
-        let _ = write!(line, ",{}", verdict.and_then(number).map_or(String::new(), |x| format!("{x:?}")));
+        let value = verdict.and_then(|v| quantity.of(&v.outcome));
+        let _ = write!(line, ",{}", value.map_or(String::new(), |x| format!("{x:?}")));
     }
     line + &format!(",{}\n", verdict.map_or("", |v| v.decided_by))
 }
 
 fn row(case: &str, pilot: &str, verdict: Option<&Verdict>) -> String {
     let Some(v) = verdict else { return format!("{case:11} {pilot:9}  never released\n") };
-    let steady = v.steady_after_s.map_or("never".to_owned(), |t| format!("{t:.2}"));
+    let steady = v.outcome.steady_after_s.map_or("never".to_owned(), |t| format!("{t:.2}"));
     format!(
         "{case:11} {pilot:9} {:8.4} {:11.2} {:16.2} {:11.2} {:14.1} {steady:>13}\n",
-        v.j_tpf,
-        v.peak_pitch_rad * DEG_PER_RAD,
-        v.peak_pitch_rate_rad_s * DEG_PER_RAD,
-        v.peak_speed_m_s,
-        v.altitude_lost_m,
+        v.outcome.j_tpf,
+        v.peaks.pitch_rad * DEG_PER_RAD,
+        v.peaks.pitch_rate_rad_s * DEG_PER_RAD,
+        v.outcome.peak_speed_m_s,
+        v.outcome.altitude_lost_m,
     )
 }

@@ -163,14 +163,15 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
             "no gains were found that fly it; {gains_shown} holds a guess. `samara check {shown}` shows what the numbers amount to"
         ));
     };
-    let after_s = found.verdict.steady_after_s.unwrap_or(f64::NAN);
+    let after_s = found.verdict.outcome.steady_after_s.unwrap_or(f64::NAN);
     let about = format!(
         "By samara new mission for {}: {}. Flown: J_TPF {:.3}, steady after {after_s:.1} s. samara tune finds better ones.",
-        mission.name, found.about, found.verdict.j_tpf
+        mission.name, found.about, found.verdict.outcome.j_tpf
     );
     gains_output.write_text(&format!("{gains_name}.json"), &gains_json(&gains_name, &about, &found.gains))?;
     print(&if args.json {
-        let flown = json!({ "j_tpf": found.verdict.j_tpf, "steady_after_s": found.verdict.steady_after_s });
+        let outcome = &found.verdict.outcome;
+        let flown = json!({ "j_tpf": outcome.j_tpf, "steady_after_s": outcome.steady_after_s });
         format!(
             "{:#}\n",
             json!({ "mission": mission.name, "file": shown, "gains_file": gains_shown, "flown": flown })
@@ -180,7 +181,7 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
         format!(
             "{shown}: its `about`s say what is estimated and guessed\n{gains_shown}: {}; flown: J_TPF {:.3}, steady after {after_s:.1} s\n\
              next:\n  samara check {path}\n  samara drop {path}\n",
-            found.about, found.verdict.j_tpf
+            found.about, found.verdict.outcome.j_tpf
         )
     })?;
     Ok(Answer::Yes)

@@ -78,7 +78,7 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
         safe.then_some(FlownGains { gains, about, verdict })
     });
     flown.reduce(|best, next| {
-        let after = |flown: &FlownGains| flown.verdict.steady_after_s.unwrap_or(f64::INFINITY);
+        let after = |flown: &FlownGains| flown.verdict.outcome.steady_after_s.unwrap_or(f64::INFINITY);
         if after(&next) < after(&best) { next } else { best }
     })
 }

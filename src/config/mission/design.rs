@@ -154,9 +154,11 @@ pub(super) fn design(source: &Source, json: Option<&DesignJson>) -> Result<Desig
         }),
         settle_s: json.settle_s.map(SpanS::get),
         bounds: DesignBounds {
-            steady_after_s: json.bounds.steady_after_s.map(Positive::get),
-            altitude_lost_m: json.bounds.altitude_lost_m.map(Positive::get),
-            tilt_rad: json.bounds.tilt_deg.map(|tilt| tilt.get() * RAD_PER_DEG),
+            most: [
+                json.bounds.steady_after_s.map(Positive::get),
+                json.bounds.altitude_lost_m.map(Positive::get),
+                json.bounds.tilt_deg.map(|tilt| tilt.get()),
+            ],
             energy_j: json.bounds.energy_j.map(Positive::get),
             modulus: json.bounds.modulus.map(Positive::get),
         },

@@ -11,7 +11,7 @@ mod csv;
 use std::ops::ControlFlow;
 
 pub use binary::{GridFileError, PlanGridFile, decode_plan_grid, encode_plan_grid};
-pub use csv::write_plan_grid_csv;
+pub use csv::{GRID_COLUMNS, write_plan_grid_csv};
 
 use super::mission::{Mission, UnplannedError};
 use crate::assess::{GridFlight, MISREAD_RATE_RAD_S, RandomRelease, StudyEntry, StudyReference};

@@ -1,23 +1,24 @@
 //! Exact quantiles of a campaign's quantities, where every trial is kept: sorted in memory, or found in
 //! passes over the rows where there are too many.
 
-use super::{MEASURES, TrialRecord};
+use super::TrialRecord;
+use crate::assess::outcome::COUNTED;
 use crate::assess::{QUANTILES, Quantiles, Selection};
 
-/// The values of [`MEASURES`], in their order; what has none lies beyond all others.
+/// The values of [`COUNTED`], in their order; what has none lies beyond all others.
 #[derive(Clone, Debug, Default)]
-pub struct MeasureValues([Vec<f64>; MEASURES.len()]);
+pub struct MeasureValues([Vec<f64>; COUNTED.len()]);
 
 impl MeasureValues {
     /// Takes a trial.
     pub fn push(&mut self, trial: &TrialRecord) {
-        for (measure, values) in MEASURES.iter().zip(&mut self.0) {
-            values.push((measure.of)(trial).unwrap_or(f64::INFINITY));
+        for (quantity, values) in COUNTED.iter().zip(&mut self.0) {
+            values.push(quantity.of(&trial.outcome).unwrap_or(f64::INFINITY));
         }
     }
 
     /// The quantiles of each measure among all trials; `None` where that trial has no value.
-    pub fn quantiles(self) -> [Quantiles; MEASURES.len()] {
+    pub fn quantiles(self) -> [Quantiles; COUNTED.len()] {
         self.0.map(|mut values| {
             values.sort_unstable_by(f64::total_cmp);
             known(QUANTILES.map(|quantile| quantile.of_ascending(&values)))
@@ -27,7 +28,7 @@ impl MeasureValues {
 
 /// The search for the quantiles of more trials than memory holds, in [`Selection::PASSES`] passes.
 #[derive(Clone, Debug)]
-pub struct MeasurePasses([Selection; MEASURES.len()]);
+pub struct MeasurePasses([Selection; COUNTED.len()]);
 
 impl MeasurePasses {
     /// The search among so many trials.
@@ -37,8 +38,8 @@ impl MeasurePasses {
 
     /// Takes the next trial of a pass.
     pub fn push(&mut self, trial: &TrialRecord) {
-        for (measure, selection) in MEASURES.iter().zip(&mut self.0) {
-            selection.push((measure.of)(trial).unwrap_or(f64::INFINITY));
+        for (quantity, selection) in COUNTED.iter().zip(&mut self.0) {
+            selection.push(quantity.of(&trial.outcome).unwrap_or(f64::INFINITY));
         }
     }
 
@@ -49,7 +50,7 @@ impl MeasurePasses {
 
     /// The quantiles of each measure among all trials, after all passes; `None` where that trial has no
     /// value.
-    pub fn quantiles(&self) -> [Quantiles; MEASURES.len()] {
+    pub fn quantiles(&self) -> [Quantiles; COUNTED.len()] {
         self.0.each_ref().map(|selection| known(selection.quantiles()))
     }
 }

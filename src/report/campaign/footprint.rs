@@ -8,6 +8,7 @@
 use std::fmt::Write as _;
 
 use super::{CampaignReport, NamedCampaign, TrialRecord};
+use crate::assess::outcome::J_TPF;
 use crate::model::environment::GeoPoint;
 use crate::report::json::{object, text};
 use crate::report::study::grid::escape;
@@ -21,8 +22,9 @@ fn places<'a>(
     campaign: &'a NamedCampaign,
 ) -> impl Iterator<Item = (&'a TrialRecord, GeoPoint)> {
     let anchor = report.mission.site.environment.anchor;
-    let placed = campaign.summary.shown.iter().filter(|t| t.way_ned_m.iter().all(|x| x.is_finite()));
-    placed.map(move |t| (t, anchor.moved(&t.way_ned_m)))
+    let placed =
+        campaign.summary.shown.iter().filter(|t| t.outcome.way_ned_m().iter().all(|x| x.is_finite()));
+    placed.map(move |t| (t, anchor.moved(&t.outcome.way_ned_m())))
 }
 
 fn rounded(x: f64) -> f64 {
@@ -49,10 +51,10 @@ pub fn geojson(report: &CampaignReport<'_>) -> String {
                 "properties": {
                     "campaign": campaign.name,
                     "trial": t.trial,
-                    "j_tpf": Some(t.j_tpf).filter(|x| x.is_finite()),
-                    "north_m": t.way_ned_m.x,
-                    "east_m": t.way_ned_m.y,
-                    "altitude_lost_m": t.way_ned_m.z,
+                    "j_tpf": J_TPF.of(&t.outcome),
+                    "north_m": t.outcome.way_north_m,
+                    "east_m": t.outcome.way_east_m,
+                    "altitude_lost_m": t.outcome.altitude_lost_m,
                     "failure": t.failure,
                 },
             })
@@ -79,7 +81,7 @@ pub fn kml(report: &CampaignReport<'_>) -> String {
         let _ = writeln!(kml, "<Folder><name>{}</name>", escape(&campaign.label));
         for (t, place) in places(report, campaign) {
             let (style, words) = match &t.failure {
-                None => ("passed", format!("J_TPF {:.3}", t.j_tpf)),
+                None => ("passed", format!("J_TPF {:.3}", t.outcome.j_tpf)),
                 Some(failure) => ("failed", failure.clone()),
             };
             placemark(&mut kml, &format!("trial {}", t.trial), style, &words, &place);

@@ -19,16 +19,13 @@ pub mod own;
 pub mod page;
 pub mod tables;
 
-use nalgebra::Vector3;
 use serde::{Deserialize, Serialize};
 
-use super::drops::{DropNumbers, DropTrial};
+use super::drops::DropTrial;
 use crate::assess::judge::words;
-use crate::assess::{
-    BlockError, BlockSummary, Histogram, Limits, Quantiles, Share, TrialOutcome, judge_trial,
-};
+use crate::assess::outcome::COUNTED;
+use crate::assess::{BlockError, BlockSummary, Histogram, Limits, Outcome, Quantiles, Share, judge_trial};
 use crate::config::Mission;
-use crate::units::DEG_PER_RAD;
 
 /// Trials that a campaign keeps for its figures: the first ones.
 pub const SHOWN: usize = 1000;
@@ -40,118 +37,24 @@ const WORST: usize = 10;
 pub struct TrialRecord {
     /// Number of the trial.
     pub trial: u64,
-    /// J_TPF, (51); infinite when the trial was lost.
-    pub j_tpf: f64,
-    /// Largest speed [m/s].
-    pub peak_speed_m_s: f64,
-    /// Largest angle between the body's up axis and the vertical [rad].
-    pub peak_tilt_rad: f64,
-    /// Time after t = 0 from which the flight is steady, to the end [s].
-    pub steady_after_s: Option<f64>,
-    /// Way from the release to the plan's end, NED [m]; the way down is the altitude lost.
-    pub way_ned_m: Vector3<f64>,
+    /// What came of it.
+    pub outcome: Outcome,
     /// Why the trial counts as failed, if it does.
     pub failure: Option<String>,
 }
 
 impl TrialRecord {
     /// The record of a study's flight.
-    pub fn of_flight(trial: u64, o: &TrialOutcome, limits: &Limits) -> Self {
-        Self {
-            trial,
-            j_tpf: o.j_tpf,
-            peak_speed_m_s: o.peak_speed_m_s,
-            peak_tilt_rad: o.peak_tilt_rad,
-            steady_after_s: o.steady_after_s,
-            way_ned_m: o.way_ned_m,
-            failure: words(&judge_trial(o, limits)),
-        }
+    pub fn of_flight(trial: u64, outcome: &Outcome, limits: &Limits) -> Self {
+        Self { trial, outcome: *outcome, failure: words(&judge_trial(outcome, limits)) }
     }
 
     /// The record of a whole drop; what was never released has no numbers.
     pub fn of_drop(drop: &DropTrial) -> Self {
-        let numbers = drop.outcome.as_ref();
-        let number = |of: fn(&DropNumbers) -> Option<f64>| numbers.and_then(of).unwrap_or(f64::NAN);
-        let way = numbers.map_or([None; 3], |n| n.way_ned_m);
-        Self {
-            trial: drop.drawn.trial,
-            j_tpf: numbers.and_then(|n| n.j_tpf).unwrap_or(f64::INFINITY),
-            peak_speed_m_s: number(|n| n.peak_speed_m_s),
-            peak_tilt_rad: number(|n| n.peak_tilt_deg) / DEG_PER_RAD,
-            steady_after_s: numbers.and_then(|n| n.steady_after_s),
-            way_ned_m: Vector3::from(way.map(|x| x.unwrap_or(f64::NAN))),
-            failure: drop.failure.clone(),
-        }
+        let outcome = drop.outcome.unwrap_or_else(Outcome::lost);
+        Self { trial: drop.drawn.trial, outcome, failure: drop.failure.clone() }
     }
 }
-
-/// A quantity of a trial.
-#[derive(Clone, Copy, Debug)]
-pub struct Measure {
-    /// Key in files, with its unit.
-    pub key: &'static str,
-    /// Name for people.
-    pub name: &'static str,
-    /// Unit for people; empty where there is none.
-    pub unit: &'static str,
-    /// What stands in the place of a number of trials that have none.
-    pub without: &'static str,
-    /// Value of a trial; `None` where it has none: it lies beyond all others.
-    pub of: fn(&TrialRecord) -> Option<f64>,
-    /// Width of a bin of its histogram, in the measure's unit.
-    pub bin_width: f64,
-    /// The limit that a mission gives, in the measure's unit.
-    pub limit: fn(&Limits) -> Option<f64>,
-}
-
-/// The quantities of a campaign.
-pub const MEASURES: [Measure; 5] = [
-    Measure {
-        key: "j_tpf",
-        name: "J_TPF",
-        unit: "",
-        without: "lost",
-        of: |t| Some(t.j_tpf).filter(|x| x.is_finite()),
-        bin_width: 1e-5,
-        limit: |limits| Some(limits.j_tpf_below),
-    },
-    Measure {
-        key: "steady_after_s",
-        name: "steady after",
-        unit: "s",
-        without: "never",
-        of: |t| t.steady_after_s,
-        bin_width: 1e-3,
-        limit: |limits| limits.steady_after_s,
-    },
-    Measure {
-        key: "altitude_lost_m",
-        name: "altitude lost",
-        unit: "m",
-        without: "lost",
-        of: |t| Some(t.way_ned_m.z).filter(|x| x.is_finite()),
-        bin_width: 1e-3,
-        limit: |limits| limits.altitude_lost_m,
-    },
-    Measure {
-        key: "peak_tilt_deg",
-        name: "peak tilt",
-        unit: "deg",
-        without: "lost",
-        of: |t| Some(t.peak_tilt_rad * DEG_PER_RAD).filter(|x| x.is_finite()),
-        bin_width: 1e-3,
-        limit: |limits| limits.tilt_rad.map(|limit| limit * DEG_PER_RAD),
-    },
-    Measure {
-        key: "peak_speed_m_s",
-        name: "peak speed",
-        unit: "m/s",
-        without: "lost",
-        of: |t| Some(t.peak_speed_m_s).filter(|x| x.is_finite()),
-        bin_width: 1e-4,
-        limit: |limits| Some(limits.safety.speed_m_s),
-    },
-];
 
 /// Which rows are kept of a campaign's trials.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -189,12 +92,12 @@ impl Keep {
 pub struct CampaignSummary {
     /// Trials that did not fail, of all.
     pub passed: Share,
-    /// Statistics of [`MEASURES`], in their order.
-    pub measures: [BlockSummary; MEASURES.len()],
-    /// Histograms of [`MEASURES`], in their order.
-    pub histograms: [Histogram; MEASURES.len()],
-    /// Exact quantiles of [`MEASURES`], where they are known.
-    pub exact: Option<[Quantiles; MEASURES.len()]>,
+    /// Statistics of [`COUNTED`], in their order.
+    pub measures: [BlockSummary; COUNTED.len()],
+    /// Histograms of [`COUNTED`], in their order.
+    pub histograms: [Histogram; COUNTED.len()],
+    /// Exact quantiles of [`COUNTED`], where they are known.
+    pub exact: Option<[Quantiles; COUNTED.len()]>,
     /// Those of the campaign's first [`SHOWN`] trials that are among these, in their order.
     pub shown: Vec<TrialRecord>,
     /// The worst ten: those that failed first, then by J_TPF; of equals the first flown.
@@ -211,10 +114,10 @@ impl CampaignSummary {
     pub fn push(&mut self, trial: &TrialRecord) {
         self.passed.push(trial.failure.is_none());
         let sums = self.measures.iter_mut().zip(&mut self.histograms);
-        for (measure, (summary, histogram)) in MEASURES.iter().zip(sums) {
-            let value = (measure.of)(trial);
+        for (quantity, (summary, histogram)) in COUNTED.iter().zip(sums) {
+            let value = quantity.of(&trial.outcome);
             summary.push(value);
-            value.into_iter().for_each(|x| histogram.push(x, measure.bin_width));
+            value.into_iter().for_each(|x| histogram.push(x, quantity.bin_width));
         }
         if trial.trial < SHOWN as u64 {
             self.shown.push(trial.clone());
@@ -239,7 +142,7 @@ impl CampaignSummary {
     }
 
     fn keep_worst(&mut self, trial: &TrialRecord) {
-        let badness = |t: &TrialRecord| (t.failure.is_some(), t.j_tpf);
+        let badness = |t: &TrialRecord| (t.failure.is_some(), t.outcome.j_tpf);
         let worse = |a: &TrialRecord, b: &TrialRecord| {
             let ((a_failed, a_cost), (b_failed, b_cost)) = (badness(a), badness(b));
             b_failed.cmp(&a_failed).then(b_cost.total_cmp(&a_cost)).is_lt()
@@ -256,16 +159,16 @@ impl CampaignSummary {
         self.measures[0].end()
     }
 
-    /// Quantiles of the measure at a place of [`MEASURES`] among all trials; `None` where that trial has no
+    /// Quantiles of the quantity at a place of [`COUNTED`] among all trials; `None` where that trial has no
     /// value.
     pub fn quantiles(&self, place: usize) -> Quantiles {
         match &self.exact {
             Some(exact) => exact[place],
-            None => self.histograms[place].quantiles(MEASURES[place].bin_width, self.flown()),
+            None => self.histograms[place].quantiles(COUNTED[place].bin_width, self.flown()),
         }
     }
 
-    /// The greatest value of the measure at a place of [`MEASURES`]; `None` where a trial has none, and
+    /// The greatest value of the quantity at a place of [`COUNTED`]; `None` where a trial has none, and
     /// without trials.
     pub fn greatest(&self, place: usize) -> Option<f64> {
         let sums = self.measures[place].summary();
@@ -348,7 +251,7 @@ impl CampaignReport<'_> {
         self.cases.iter().find_map(|case| Some((case, case.flight.failure.as_deref()?)))
     }
 
-    /// Places of the measures in [`MEASURES`], the one that tells the trials apart best first: by standard
+    /// Places of the quantities in [`COUNTED`], the one that tells the trials apart best first: by standard
     /// deviation as a share of the mean.
     pub fn telling(&self) -> Vec<usize> {
         let spread = |place: usize| {
@@ -359,7 +262,7 @@ impl CampaignReport<'_> {
             };
             self.judged().map_or(0.0, of)
         };
-        let mut places: Vec<usize> = (0..MEASURES.len()).collect();
+        let mut places: Vec<usize> = (0..COUNTED.len()).collect();
         places.sort_by(|a, b| spread(*b).total_cmp(&spread(*a)));
         places
     }
@@ -372,11 +275,14 @@ mod tests {
     fn record(trial: u64, j_tpf: f64, failure: Option<&str>) -> TrialRecord {
         TrialRecord {
             trial,
-            j_tpf,
-            peak_speed_m_s: 1.0,
-            peak_tilt_rad: 0.1,
-            steady_after_s: failure.is_none().then_some(2.0),
-            way_ned_m: Vector3::new(1.0, 2.0, 3.0),
+            outcome: Outcome {
+                j_tpf,
+                peak_speed_m_s: 1.0,
+                peak_tilt_deg: 6.0,
+                steady_after_s: failure.is_none().then_some(2.0),
+                altitude_lost_m: 3.0,
+                ..Outcome::default()
+            },
             failure: failure.map(str::to_owned),
         }
     }
@@ -449,7 +355,9 @@ mod tests {
                 let lost = k == 7;
                 let j_tpf = if lost { f64::INFINITY } else { 0.5 + 1e-3 * k as f64 };
                 let steady_after_s = (k % 70 != 7).then_some(1.0 + 0.01 * k as f64);
-                TrialRecord { steady_after_s, ..record(k, j_tpf, lost.then_some("lost")) }
+                let mut trial = record(k, j_tpf, lost.then_some("lost"));
+                trial.outcome.steady_after_s = steady_after_s;
+                trial
             })
             .collect();
         let mut passes = exact::MeasurePasses::new(200);
@@ -470,7 +378,7 @@ mod tests {
             for (binned, exact) in summary.quantiles(place).iter().zip(exact) {
                 assert_eq!(binned.is_some(), exact.is_some(), "{place}");
                 assert!(
-                    binned.zip(*exact).is_none_or(|(a, b)| (a - b).abs() <= 0.51 * MEASURES[place].bin_width)
+                    binned.zip(*exact).is_none_or(|(a, b)| (a - b).abs() <= 0.51 * COUNTED[place].bin_width)
                 );
             }
         }

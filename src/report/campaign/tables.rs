@@ -1,10 +1,10 @@
 //! A campaign's tables, the verdict in a sentence, and the whole text for the terminal.
 
-use super::{CampaignReport, CampaignSummary, MEASURES, NamedCampaign, TrialRecord};
+use super::{CampaignReport, CampaignSummary, NamedCampaign, TrialRecord};
 use crate::assess::QUANTILES;
+use crate::assess::outcome::{COUNTED, Quantity};
 use crate::report::study::grid::Grid;
 use crate::report::study::tables::{INTERVALS, probability_digits, probability_interval, tracking_note};
-use crate::units::DEG_PER_RAD;
 
 fn number(x: f64, decimals: usize) -> String {
     if x.is_finite() { format!("{x:.decimals$}") } else { "-".to_owned() }
@@ -17,7 +17,7 @@ fn optional(x: Option<f64>, decimals: usize) -> String {
 /// The number of the trial of a rank, from 1; or what stands in its place where that trial has none.
 fn ranked(summary: &CampaignSummary, place: usize, (rank, x): (u64, Option<f64>), decimals: usize) -> String {
     let beyond = rank > summary.measures[place].count();
-    x.map_or_else(|| if beyond { MEASURES[place].without } else { "-" }.to_owned(), |x| number(x, decimals))
+    x.map_or_else(|| if beyond { COUNTED[place].without } else { "-" }.to_owned(), |x| number(x, decimals))
 }
 
 /// The greatest number of a measure, or what stands in its place where a trial has none.
@@ -59,14 +59,12 @@ pub fn measures(report: &CampaignReport<'_>, campaign: &NamedCampaign) -> Grid {
     let head = ["", "mean", "std", "min", median, most, "max", "limit", "trials"];
     let mut grid = Grid::new(&campaign.label, head);
     for place in report.telling() {
-        let (measure, all) = (&MEASURES[place], &campaign.summary);
+        let (quantity, all) = (&COUNTED[place], &campaign.summary);
         let s = all.measures[place].summary();
         let quantiles = QUANTILES.iter().zip(all.quantiles(place));
-        let unit = if measure.unit.is_empty() { String::new() } else { format!(" [{}]", measure.unit) };
-        let decimals = if measure.unit.is_empty() { 4 } else { 3 };
-        let limit = (measure.limit)(&report.limits);
+        let (decimals, limit) = (quantity.decimals_of_mean(), (quantity.limit)(&report.limits));
         grid.row(
-            &format!("{}{unit}", measure.name),
+            &quantity.head(),
             [s.mean(), s.std(), s.min()]
                 .map(|x| number(x, decimals))
                 .into_iter()
@@ -101,34 +99,31 @@ pub fn campaigns(report: &CampaignReport<'_>) -> Grid {
     grid
 }
 
-fn cells(t: &TrialRecord) -> [String; 6] {
-    [
-        number(t.j_tpf, 4),
-        optional(t.steady_after_s, 2),
-        number(t.way_ned_m.z, 2),
-        number(t.peak_tilt_rad * DEG_PER_RAD, 2),
-        number(t.peak_speed_m_s, 2),
-        t.failure.clone().unwrap_or_else(|| "ok".to_owned()),
-    ]
+fn cells(t: &TrialRecord) -> impl Iterator<Item = String> {
+    let cell = |quantity: Quantity| optional(quantity.of(&t.outcome), quantity.decimals);
+    let verdict = t.failure.clone().unwrap_or_else(|| "ok".to_owned());
+    COUNTED.map(cell).into_iter().chain([verdict])
 }
 
-const CELLS: [&str; 6] =
-    ["J_TPF", "steady after [s]", "altitude lost [m]", "peak tilt [deg]", "peak speed [m/s]", "verdict"];
+fn heads() -> impl Iterator<Item = String> {
+    COUNTED.iter().map(Quantity::head).chain(["verdict".to_owned()])
+}
 
 /// Table of the release cases under the judged controller.
 pub fn cases(report: &CampaignReport<'_>) -> Grid {
-    let head = ["release case"].into_iter().chain(CELLS).chain(["tracking RMS (45)"]);
+    let [first, last] = ["release case", "tracking RMS (45)"].map(str::to_owned);
+    let head = std::iter::once(first).chain(heads()).chain([last]);
     let mut grid = Grid::new("Release cases", head);
     for case in &report.cases {
         let tracking = number(case.tracking_rms, 3);
-        grid.row(&case.case.replace('_', "-"), cells(&case.flight).into_iter().chain([tracking]));
+        grid.row(&case.case.replace('_', "-"), cells(&case.flight).chain([tracking]));
     }
     grid
 }
 
 /// Table of the worst trials of the judged campaign, each with the command that flies it alone.
 pub fn worst(report: &CampaignReport<'_>) -> Grid {
-    let head = ["trial"].into_iter().chain(CELLS);
+    let head = std::iter::once("trial".to_owned()).chain(heads());
     let mut grid = Grid::new("The worst trials", head);
     for t in report.judged().into_iter().flat_map(|campaign| &campaign.summary.worst) {
         grid.row(&t.trial.to_string(), cells(t));
@@ -160,8 +155,8 @@ pub fn text(report: &CampaignReport<'_>) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::Outcome;
     use crate::config::load_mission;
-    use nalgebra::Vector3;
 
     /// By hand, of 100 trials: one lost is the worst J_TPF and altitude, two without a time to steady flight
     /// are its greatest and, as the 99th and 100th, its 99 %; no table and no key has the greatest of the
@@ -174,11 +169,13 @@ mod tests {
             let lost = trial == 4;
             summary.push(&TrialRecord {
                 trial,
-                j_tpf: if lost { f64::INFINITY } else { 0.5 },
-                peak_speed_m_s: 9.0,
-                peak_tilt_rad: 0.1,
-                steady_after_s: (!(3..=4).contains(&trial)).then_some(2.0),
-                way_ned_m: Vector3::new(0.0, 0.0, if lost { f64::NAN } else { 14.0 }),
+                outcome: Outcome {
+                    j_tpf: if lost { f64::INFINITY } else { 0.5 },
+                    peak_speed_m_s: 9.0,
+                    steady_after_s: (!(3..=4).contains(&trial)).then_some(2.0),
+                    altitude_lost_m: if lost { f64::NAN } else { 14.0 },
+                    ..Outcome::default()
+                },
                 failure: lost.then(|| "lost".to_owned()),
             });
         }

@@ -4,7 +4,7 @@
 use super::finding::Finding;
 use super::manifest::Kind;
 use super::{Card, first};
-use crate::assess::Limits;
+use crate::assess::outcome::QUANTITIES;
 use crate::config::{Effect, Mission};
 use crate::model::Interference;
 use crate::report::columns::short;
@@ -61,47 +61,32 @@ fn flies_on_the_truth(autopilot: Option<&str>) -> bool {
 
 /// What a safe flight is: every limit that the judge goes by.
 fn limits(mission: &Mission) -> String {
-    let Limits {
-        safety,
-        j_tpf_below,
-        steady_within_m_s,
-        must_be_steady,
-        altitude_lost_m,
-        tilt_rad,
-        steady_after_s,
-        touch,
-        separation_m,
-    } = mission.limits;
+    let limits = &mission.limits;
     let deg = |rad: f64| short(rad * DEG_PER_RAD, 2);
     let mut text = format!(
         "Safe is: J_TPF below {} (speed {} m/s, pitch and roll {} deg, their rates {} deg/s)",
-        short(j_tpf_below, 4),
-        short(safety.speed_m_s, 2),
-        deg(safety.pitch_rad),
-        deg(safety.pitch_rate_rad_s),
+        short(limits.j_tpf_below, 4),
+        short(limits.safety.speed_m_s, 2),
+        deg(limits.safety.pitch_rad),
+        deg(limits.safety.pitch_rate_rad_s),
     );
-    if must_be_steady {
+    if limits.must_be_steady {
         text += &format!(
             ", steady within {} m/s of [{}] m/s (NED)",
-            short(steady_within_m_s, 3),
+            short(limits.steady_within_m_s, 3),
             mission.target_v_ned.iter().map(|v| short(*v, 2)).collect::<Vec<_>>().join(" "),
         );
     }
     let ground = mission.site.ground.is_some();
-    let more = [
-        (altitude_lost_m, "altitude lost at most", "m"),
-        (tilt_rad.map(|tilt| tilt * DEG_PER_RAD), "tilt at most", "deg"),
-        (steady_after_s, "steady after at most", "s"),
-        (separation_m, "distance from the canopy at least", "m"),
-        (
-            ground.then_some(touch.speed_m_s),
-            "no touch of the ground before the plan's end, any at most",
-            "m/s",
-        ),
-        (ground.then_some(touch.tilt_rad * DEG_PER_RAD), "tilted there at most", "deg"),
-    ];
-    for (limit, what, unit) in more.into_iter().filter_map(|(limit, what, unit)| Some((limit?, what, unit))) {
-        text += &format!(", {what} {} {unit}", short(limit, 6));
+    if ground {
+        text += ", no touch of the ground before the plan's end";
+    }
+    for quantity in &QUANTITIES {
+        let limit = (quantity.limit)(limits).filter(|_| ground || !quantity.is_of_a_touch());
+        if let Some((limit, names)) = limit.zip(quantity.judged) {
+            let bound = if names.is_least { "at least" } else { "at most" };
+            text += &format!(", {} {bound} {} {}", names.words, short(limit, 6), quantity.unit);
+        }
     }
     text + "."
 }

@@ -8,6 +8,7 @@ use super::sections::{
     Line, Worst, air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst,
 };
 use super::{Card, Evidence};
+use crate::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_TILT, STEADY_AFTER};
 use crate::report::columns::short;
 use crate::report::envelope::confirmed_words;
 use crate::report::figure::{FigureError, STRIP_PANELS, envelope_strip};
@@ -279,8 +280,8 @@ fn worst_table(card: &Card<'_>, most: usize) -> String {
     }
     let number = |x: Option<f64>, digits: usize| x.map_or_else(|| "-".to_owned(), |x| short(x, digits));
     // What was measured to its end and has no such time was never steady.
-    let steady = |row: &Worst| match (row.steady_after_s, row.altitude_lost_m) {
-        (None, Some(_)) => "never".to_owned(),
+    let steady = |row: &Worst| match (STEADY_AFTER.of(&row.outcome.0), ALTITUDE_LOST.of(&row.outcome.0)) {
+        (None, Some(_)) => STEADY_AFTER.without.to_owned(),
         (steady_after_s, _) => number(steady_after_s, 1),
     };
     let mut rows: Vec<Vec<String>> = found
@@ -295,10 +296,10 @@ fn worst_table(card: &Card<'_>, most: usize) -> String {
             vec![
                 rich(&row.which) + &links(card, std::slice::from_ref(&row.from)),
                 outcome,
-                number(row.j_tpf, 3),
+                number(J_TPF.of(&row.outcome.0), 3),
                 steady(row),
-                number(row.altitude_lost_m, 1),
-                number(row.peak_tilt_deg, 1),
+                number(ALTITUDE_LOST.of(&row.outcome.0), 1),
+                number(PEAK_TILT.of(&row.outcome.0), 1),
             ]
         })
         .collect();

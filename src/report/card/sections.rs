@@ -9,10 +9,12 @@ use super::finding::{
 use super::manifest::{Kind, RunManifest};
 use super::{Card, Evidence};
 use crate::assess::envelope::EnvelopeAxis;
-use crate::assess::{CONFIDENCE, ChosenAmong};
+use crate::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_TILT, STEADY_AFTER};
+use crate::assess::{CONFIDENCE, ChosenAmong, Outcome, Quantity};
 use crate::config::{Derived, ENVELOPE_LIMITS, derived};
 use crate::report::columns::short;
 use crate::report::envelope::EnvelopeReach;
+use crate::report::outcome::OutcomeObject;
 use crate::report::shown_drop::air_words;
 
 /// A sentence, or what stands for one in a table.
@@ -199,8 +201,8 @@ impl Alike<'_> {
     /// All of them in a sentence.
     fn line(&self) -> Line {
         let ids: Vec<&str> = self.drops.iter().map(|(id, _)| id.as_str()).collect();
-        let most = |of: fn(&DropFound) -> Option<f64>, digits: usize| {
-            let values = self.drops.iter().filter_map(|(_, drop)| of(drop));
+        let most = |quantity: Quantity, digits: usize| {
+            let values = self.drops.iter().filter_map(|(_, drop)| quantity.of(drop.outcome()));
             values.reduce(f64::max).map_or_else(|| "-".to_owned(), |x| short(x, digits))
         };
         let faults: Vec<String> = self.drops.iter().filter_map(|(_, drop)| drop.fault()).collect();
@@ -213,7 +215,7 @@ impl Alike<'_> {
         };
         let by = self.drops.first().and_then(|(_, drop)| drop.decided_by.as_deref()).filter(|_| n == 1);
         let by = by.map_or_else(String::new, |by| format!(" by {}", by.replace('_', " ")));
-        let steady = match most(|drop| drop.steady_after_s, 1) {
+        let steady = match most(STEADY_AFTER, 1) {
             none if none == "-" => "never steady".to_owned(),
             after_s => format!("steady after {after_s} s"),
         };
@@ -221,9 +223,9 @@ impl Alike<'_> {
             "{}, {}: {verdict} J_TPF {}{by}, {steady}, {} m lost, tilt {} deg",
             self.release,
             self.pilot,
-            most(|drop| drop.j_tpf, 3),
-            most(|drop| drop.altitude_lost_m, 1),
-            most(|drop| drop.peak_tilt_deg, 1)
+            most(J_TPF, 3),
+            most(ALTITUDE_LOST, 1),
+            most(PEAK_TILT, 1)
         );
         line(if n == 1 { "Drop" } else { "Drops" }, text, &ids)
     }
@@ -495,14 +497,9 @@ pub struct Worst {
     pub failure: Option<String>,
     /// How far from the nominal trial the most likely way of a search is, in words, where it is no failure.
     pub likely: Option<String>,
-    /// J_TPF; none where it was lost.
-    pub j_tpf: Option<f64>,
-    /// Time to steady flight, from t = 0 [s].
-    pub steady_after_s: Option<f64>,
-    /// Altitude lost [m].
-    pub altitude_lost_m: Option<f64>,
-    /// Largest tilt [deg].
-    pub peak_tilt_deg: Option<f64>,
+    /// What came of it, as far as it is known.
+    #[serde(flatten)]
+    pub outcome: OutcomeObject,
     /// Number of the evidence.
     pub from: String,
 }
@@ -520,10 +517,7 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
                 which: evidence.elsewhere().unwrap_or_else(|| "drop from the nominal release".to_owned()),
                 failure: Some(fault),
                 likely: None,
-                j_tpf: drop.j_tpf,
-                steady_after_s: drop.steady_after_s,
-                altitude_lost_m: drop.altitude_lost_m,
-                peak_tilt_deg: drop.peak_tilt_deg,
+                outcome: OutcomeObject(*drop.outcome()),
                 from: id,
             });
         }
@@ -534,28 +528,26 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
             which: format!("trial {}", trial.trial),
             failure: trial.failure.clone(),
             likely: None,
-            j_tpf: trial.j_tpf,
-            steady_after_s: trial.steady_after_s,
-            altitude_lost_m: trial.altitude_lost_m,
-            peak_tilt_deg: trial.peak_tilt_deg,
+            outcome: OutcomeObject(*trial.outcome()),
             from: id.clone(),
         }));
     }
     for (id, _, rare) in card.rare() {
         let fails = rare.is_of_failures();
-        rows.extend(rare.most_likely.iter().map(|most_likely| Worst {
-            which: format!("most likely way to {}", rare.event()),
-            failure: fails.then(|| most_likely.words()),
-            likely: (!fails).then(|| most_likely.words()),
-            j_tpf: most_likely.j_tpf,
-            steady_after_s: None,
-            altitude_lost_m: None,
-            peak_tilt_deg: None,
-            from: id.clone(),
+        rows.extend(rare.most_likely.iter().map(|most_likely| {
+            let mut outcome = Outcome::lost();
+            J_TPF.put(&mut outcome, most_likely.j_tpf);
+            Worst {
+                which: format!("most likely way to {}", rare.event()),
+                failure: fails.then(|| most_likely.words()),
+                likely: (!fails).then(|| most_likely.words()),
+                outcome: OutcomeObject(outcome),
+                from: id.clone(),
+            }
         }));
     }
     // What was lost has no J_TPF and comes first; of equals the first that was found.
-    let cost = |row: &Worst| row.j_tpf.unwrap_or(f64::INFINITY);
+    let cost = |row: &Worst| row.outcome.0.j_tpf;
     rows.sort_by(|a, b| a.failure.is_none().cmp(&b.failure.is_none()).then(cost(b).total_cmp(&cost(a))));
     rows
 }

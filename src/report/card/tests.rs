@@ -12,6 +12,7 @@ use super::sections::{probabilities, worst};
 use super::{Card, Evidence};
 use crate::assess::ChosenAmong;
 use crate::assess::envelope::EnvelopeAxis;
+use crate::assess::outcome::J_TPF;
 use crate::config::{Estimated, Mission};
 use crate::report::envelope::EnvelopeReach;
 
@@ -262,7 +263,7 @@ fn regress_the_worst_ways_to_fail_are_sorted() {
     let mut evidence = enough_but(1, with(json!([trial(7, 0.553), trial(8, 0.552)])));
     evidence.push(with(json!([trial(1, 0.917), trial(2, 0.6)])));
     let card = card(&mission, &evidence, None);
-    let numbers: Vec<f64> = worst(&card).iter().filter_map(|row| row.j_tpf).collect();
+    let numbers: Vec<f64> = worst(&card).iter().filter_map(|row| J_TPF.of(&row.outcome.0)).collect();
     assert_eq!(numbers, [0.917, 0.6, 0.553, 0.552]);
     let sheet = page(&card).unwrap();
     assert!(sheet.contains("<td>never</td>") && sheet.contains("never steady"), "{sheet}");

@@ -9,87 +9,49 @@ pub mod trial;
 
 use std::fmt::Write as _;
 
+use crate::assess::outcome::{QUANTITIES, TALLIED};
 use crate::assess::{BlockError, BlockSummary, RandomDrop};
 use crate::config::Mission;
 use crate::report::columns::columns;
 use crate::report::json::{head, object, text};
+use crate::report::outcome::{column_names, push_cells};
 use crate::units::DEG_PER_RAD;
-pub use trial::{DropNumbers, DropTrial, TrialFile, TrialFileError};
+pub use trial::{DropTrial, TrialFile, TrialFileError};
 
-/// A measure: column, words, value of a drop.
-type Measure = (&'static str, &'static str, fn(&DropNumbers) -> Option<f64>);
-
-const MEASURES: [Measure; 9] = [
-    ("j_tpf", "J_TPF", |n| n.j_tpf),
-    ("peak_speed_m_s", "peak speed [m/s]", |n| n.peak_speed_m_s),
-    ("peak_pitch_deg", "peak pitch [deg]", |n| n.peak_pitch_deg),
-    ("peak_pitch_rate_deg_s", "peak pitch rate [deg/s]", |n| n.peak_pitch_rate_deg_s),
-    ("peak_roll_deg", "peak roll [deg]", |n| n.peak_roll_deg),
-    ("peak_tilt_deg", "peak tilt [deg]", |n| n.peak_tilt_deg),
-    ("altitude_lost_m", "altitude lost to the plan's end [m]", |n| n.altitude_lost_m),
-    ("steady_after_s", "steady after [s]", |n| n.steady_after_s),
-    ("tracking_rms_m_s", "velocity from the plan, RMS [m/s]", |n| n.tracking_rms_m_s),
-];
-
-/// A measure of a trial, if it has it.
-fn measured((.., of): &Measure, trial: &DropTrial) -> Option<f64> {
-    trial.outcome.as_ref().and_then(of)
-}
-
-const DRAWN: &str =
-    "trial,theta_0_deg,phi_deg,wind_n_m_s,wind_e_m_s,noise_seed,release_pitch_deg,release_pitch_rate_deg_s";
+const DRAWN: &str = "trial,theta_0_deg,phi_deg,wind_n_m_s,wind_e_m_s,noise_seed";
 
 /// Columns of what the cut gave the vehicle, where that is random.
 const TIP_OFF: &str =
     ",tip_off_p_deg_s,tip_off_q_deg_s,tip_off_r_deg_s,tip_off_vx_m_s,tip_off_vy_m_s,tip_off_vz_m_s";
 
-/// Column of how close the canopy came after the release, where it is a body of its own.
-const CANOPY: &str = ",canopy_distance_m";
-
-fn has_canopy(mission: &Mission) -> bool {
-    mission.release.parachute.suspension.is_some()
-}
-
 /// The lines before the first trial.
 pub fn header(mission: &Mission, autopilot: &str) -> String {
-    let stamp = mission.stamp();
-    let columns: Vec<&str> = MEASURES.iter().map(|(column, ..)| *column).collect();
     format!(
-        "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure{}{}\n",
-        stamp.csv_comment(),
+        "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure{}\n",
+        mission.stamp().csv_comment(),
         mission.name,
         mission.control.gains_name,
-        columns.join(","),
+        column_names(&QUANTITIES),
         if mission.study.monte_carlo.tip_off_sigma.is_none() { "" } else { TIP_OFF },
-        if has_canopy(mission) { CANOPY } else { "" }
     )
 }
 
-/// The line of a mission's trial; what it has not got is left empty.
+/// The line of a trial; what it has not got is left empty.
 pub fn row(mission: &Mission, trial: &DropTrial) -> String {
     let RandomDrop { trial: number, amplitude_rad, phase_rad, wind_ned_m_s: wind, tip_off, seed } =
         &trial.drawn;
     let (amplitude_deg, phase_deg) = (amplitude_rad * DEG_PER_RAD, phase_rad * DEG_PER_RAD);
     let mut line = format!("{number},{amplitude_deg:?},{phase_deg:?},{:?},{:?},{seed}", wind.x, wind.y);
-    let o = trial.outcome.as_ref();
-    let release = [o.and_then(|o| o.release_pitch_deg), o.and_then(|o| o.release_pitch_rate_deg_s)];
-    let measures = MEASURES.iter().map(|measure| measured(measure, trial));
-    for x in release.into_iter().chain(measures) {
-        // Writing to a String cannot fail.
-        let _ = write!(line, ",{}", x.map_or(String::new(), |x| format!("{x:?}")));
-    }
-    let limits = o.map_or(String::new(), |o| o.limits_passed.join(" "));
+    push_cells(&mut line, trial.outcome.as_ref(), &QUANTITIES);
+    let limits = trial.limits_passed.join(" ");
     let failure = trial.failure.as_deref().unwrap_or_default().replace('"', "'").replace('\n', "; ");
+    // Writing to a String cannot fail.
     let _ = write!(line, ",{limits},\"{failure}\"");
-    if !tip_off.is_none() {
+    if !mission.study.monte_carlo.tip_off_sigma.is_none() {
         let rates = tip_off.omega_body.iter().map(|rate| rate * DEG_PER_RAD);
         rates.chain(tip_off.v_body.iter().copied()).for_each(|x| {
             let _ = write!(line, ",{x:?}");
         });
-    }
-    if has_canopy(mission) {
-        let distance_m = o.and_then(|o| o.canopy_distance_m);
-        let _ = write!(line, ",{}", distance_m.map_or(String::new(), |x| format!("{x:?}")));
     }
     line.push('\n');
     line
@@ -100,7 +62,7 @@ pub fn row(mission: &Mission, trial: &DropTrial) -> String {
 pub struct DropTally {
     flown: u64,
     failures: Vec<(u64, String)>,
-    summaries: [BlockSummary; MEASURES.len()],
+    summaries: [BlockSummary; TALLIED.len()],
 }
 
 impl DropTally {
@@ -110,8 +72,8 @@ impl DropTally {
         if let Some(failure) = &trial.failure {
             self.failures.push((trial.drawn.trial, failure.clone()));
         }
-        for (measure, summary) in MEASURES.iter().zip(&mut self.summaries) {
-            summary.push(measured(measure, trial));
+        for (quantity, summary) in TALLIED.iter().zip(&mut self.summaries) {
+            summary.push(trial.outcome.as_ref().and_then(|outcome| quantity.of(outcome)));
         }
     }
 
@@ -128,7 +90,7 @@ impl DropTally {
     /// The tally of so many trials with such statistics and failures, as [`DropTally::parts`] gives them.
     pub fn from_parts(
         flown: u64,
-        summaries: [BlockSummary; MEASURES.len()],
+        summaries: [BlockSummary; TALLIED.len()],
         failures: Vec<(u64, String)>,
     ) -> Self {
         Self { flown, failures, summaries }
@@ -175,10 +137,10 @@ pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
         tally.failures.len(),
     );
     out += &columns(&WIDTHS, ["", "mean", "std", "min", "max", "drops"]);
-    for ((_, words, _), s) in MEASURES.iter().zip(tally.summaries.iter().map(BlockSummary::summary)) {
+    for (quantity, s) in TALLIED.iter().zip(tally.summaries.iter().map(BlockSummary::summary)) {
         let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
         let [mean, std, min, max] = [s.mean(), s.std(), s.min(), s.max()].map(number);
-        out += &columns(&WIDTHS, [*words, &mean, &std, &min, &max, &s.count().to_string()]);
+        out += &columns(&WIDTHS, [&*quantity.head(), &mean, &std, &min, &max, &s.count().to_string()]);
     }
     for (trial, failure) in &tally.failures {
         let _ = writeln!(out, "trial {trial} failed: {failure}");
@@ -190,9 +152,11 @@ pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
 pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> String {
     let failures = tally.failures.iter();
     let failures = failures.map(|(trial, failure)| object! { trial: trial, failure: failure });
-    let measures = MEASURES.iter().zip(&tally.summaries).map(|((name, ..), s)| {
+    let measures = TALLIED.iter().zip(&tally.summaries).map(|(quantity, s)| {
         let s = s.summary();
-        object! { name: name, count: s.count(), mean: s.mean(), std: s.std(), min: s.min(), max: s.max() }
+        object! {
+            name: quantity.key, count: s.count(), mean: s.mean(), std: s.std(), min: s.min(), max: s.max(),
+        }
     });
     text(&object! {
         #[serde(flatten)] head: head(mission),

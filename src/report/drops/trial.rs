@@ -6,10 +6,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::assess::{DropOutcome, RandomDrop};
+use crate::assess::{Outcome, RandomDrop};
 use crate::config::Mission;
 use crate::report::json::{VERSION, text};
-use crate::units::DEG_PER_RAD;
+use crate::report::outcome::OutcomeObject;
 
 /// A trial that is over.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,68 +17,11 @@ pub struct DropTrial {
     /// What was drawn.
     pub drawn: RandomDrop,
     /// What came of it, if it was released.
-    pub outcome: Option<DropNumbers>,
-    /// Why it counts as failed, if it does.
-    pub failure: Option<String>,
-}
-
-/// Numbers of a drop that was released, in the units of files. What is not finite, as after a state that was
-/// none, would hide the other trials' means: it is `None`.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct DropNumbers {
-    /// Pitch at the release [deg].
-    pub release_pitch_deg: Option<f64>,
-    /// Pitch rate at the release [deg/s].
-    pub release_pitch_rate_deg_s: Option<f64>,
-    /// J_TPF, (51).
-    pub j_tpf: Option<f64>,
-    /// Largest speed [m/s].
-    pub peak_speed_m_s: Option<f64>,
-    /// Largest pitch, either way, without its sign [deg].
-    pub peak_pitch_deg: Option<f64>,
-    /// Largest pitch rate, either way, without its sign [deg/s].
-    pub peak_pitch_rate_deg_s: Option<f64>,
-    /// Largest roll, either way, without its sign [deg].
-    pub peak_roll_deg: Option<f64>,
-    /// Largest angle between the body's up axis and the vertical [deg].
-    pub peak_tilt_deg: Option<f64>,
-    /// Way down from the release to the end of the plan [m].
-    pub altitude_lost_m: Option<f64>,
-    /// Time after t = 0 from which the flight is steady, to the end [s].
-    pub steady_after_s: Option<f64>,
-    /// Root of the mean square of `|v - v_plan|` over the plan [m/s].
-    pub tracking_rms_m_s: Option<f64>,
-    /// Way from the release to the end of the plan, NED [m].
-    pub way_ned_m: [Option<f64>; 3],
-    /// Least distance from the canopy after the release [m], where the canopy is a body of its own.
-    pub canopy_distance_m: Option<f64>,
+    pub outcome: Option<Outcome>,
     /// Names of the limits that were passed.
     pub limits_passed: Vec<String>,
-}
-
-impl From<&DropOutcome> for DropNumbers {
-    fn from(outcome: &DropOutcome) -> Self {
-        let finite = |x: f64| Some(x).filter(|x| x.is_finite());
-        let degrees = |x: f64| finite(x * DEG_PER_RAD);
-        let v = &outcome.verdict;
-        Self {
-            release_pitch_deg: degrees(outcome.release_pitch_rad),
-            release_pitch_rate_deg_s: degrees(outcome.release_pitch_rate_rad_s),
-            j_tpf: finite(v.j_tpf),
-            peak_speed_m_s: finite(v.peak_speed_m_s),
-            peak_pitch_deg: degrees(v.peak_pitch_rad.abs()),
-            peak_pitch_rate_deg_s: degrees(v.peak_pitch_rate_rad_s.abs()),
-            peak_roll_deg: degrees(v.peak_roll_rad.abs()),
-            peak_tilt_deg: degrees(v.peak_tilt_rad),
-            altitude_lost_m: finite(v.altitude_lost_m),
-            steady_after_s: v.steady_after_s.and_then(finite),
-            tracking_rms_m_s: finite(outcome.tracking_rms_m_s),
-            way_ned_m: [v.way_ned_m.x, v.way_ned_m.y, v.way_ned_m.z].map(finite),
-            canopy_distance_m: v.canopy_distance_m.and_then(finite),
-            limits_passed: v.limits_passed.iter().map(|name| (*name).to_owned()).collect(),
-        }
-    }
+    /// Why it counts as failed, if it does.
+    pub failure: Option<String>,
 }
 
 /// A drop's file cannot be a part of the campaign.
@@ -111,7 +54,8 @@ pub struct TrialFile {
     /// The version of the autopilot that flew, where it reports one.
     pub autopilot_version: Option<String>,
     trial: u64,
-    outcome: Option<DropNumbers>,
+    outcome: Option<OutcomeObject>,
+    limits_passed: Vec<String>,
     failure: Option<String>,
 }
 
@@ -126,7 +70,8 @@ impl TrialFile {
             autopilot: autopilot.to_owned(),
             autopilot_version: version.map(str::to_owned),
             trial: trial.drawn.trial,
-            outcome: trial.outcome.clone(),
+            outcome: trial.outcome.map(OutcomeObject),
+            limits_passed: trial.limits_passed.clone(),
             failure: trial.failure.clone(),
         }
     }
@@ -159,6 +104,11 @@ impl TrialFile {
 
     /// The trial, with what a mission draws for it.
     pub fn into_trial(self, mission: &Mission) -> DropTrial {
-        DropTrial { drawn: mission.draw_drop(self.trial), outcome: self.outcome, failure: self.failure }
+        DropTrial {
+            drawn: mission.draw_drop(self.trial),
+            outcome: self.outcome.map(|object| object.0),
+            limits_passed: self.limits_passed,
+            failure: self.failure,
+        }
     }
 }

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 use std::io::{self, BufRead as _, BufReader, Read};
 
-use crate::assess::{ByTrial, Share};
+use crate::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_SPEED, PEAK_TILT, STEADY_AFTER};
+use crate::assess::{ByTrial, Quantity, Share};
 use crate::config::Mission;
 use crate::config::bounded::BoundedLines;
 use crate::report::json::VERSION;
-use crate::units::DEG_PER_RAD;
 
 /// Lines of the head.
 const HEAD_LINES: usize = 4;
@@ -16,18 +16,8 @@ const LINE_MOST: usize = 1 << 16;
 /// Most trials of a campaign.
 const TRIALS_MOST: usize = 100_000_000;
 
-/// A quantity that campaigns of every kind have: its key, its words, and the columns that hold it with the
-/// factor to the key's unit.
-pub(super) type Quantity = (&'static str, &'static str, &'static [(&'static str, f64)]);
-
 /// The quantities that are compared.
-pub(super) const QUANTITIES: [Quantity; 5] = [
-    ("j_tpf", "J_TPF", &[("j_tpf", 1.0)]),
-    ("altitude_lost_m", "altitude lost [m]", &[("altitude_lost_m", 1.0)]),
-    ("steady_after_s", "steady after [s]", &[("steady_after_s", 1.0)]),
-    ("peak_speed_m_s", "peak speed [m/s]", &[("peak_speed_m_s", 1.0)]),
-    ("peak_tilt_deg", "peak tilt [deg]", &[("peak_tilt_deg", 1.0), ("peak_tilt_rad", DEG_PER_RAD)]),
-];
+pub(super) const QUANTITIES: [Quantity; 5] = [J_TPF, ALTITUDE_LOST, STEADY_AFTER, PEAK_SPEED, PEAK_TILT];
 
 /// A campaign by one way to fly.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,10 +109,9 @@ impl CampaignLines {
         let names = reader.headers()?.clone();
         let place = |column: &str| names.iter().position(|name| name == column);
         let trial_at = place("trial").ok_or(LinesError::Column("trial"))?;
-        let mut places = [None; QUANTITIES.len()];
-        for (at, (key, _, columns)) in places.iter_mut().zip(&QUANTITIES) {
-            *at = columns.iter().find_map(|(column, factor)| Some((place(column)?, *factor)));
-            at.ok_or(LinesError::Column(key))?;
+        let mut places = [0; QUANTITIES.len()];
+        for (at, quantity) in places.iter_mut().zip(&QUANTITIES) {
+            *at = place(quantity.key).ok_or(LinesError::Column(quantity.key))?;
         }
         let failure_at = place("failure");
         let mut lines = Self {
@@ -149,12 +138,12 @@ impl CampaignLines {
             if lines.trials.len() > TRIALS_MOST {
                 return Err(LinesError::Endless);
             }
-            for (values, (at, factor)) in lines.quantities.iter_mut().zip(places.into_iter().flatten()) {
+            for (values, at) in lines.quantities.iter_mut().zip(places) {
                 let value: Option<f64> = match cell(at) {
                     "" => None,
                     text => Some(text.parse().map_err(|_| bad(at, "a number, or nothing,"))?),
                 };
-                values.insert(trial, value.filter(|x| x.is_finite()).map(|x| x * factor));
+                values.insert(trial, value.filter(|x| x.is_finite()));
             }
             if let (Some(at), Some(safe)) = (failure_at, &mut lines.safe) {
                 safe.push(cell(at).is_empty());

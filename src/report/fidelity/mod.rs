@@ -44,7 +44,7 @@ pub struct QuantityFound {
     /// Key, which ends in the unit.
     pub key: &'static str,
     /// The quantity in words.
-    pub words: &'static str,
+    pub words: String,
     /// The mean; `None` where two rungs share too few trials.
     pub mean: Option<MeanByRungs>,
     /// The bound from the model, where there are enough trials.
@@ -77,9 +77,9 @@ impl<'a> FidelityReport<'a> {
             let mean = MeanByRungs::of(&faithful.quantities[i], &cheaper, among.confidence());
             Some((mean, bound(faithful, cheaper.first()?, i, (calibrate, among.confidence()))))
         };
-        let quantities = QUANTITIES.iter().enumerate().map(|(i, (key, words, _))| {
+        let quantities = QUANTITIES.iter().enumerate().map(|(i, quantity)| {
             let (mean, bound) = found(i).unwrap_or_default();
-            QuantityFound { key, words, mean, bound }
+            QuantityFound { key: quantity.key, words: quantity.head(), mean, bound }
         });
         let quantities = quantities.collect();
         Self { mission, rungs, among, quantities }
@@ -141,7 +141,7 @@ impl<'a> FidelityReport<'a> {
         *out += &columns(&WIDTHS, titles);
         for QuantityFound { words, mean, .. } in &self.quantities {
             *out += &match mean {
-                None => columns(&WIDTHS, [*words, "too few", "shared", "trials"]),
+                None => columns(&WIDTHS, [words.as_str(), "too few", "shared", "trials"]),
                 Some(found) => {
                     let rho = found.agreements.iter().map(|a| format!("{:.3}", a.correlation));
                     let [helped, narrower] = if found.helped == found.plain {
@@ -150,7 +150,7 @@ impl<'a> FidelityReport<'a> {
                         [with_half_width(&found.helped), format!("{:.1}", found.narrower())]
                     };
                     let cells = [
-                        (*words).to_owned(),
+                        words.clone(),
                         with_half_width(&found.plain),
                         found.plain.trials.to_string(),
                         helped,
@@ -191,13 +191,13 @@ impl<'a> FidelityReport<'a> {
         *out += &columns(&WIDTHS, ["", "margin", "calibrated on", "held in fresh ones"]);
         for QuantityFound { words, bound, .. } in &self.quantities {
             *out += &match bound {
-                None => columns(&WIDTHS, [*words, "-", "too few"]),
+                None => columns(&WIDTHS, [words.as_str(), "-", "too few"]),
                 Some(ModelBound { calibrated_on, margin, .. }) if margin.is_infinite() => {
-                    columns(&WIDTHS, [*words, "none", &calibrated_on.to_string(), "-"])
+                    columns(&WIDTHS, [words.as_str(), "none", &calibrated_on.to_string(), "-"])
                 }
                 Some(ModelBound { calibrated_on, margin, fresh }) => {
                     let cells = [
-                        (*words).to_owned(),
+                        words.clone(),
                         sign(*margin) + &upper_end(*margin, 4),
                         calibrated_on.to_string(),
                         format!("{} of {}", fresh.hits(), fresh.trials()),

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use super::*;
-use crate::assess::RandomDrop;
+use crate::assess::{Outcome, RandomDrop};
 use crate::config::load_mission;
 use crate::model::parachute::TipOff;
-use crate::report::drops::{DropNumbers, DropTrial, header, row};
+use crate::report::drops::{DropTrial, header, row};
 
 fn mission() -> Mission {
     load_mission(std::path::Path::new("mission/x500_drop.json")).unwrap()
@@ -22,16 +22,16 @@ fn drop_of(trial: u64, j_tpf: f64, steady_after_s: Option<f64>) -> DropTrial {
         tip_off: TipOff::default(),
         seed: trial,
     };
-    let numbers = DropNumbers {
-        j_tpf: Some(j_tpf),
-        altitude_lost_m: Some(14.0 + j_tpf),
+    let outcome = Outcome {
+        j_tpf,
+        altitude_lost_m: 14.0 + j_tpf,
         steady_after_s,
-        peak_speed_m_s: Some(5.0),
-        peak_tilt_deg: Some(12.0),
-        ..DropNumbers::default()
+        peak_speed_m_s: 5.0,
+        peak_tilt_deg: 12.0,
+        ..Outcome::default()
     };
     let failure = steady_after_s.is_none().then(|| "never steady, and a \"comma\", too".to_owned());
-    DropTrial { drawn, outcome: Some(numbers), failure }
+    DropTrial { drawn, outcome: Some(outcome), limits_passed: Vec::new(), failure }
 }
 
 fn lines(mission: &Mission, autopilot: &str, trials: impl Iterator<Item = DropTrial>) -> String {

@@ -57,7 +57,7 @@ fn draw(pen: &mut Pen<'_>, found: &QuantityFound, pairs: &[(f64, f64)], sides_px
     if let Some(margin) = margin {
         pen.line(&line(margin), Stroke::dashed(LIMIT, 1.4, 5.0, 3.0));
     }
-    pen.text(found.words, (x0, y0 - 26.0), Anchor::Left, Font { bold: true, ..TITLE });
+    pen.text(&found.words, (x0, y0 - 26.0), Anchor::Left, Font { bold: true, ..TITLE });
     pen.text("by 1, the most faithful", (x0, y0 - 11.0), Anchor::Left, SMALL);
     pen.text("by 2", (0.5 * (x0 + x1), y1 + 36.0), Anchor::Center, SMALL);
 }

@@ -110,23 +110,23 @@ pub fn drop_figure(drop: &ShownDrop<'_>) -> Result<String, FigureError> {
         None => sheet.headline += ": not released",
     }
     if let Some(verdict) = verdict {
-        sheet.peak(verdict.j_tpf);
+        sheet.peak(verdict.outcome.j_tpf);
         // The cause: what else there is stands in the verdict.
         if let Some(cause) = drop.run.objections(Some(verdict)).first() {
             sheet.headline += &format!(", not safe: {cause}");
         }
-        if let Some(t_s) = verdict.steady_after_s {
+        if let Some(t_s) = verdict.outcome.steady_after_s {
             sheet.event(t_s, &format!("steady from {} s", number(t_s, 1)), false);
             sheet.headline += &format!(", steady after {} s", number(t_s, 1));
         }
-        sheet.headline += &format!(", {} m of altitude lost", number(verdict.altitude_lost_m, 0));
+        sheet.headline += &format!(", {} m of altitude lost", number(verdict.outcome.altitude_lost_m, 0));
     }
     draw(&sheet)
 }
 
 /// The time up to which a flight is shown [s]: to steady flight, a fifth on, and past what decides J_TPF.
 fn shown_until_s(track: &Track, verdict: Option<&Verdict>) -> f64 {
-    let Some(steady_s) = verdict.and_then(|v| v.steady_after_s) else { return f64::INFINITY };
+    let Some(steady_s) = verdict.and_then(|v| v.outcome.steady_after_s) else { return f64::INFINITY };
     let riskiest_s = track.riskiest().map_or(0.0, |i| i.t_s);
     (steady_s.max(riskiest_s) * (1.0 + AFTER_STEADY)).max(1.0)
 }

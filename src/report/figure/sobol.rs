@@ -4,8 +4,9 @@
 use super::axis::{SMALL, TITLE};
 use super::canvas::{self, Anchor, FigureError, Font, Pen, Stroke, sub};
 use super::color::{FIRST, GRID, INK, Rgb};
+use crate::assess::Quantity;
 use crate::assess::sobol::{Index, Sensitivity};
-use crate::report::sobol::{OUTPUTS, Output, SobolReport};
+use crate::report::sobol::{OUTPUTS, SobolReport};
 
 const WIDTH_PX: u32 = 1060;
 const TOP_PX: f64 = 118.0;
@@ -43,7 +44,7 @@ pub fn sobol_figure(report: &SobolReport<'_>) -> Result<String, FigureError> {
     })
 }
 
-fn panel(pen: &mut Pen<'_>, left: f64, bottom: f64, (output, found): (&Output, &Sensitivity)) {
+fn panel(pen: &mut Pen<'_>, left: f64, bottom: f64, (output, found): (&Quantity, &Sensitivity)) {
     let words = output.words.replace("J_TPF", &sub("J", "TPF"));
     pen.text(&words, (left, TOP_PX - 34.0), Anchor::Left, Font { bold: true, ..TITLE });
     let unit = if output.unit.is_empty() { String::new() } else { format!(" {}", output.unit) };

@@ -122,7 +122,7 @@ fn facts(drop: &ShownDrop<'_>, times: &Times) -> Vec<(&'static str, String)> {
         ("released_s", times.released_s),
         ("rotors_free_s", times.free_s),
         ("steady_s", times.steady_s),
-        ("j_tpf", verdict.map(|v| v.j_tpf)),
+        ("j_tpf", verdict.map(|v| v.outcome.j_tpf)),
     ];
     facts.extend(known.into_iter().filter_map(|(name, value)| Some((name, value?.to_string()))));
     facts

@@ -80,7 +80,7 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
             #[serde(flatten)] pack: pack_limit_a.map(|limit_a| object! { pack_current_a: limit_a }),
         },
         rotors: rotors.collect::<Vec<_>>(),
-        verdict: verdict.map(|v| object! { j_tpf: v.j_tpf, decided_by: v.decided_by }),
+        verdict: verdict.map(|v| object! { j_tpf: v.outcome.j_tpf, decided_by: v.decided_by }),
         times: object! { released_s: times.released_s, free_s: times.free_s, steady_s: times.steady_s },
         marks: marks(drop, &times),
         flight: flight(drop),

@@ -41,14 +41,14 @@ pub(super) fn verdict(drop: &ShownDrop<'_>) -> Words {
         let reason = run.reason(None).unwrap_or_else(|| "the vehicle was never released".to_owned());
         return Words { text: format!("No verdict: {}.", escape(&reason)), class: "open" };
     };
-    let share = fixed(100.0 * verdict.j_tpf, 0);
+    let share = fixed(100.0 * verdict.outcome.j_tpf, 0);
     let used = format!("at most {share} % of a safety limit is used, that of {}", spaced(verdict.decided_by));
     let why = judge::words(&run.objections(Some(verdict)));
     let mut text = match &why {
         None => format!("Safe: {}.", escape(&used)),
         Some(why) => format!("Not safe: {}.", escape(why)),
     };
-    if let Some(t_s) = verdict.steady_after_s {
+    if let Some(t_s) = verdict.outcome.steady_after_s {
         text += &format!(" Steady {} s after the rotors were freed.", fixed(t_s, 2));
     }
     Words { text, class: if why.is_none() { "" } else { "no" } }
@@ -57,7 +57,7 @@ pub(super) fn verdict(drop: &ShownDrop<'_>) -> Words {
 /// The numbers that matter most, each with its limit.
 pub(super) fn numbers(drop: &ShownDrop<'_>) -> String {
     let Some(v) = drop.verdict else { return String::new() };
-    let (limits, run) = (&v.limits.safety, drop.run);
+    let (limits, outcome, run) = (&v.limits.safety, &v.outcome, drop.run);
     let mut html = String::new();
     let mut add = |name: &str, value: String, rest: String, passed: bool| {
         let class = if passed { " class=\"no\"" } else { "" };
@@ -66,17 +66,17 @@ pub(super) fn numbers(drop: &ShownDrop<'_>) -> String {
     let passed = |name: &str| v.limits_passed.contains(&name);
     let of = |limit: f64, unit: &str| format!(" of {}{unit}", short(limit, 2));
     let below = v.limits.j_tpf_below;
-    add("J<sub>TPF</sub>", fixed(v.j_tpf, 3), of(below, ""), !(v.j_tpf < below));
-    add("peak speed", fixed(v.peak_speed_m_s, 2), of(limits.speed_m_s, " m/s"), passed("speed"));
+    add("J<sub>TPF</sub>", fixed(outcome.j_tpf, 3), of(below, ""), !(outcome.j_tpf < below));
+    add("peak speed", fixed(outcome.peak_speed_m_s, 2), of(limits.speed_m_s, " m/s"), passed("speed"));
     let pitch_limit = of(limits.pitch_rad * DEG_PER_RAD, " deg");
-    let pitch = signed(v.peak_pitch_rad * DEG_PER_RAD, 1);
+    let pitch = signed(v.peaks.pitch_rad * DEG_PER_RAD, 1);
     add("peak pitch", pitch, pitch_limit.clone(), passed("pitch"));
-    let roll = signed(v.peak_roll_rad * DEG_PER_RAD, 1);
+    let roll = signed(v.peaks.roll_rad * DEG_PER_RAD, 1);
     if roll != "0.0" {
         add("peak roll", roll, pitch_limit, passed("roll"));
     }
-    add("altitude lost", fixed(v.altitude_lost_m, 1), " m".to_owned(), passed("altitude_lost"));
-    if let Some(speed) = v.impact_speed_m_s {
+    add("altitude lost", fixed(outcome.altitude_lost_m, 1), " m".to_owned(), passed("altitude_lost"));
+    if let Some(speed) = outcome.impact_speed_m_s {
         let class =
             passed("impact") || passed("impact_tilt") || v.on_the_ground.is_some() && !run.course.may_land;
         add("impact", fixed(speed, 2), " m/s".to_owned(), class);

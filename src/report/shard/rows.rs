@@ -1,10 +1,11 @@
 //! The rows of a part: the columns of the campaign's CSV file, under the same names, and why a trial failed.
 
 use super::{Column, ShardError, Table, Values};
-use crate::assess::{RandomRelease, TrialOutcome};
+use crate::assess::outcome::{QUANTITIES, of_flights};
+use crate::assess::{Outcome, RandomRelease};
 use crate::config::Mission;
-use crate::report::drops::{DropNumbers, DropTrial};
-use crate::report::study::campaign_csv::{columns, numbers, outcome_of};
+use crate::report::drops::DropTrial;
+use crate::report::study::campaign_csv::{columns, drawn, outcome_of};
 use crate::units::DEG_PER_RAD;
 
 const CAMPAIGN: &str = "campaign";
@@ -20,7 +21,7 @@ pub struct StudyRow {
     /// What was drawn.
     pub release: RandomRelease,
     /// What came of it.
-    pub outcome: TrialOutcome,
+    pub outcome: Outcome,
     /// Why it counts as failed, if it does.
     pub failure: Option<String>,
 }
@@ -42,7 +43,8 @@ pub fn study_table(campaign: &str, rows: &[StudyRow]) -> Table {
     ];
     let mut measured: Vec<Vec<Option<f64>>> = columns().map(|_| Vec::with_capacity(rows.len())).collect();
     for StudyRow { release, outcome, .. } in rows {
-        let values = numbers(release, outcome).into_iter().map(Some).chain([outcome.steady_after_s]);
+        let flown = of_flights().map(|quantity| quantity.of(outcome));
+        let values = drawn(release).into_iter().map(Some).chain(flown);
         measured.iter_mut().zip(values).for_each(|(column, x)| column.push(x));
     }
     table.extend(columns().zip(measured).map(|(name, values)| column(name, Values::Number(values))));
@@ -59,7 +61,7 @@ pub fn study_rows(
     table: &Table,
     campaign: &str,
     draw: impl Fn(u64) -> RandomRelease,
-) -> Result<Vec<(RandomRelease, TrialOutcome)>, ShardError> {
+) -> Result<Vec<(RandomRelease, Outcome)>, ShardError> {
     let (names, trials) = (table.texts(CAMPAIGN)?, table.wholes(TRIAL)?);
     let measured = columns().map(|name| table.numbers(name)).collect::<Result<Vec<_>, _>>()?;
     let mut rows = Vec::new();
@@ -69,35 +71,11 @@ pub fn study_rows(
         }
         let release = draw(u64::try_from(*trial).map_err(|_| ShardError::NotAShard(TRIAL))?);
         let values: Vec<Option<f64>> = measured.iter().map(|column| column[row]).collect();
-        let Some((steady_after_s, values)) = values.split_last() else { break };
-        let values: Option<Vec<f64>> = values.iter().copied().collect();
-        let outcome = values.and_then(|values| outcome_of(&values, *steady_after_s, &release).ok());
-        rows.push((release, outcome.ok_or(ShardError::NotAShard("trials of this mission and seed"))?));
+        let outcome = outcome_of(&values, &release);
+        rows.push((release, outcome.map_err(|_| ShardError::NotAShard("trials of this mission and seed"))?));
     }
     Ok(rows)
 }
-
-/// A number of a drop: its column, and where it stands.
-type DropColumn = (&'static str, fn(&mut DropNumbers) -> &mut Option<f64>);
-
-/// Columns of a drop's numbers. Those of the CSV file come first; the way is in none of its columns.
-const DROP_COLUMNS: [DropColumn; 15] = [
-    ("release_pitch_deg", |n| &mut n.release_pitch_deg),
-    ("release_pitch_rate_deg_s", |n| &mut n.release_pitch_rate_deg_s),
-    ("j_tpf", |n| &mut n.j_tpf),
-    ("peak_speed_m_s", |n| &mut n.peak_speed_m_s),
-    ("peak_pitch_deg", |n| &mut n.peak_pitch_deg),
-    ("peak_pitch_rate_deg_s", |n| &mut n.peak_pitch_rate_deg_s),
-    ("peak_roll_deg", |n| &mut n.peak_roll_deg),
-    ("peak_tilt_deg", |n| &mut n.peak_tilt_deg),
-    ("altitude_lost_m", |n| &mut n.altitude_lost_m),
-    ("steady_after_s", |n| &mut n.steady_after_s),
-    ("tracking_rms_m_s", |n| &mut n.tracking_rms_m_s),
-    ("way_north_m", |n| &mut n.way_ned_m[0]),
-    ("way_east_m", |n| &mut n.way_ned_m[1]),
-    ("way_down_m", |n| &mut n.way_ned_m[2]),
-    ("canopy_distance_m", |n| &mut n.canopy_distance_m),
-];
 
 /// Columns of what was drawn for a drop.
 const DRAWN: [&str; 4] = ["theta_0_deg", "phi_deg", "wind_n_m_s", "wind_e_m_s"];
@@ -117,11 +95,11 @@ pub fn drop_table(trials: &[DropTrial]) -> Table {
         table.push(column(name, Values::Number(values.collect())));
     }
     table.push(column(RELEASED, whole(&|trial| i64::from(trial.outcome.is_some()))));
-    for (name, of) in DROP_COLUMNS {
-        let value = |trial: &DropTrial| trial.outcome.clone().and_then(|mut numbers| *of(&mut numbers));
-        table.push(column(name, Values::Number(trials.iter().map(value).collect())));
+    for quantity in &QUANTITIES {
+        let value = |trial: &DropTrial| quantity.of(trial.outcome.as_ref()?);
+        table.push(column(quantity.key, Values::Number(trials.iter().map(value).collect())));
     }
-    let limits = |trial: &DropTrial| Some(trial.outcome.as_ref()?.limits_passed.join(BETWEEN));
+    let limits = |trial: &DropTrial| trial.outcome.map(|_| trial.limits_passed.join(BETWEEN));
     table.push(column(LIMITS, Values::Text(trials.iter().map(limits).collect())));
     table.push(column(FAILURE, Values::Text(trials.iter().map(|trial| trial.failure.clone()).collect())));
     Table { columns: table }
@@ -135,8 +113,8 @@ pub fn drop_rows(table: &Table, mission: &Mission) -> Result<Vec<DropTrial>, Sha
     let (trials, released) = (table.wholes(TRIAL)?, table.wholes(RELEASED)?);
     let (limits, failures) = (table.texts(LIMITS)?, table.texts(FAILURE)?);
     let amplitudes = table.numbers(DRAWN[0])?;
-    let measured = DROP_COLUMNS.map(|(name, of)| table.numbers(name).map(|values| (values, of)));
-    let measured = measured.into_iter().collect::<Result<Vec<_>, _>>()?;
+    let measured = QUANTITIES.iter().map(|quantity| Ok((quantity, table.numbers(quantity.key)?)));
+    let measured = measured.collect::<Result<Vec<_>, ShardError>>()?;
     let mut drops = Vec::new();
     for (row, trial) in trials.iter().enumerate() {
         let trial = u64::try_from(*trial).map_err(|_| ShardError::NotAShard(TRIAL))?;
@@ -145,13 +123,13 @@ pub fn drop_rows(table: &Table, mission: &Mission) -> Result<Vec<DropTrial>, Sha
             return Err(ShardError::NotAShard("trials of this mission and seed"));
         }
         let outcome = (released[row] != 0).then(|| {
-            let mut numbers = DropNumbers::default();
-            measured.iter().for_each(|(values, of)| *of(&mut numbers) = values[row]);
-            let passed = limits[row].as_deref().unwrap_or_default().split(BETWEEN);
-            numbers.limits_passed = passed.filter(|name| !name.is_empty()).map(str::to_owned).collect();
-            numbers
+            let mut outcome = Outcome::default();
+            measured.iter().for_each(|(quantity, values)| quantity.put(&mut outcome, values[row]));
+            outcome
         });
-        drops.push(DropTrial { drawn, outcome, failure: failures[row].clone() });
+        let passed = limits[row].as_deref().unwrap_or_default().split(BETWEEN);
+        let limits_passed = passed.filter(|name| !name.is_empty()).map(str::to_owned).collect();
+        drops.push(DropTrial { drawn, outcome, limits_passed, failure: failures[row].clone() });
     }
     Ok(drops)
 }

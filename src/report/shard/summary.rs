@@ -6,6 +6,7 @@ use super::ShardError;
 use crate::assess::{BlockNode, BlockSummary, Histogram, Share, Summary};
 use crate::report::campaign::{CampaignSummary, TrialRecord};
 use crate::report::drops::DropTally;
+use crate::report::outcome::OutcomeObject;
 
 /// Statistics of one campaign's part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -86,39 +87,19 @@ impl BlocksRecord {
 #[serde(deny_unknown_fields)]
 struct TrialRow {
     trial: u64,
-    j_tpf: Number,
-    peak_speed_m_s: Number,
-    peak_tilt_rad: Number,
-    steady_after_s: Option<f64>,
-    way_ned_m: [Number; 3],
+    outcome: OutcomeObject,
     failure: Option<String>,
 }
 
 impl From<&TrialRecord> for TrialRow {
     fn from(t: &TrialRecord) -> Self {
-        Self {
-            trial: t.trial,
-            j_tpf: t.j_tpf.into(),
-            peak_speed_m_s: t.peak_speed_m_s.into(),
-            peak_tilt_rad: t.peak_tilt_rad.into(),
-            steady_after_s: t.steady_after_s,
-            way_ned_m: [t.way_ned_m.x, t.way_ned_m.y, t.way_ned_m.z].map(Number::from),
-            failure: t.failure.clone(),
-        }
+        Self { trial: t.trial, outcome: OutcomeObject(t.outcome), failure: t.failure.clone() }
     }
 }
 
 impl From<&TrialRow> for TrialRecord {
     fn from(t: &TrialRow) -> Self {
-        Self {
-            trial: t.trial,
-            j_tpf: (&t.j_tpf).into(),
-            peak_speed_m_s: (&t.peak_speed_m_s).into(),
-            peak_tilt_rad: (&t.peak_tilt_rad).into(),
-            steady_after_s: t.steady_after_s,
-            way_ned_m: t.way_ned_m.each_ref().map(f64::from).into(),
-            failure: t.failure.clone(),
-        }
+        Self { trial: t.trial, outcome: t.outcome.0, failure: t.failure.clone() }
     }
 }
 

@@ -7,10 +7,10 @@ use proptest::prelude::*;
 use super::rows::{StudyRow, drop_rows, drop_table, study_rows, study_table};
 use super::summary::SummaryRecord;
 use super::*;
-use crate::assess::TrialOutcome;
+use crate::assess::Outcome;
 use crate::config::Mission;
 use crate::report::campaign::{CampaignSummary, TrialRecord};
-use crate::report::drops::{DropNumbers, DropTrial};
+use crate::report::drops::DropTrial;
 
 fn head() -> ShardHead {
     ShardHead {
@@ -61,12 +61,12 @@ fn study_of(trials: Range<u64>) -> (Mission, Vec<StudyRow>) {
     let releases = mission.releases();
     let row = |trial: u64| StudyRow {
         release: releases.draw(mission.seed, trial),
-        outcome: TrialOutcome {
+        outcome: Outcome {
             j_tpf: if trial == 12 { f64::INFINITY } else { 0.1 + 0.2 },
-            peak_roll_rate_rad_s: -1e-300,
-            peak_pitch_rad: -0.0,
+            peak_roll_rate_deg_s: 1e-300,
+            way_north_m: -0.0,
             steady_after_s: (trial != 11).then_some(1.0 / 3.0),
-            ..TrialOutcome::default()
+            ..Outcome::default()
         },
         failure: (trial == 11).then(|| "never steady, \"ever\"".to_owned()),
     };
@@ -104,22 +104,21 @@ fn prop_rows_are_read_as_they_were_written() {
 fn prop_drops_are_read_as_they_were_written() {
     let mission = Mission::shipped("x500_drop").unwrap();
     let limits_passed = ["speed", "state is not finite"].map(str::to_owned).to_vec();
-    let numbers = DropNumbers {
-        j_tpf: None,
-        altitude_lost_m: Some(0.1 + 0.2),
-        limits_passed,
-        ..DropNumbers::default()
-    };
-    let way_ned_m = [Some(1.5), None, Some(-0.0)];
-    let drop = |trial: u64, outcome: Option<DropNumbers>, failure: Option<&str>| DropTrial {
+    let lost = Outcome { altitude_lost_m: 0.1 + 0.2, ..Outcome::lost() };
+    let drop = |trial: u64, outcome: Option<Outcome>, failure: Option<&str>| DropTrial {
         drawn: mission.draw_drop(trial),
+        limits_passed: if outcome == Some(lost) { limits_passed.clone() } else { Vec::new() },
         outcome,
         failure: failure.map(str::to_owned),
     };
     let drops = [
-        drop(3, Some(numbers), Some("limits passed")),
+        drop(3, Some(lost), Some("limits passed")),
         drop(4, None, Some("never released")),
-        drop(5, Some(DropNumbers { way_ned_m, j_tpf: Some(0.5), ..DropNumbers::default() }), None),
+        drop(
+            5,
+            Some(Outcome { way_north_m: 1.5, way_east_m: f64::NAN, j_tpf: 0.5, ..Outcome::default() }),
+            None,
+        ),
     ];
     let reader = ShardReader::new(written(&[drop_table(&drops)], &drop_table(&[]))).unwrap();
     let read: Vec<DropTrial> =

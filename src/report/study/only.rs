@@ -2,14 +2,15 @@
 
 use super::grid::Grid;
 use super::label;
-use crate::assess::{RandomRelease, StudyEntry, TrialOutcome};
+use crate::assess::{Outcome, RandomRelease, StudyEntry};
 use crate::config::Mission;
 use crate::frames::pitch;
 use crate::report::json::{head, object, text};
+use crate::report::outcome::OutcomeObject;
 use crate::units::DEG_PER_RAD;
 
 /// A controller, the outcome of the trial with it, and its line of the campaign's CSV file.
-pub type Flown<'a> = (&'a StudyEntry, TrialOutcome, String);
+pub type Flown<'a> = (&'a StudyEntry, Outcome, String);
 
 /// The trial as text.
 pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]) -> String {
@@ -42,9 +43,9 @@ pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
             [
                 format!("{:.6}", o.j_tpf),
                 format!("{:.3}", o.peak_speed_m_s),
-                format!("{:.2}", o.peak_pitch_rad * DEG_PER_RAD),
-                format!("{:.2}", o.peak_pitch_rate_rad_s * DEG_PER_RAD),
-                format!("{:.3}, {:.3}", o.final_v_ned.x, o.final_v_ned.z),
+                format!("{:.2}", o.peak_pitch_deg),
+                format!("{:.2}", o.peak_pitch_rate_deg_s),
+                format!("{:.3}, {:.3}", o.vn_end_m_s, o.vd_end_m_s),
             ],
         );
     }
@@ -64,24 +65,19 @@ pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
         object! {
             name: c.name,
             gains: &c.gains_name,
-            j_tpf: o.j_tpf,
-            peak_speed_m_s: o.peak_speed_m_s,
-            peak_pitch_rad: o.peak_pitch_rad,
-            peak_pitch_rate_rad_s: o.peak_pitch_rate_rad_s,
-            peak_roll_rad: o.peak_roll_rad,
-            peak_roll_rate_rad_s: o.peak_roll_rate_rad_s,
-            final_v_ned_m_s: <[f64; 3]>::from(o.final_v_ned),
+            #[serde(flatten)] outcome: OutcomeObject(*o),
+            final_v_ned_m_s: <[f64; 3]>::from(o.final_v_ned()),
             csv_row: row.trim_end(),
         }
     });
     text(&object! {
         #[serde(flatten)] head: head(mission),
         trial: release.trial,
-        theta_0_rad: release.amplitude_rad,
-        phi_rad: release.phase_rad,
+        theta_0_deg: release.amplitude_rad * DEG_PER_RAD,
+        phi_deg: release.phase_rad * DEG_PER_RAD,
         v_ned_m_s: <[f64; 3]>::from(state.v_ned),
-        pitch_rad: pitch(state.q_ned_from_body),
-        pitch_rate_rad_s: state.omega_body.y,
+        pitch_deg: pitch(state.q_ned_from_body) * DEG_PER_RAD,
+        pitch_rate_deg_s: state.omega_body.y * DEG_PER_RAD,
         flights: flights.collect::<Vec<_>>(),
     })
 }

@@ -1,20 +1,18 @@
 //! Measures of a drop, and their cost beside the same drops under PX4's defaults.
 
+use crate::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_TILT, Quantity, STEADY_AFTER};
 use crate::assess::{Course, LEAST_DIFFERENCE, Verdict, judge};
 use crate::sim::{Phase, Sample};
+use crate::units::DEG_PER_RAD;
+
+/// Quantities that parameters are measured by.
+pub const MEASURED: [Quantity; 4] = [J_TPF, ALTITUDE_LOST, STEADY_AFTER, PEAK_TILT];
 
 /// The measures of a drop, or the means of several.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measures {
-    /// J_TPF, (51).
-    pub j_tpf: f64,
-    /// Way down from the release to the plan's end [m].
-    pub altitude_lost_m: f64,
-    /// Time from the start of powered flight from which the velocity stays near the target's [s]; the whole
-    /// flight where it does not.
-    pub steady_s: f64,
-    /// Largest tilt, either way, from the release on [rad].
-    pub peak_tilt_rad: f64,
+    /// Each of [`MEASURED`], in its unit; what is never steady counts as steady after the whole flight.
+    pub measured: [f64; MEASURED.len()],
     /// RMS of the velocity's distance from its setpoint over the plan [m/s].
     pub velocity_rms_m_s: f64,
     /// Share of the drops that were not safe.
@@ -26,10 +24,7 @@ pub struct Measures {
 impl Measures {
     /// A flight that was lost.
     pub const LOST: Self = Self {
-        j_tpf: f64::INFINITY,
-        altitude_lost_m: f64::INFINITY,
-        steady_s: f64::INFINITY,
-        peak_tilt_rad: f64::INFINITY,
+        measured: [f64::INFINITY; MEASURED.len()],
         velocity_rms_m_s: f64::INFINITY,
         unsafe_share: 1.0,
         steady_share: 0.0,
@@ -37,10 +32,7 @@ impl Measures {
 
     /// Scales to measure by where no flight came through.
     pub const SCALES: Self = Self {
-        j_tpf: 1.0,
-        altitude_lost_m: 100.0,
-        steady_s: 10.0,
-        peak_tilt_rad: 0.5,
+        measured: [1.0, 100.0, 10.0, 0.5 * DEG_PER_RAD],
         velocity_rms_m_s: 1.0,
         unsafe_share: 0.0,
         steady_share: 1.0,
@@ -49,56 +41,53 @@ impl Measures {
     /// Of a verdict and the RMS of the velocity's distance from its setpoint [m/s]; `flight_s` [s] is the
     /// length of the powered flight.
     pub fn of(verdict: &Verdict, velocity_rms_m_s: f64, flight_s: f64) -> Self {
-        if !(verdict.j_tpf.is_finite() && velocity_rms_m_s.is_finite()) {
+        let outcome = &verdict.outcome;
+        if !(outcome.j_tpf.is_finite() && velocity_rms_m_s.is_finite()) {
             return Self::LOST;
         }
         let safe = judge(Some(verdict), &Course::WHOLE).is_empty();
+        let steady_s = outcome.steady_after_s.unwrap_or(flight_s);
         Self {
-            j_tpf: verdict.j_tpf,
-            altitude_lost_m: verdict.altitude_lost_m,
-            steady_s: verdict.steady_after_s.unwrap_or(flight_s),
-            peak_tilt_rad: verdict.peak_tilt_rad,
+            measured: [outcome.j_tpf, outcome.altitude_lost_m, steady_s, outcome.peak_tilt_deg],
             velocity_rms_m_s,
             unsafe_share: f64::from(!safe),
-            steady_share: f64::from(verdict.steady_after_s.is_some()),
+            steady_share: f64::from(outcome.steady_after_s.is_some()),
         }
     }
 
     /// The means of some drops; lost where there are none.
     pub fn mean(drops: &[Self]) -> Self {
         let n = drops.len() as f64;
-        let mean = |of: fn(&Self) -> f64| drops.iter().map(of).sum::<f64>() / n;
+        let mean = |of: &dyn Fn(&Self) -> f64| drops.iter().map(of).sum::<f64>() / n;
         if drops.is_empty() {
             return Self::LOST;
         }
         Self {
-            j_tpf: mean(|m| m.j_tpf),
-            altitude_lost_m: mean(|m| m.altitude_lost_m),
-            steady_s: mean(|m| m.steady_s),
-            peak_tilt_rad: mean(|m| m.peak_tilt_rad),
-            velocity_rms_m_s: mean(|m| m.velocity_rms_m_s),
-            unsafe_share: mean(|m| m.unsafe_share),
-            steady_share: mean(|m| m.steady_share),
+            measured: std::array::from_fn(|place| mean(&|m| m.measured[place])),
+            velocity_rms_m_s: mean(&|m| m.velocity_rms_m_s),
+            unsafe_share: mean(&|m| m.unsafe_share),
+            steady_share: mean(&|m| m.steady_share),
         }
+    }
+
+    /// J_TPF, or its mean.
+    fn j_tpf(&self) -> f64 {
+        self.measured[0]
     }
 
     /// Whether a flight was lost, or one of those that this is the mean of.
     pub fn is_lost(&self) -> bool {
-        ![self.j_tpf, self.altitude_lost_m, self.steady_s, self.peak_tilt_rad, self.velocity_rms_m_s]
-            .iter()
-            .all(|x| x.is_finite())
+        !self.measured.iter().chain([&self.velocity_rms_m_s]).all(|x| x.is_finite())
     }
 
-    /// J_TPF, altitude lost, time to steady flight, peak tilt and tracking error, each as a multiple of
-    /// `reference`'s.
-    pub fn ratios(&self, reference: &Self) -> [f64; 5] {
-        [
-            self.j_tpf / reference.j_tpf,
-            self.altitude_lost_m / reference.altitude_lost_m,
-            self.steady_s / reference.steady_s,
-            self.peak_tilt_rad / reference.peak_tilt_rad,
-            self.velocity_rms_m_s / reference.velocity_rms_m_s,
-        ]
+    /// Each of [`MEASURED`] and the tracking error, as a multiple of `reference`'s.
+    pub fn ratios(&self, reference: &Self) -> [f64; MEASURED.len() + 1] {
+        let all = |m: &Self| {
+            let [j_tpf, altitude, steady, tilt] = m.measured;
+            [j_tpf, altitude, steady, tilt, m.velocity_rms_m_s]
+        };
+        let (own, of_reference) = (all(self), all(reference));
+        std::array::from_fn(|place| own[place] / of_reference[place])
     }
 
     /// Cost that the search makes small: the mean of the ratios by their weights; 10 for each unit that J_TPF
@@ -109,7 +98,7 @@ impl Measures {
             return f64::INFINITY;
         }
         let mean = self.ratios(reference).iter().zip(WEIGHTS).map(|(r, w)| r * w).sum::<f64>();
-        let above = (self.j_tpf / reference.j_tpf - 1.0).max(0.0);
+        let above = (self.j_tpf() / reference.j_tpf() - 1.0).max(0.0);
         let cost = mean + HARD * (above + self.unsafe_share);
         if cost.is_nan() { f64::INFINITY } else { cost }
     }
@@ -119,7 +108,7 @@ impl Measures {
     pub fn beats(&self, reference: &Self) -> bool {
         let better = self.ratios(reference)[1..].iter().filter(|ratio| **ratio <= WELL_BETTER).count();
         !self.is_lost()
-            && self.j_tpf <= reference.j_tpf * (1.0 + SAME)
+            && self.j_tpf() <= reference.j_tpf() * (1.0 + SAME)
             && self.unsafe_share == 0.0
             && better >= 2
     }
@@ -170,28 +159,30 @@ mod tests {
     use super::*;
 
     const DEFAULTS: Measures = Measures {
-        j_tpf: 0.5,
-        altitude_lost_m: 25.0,
-        steady_s: 8.0,
-        peak_tilt_rad: 0.2,
+        measured: [0.5, 25.0, 8.0, 12.0],
         velocity_rms_m_s: 0.8,
         unsafe_share: 0.0,
         steady_share: 1.0,
     };
+
+    fn with(place: usize, value: f64, mut measures: Measures) -> Measures {
+        measures.measured[place] = value;
+        measures
+    }
 
     /// Closed form: the defaults cost 1 beside themselves and do not beat themselves; two measures well
     /// better do.
     #[test]
     fn closed_form_what_measures_are_worth() {
         assert!((DEFAULTS.cost(&DEFAULTS) - 1.0).abs() < 1e-12 && !DEFAULTS.beats(&DEFAULTS));
-        let better = Measures { steady_s: 4.0, velocity_rms_m_s: 0.6, ..DEFAULTS };
+        let better = with(2, 4.0, Measures { velocity_rms_m_s: 0.6, ..DEFAULTS });
         assert!((better.cost(&DEFAULTS) - (0.4 + 0.2 * 0.5 + 0.4 * 0.75)).abs() < 1e-12);
         assert!(better.beats(&DEFAULTS));
-        assert!(!Measures { j_tpf: 0.51, ..better }.beats(&DEFAULTS));
+        assert!(!with(0, 0.51, better).beats(&DEFAULTS));
         assert!(!Measures { unsafe_share: 0.02, ..better }.beats(&DEFAULTS));
-        assert!(Measures { j_tpf: 0.55, ..better }.cost(&DEFAULTS) > 1.5, "J_TPF comes first");
-        assert_eq!(Measures::mean(&[DEFAULTS, better]).steady_s, 6.0);
-        assert!(!Measures::mean(&[DEFAULTS, Measures::LOST]).j_tpf.is_finite());
+        assert!(with(0, 0.55, better).cost(&DEFAULTS) > 1.5, "J_TPF comes first");
+        assert_eq!(Measures::mean(&[DEFAULTS, better]).measured[2], 6.0);
+        assert!(!Measures::mean(&[DEFAULTS, Measures::LOST]).j_tpf().is_finite());
     }
 
     /// A flight that was lost costs infinitely much and beats nothing, also beside another one.

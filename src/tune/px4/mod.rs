@@ -13,6 +13,6 @@ pub mod search;
 pub mod space;
 
 pub use judge::{FIXED_SCALES, Px4Judge, Px4Setting, drops, drops_from};
-pub use measures::Measures;
+pub use measures::{MEASURED, Measures};
 pub use search::{Px4Search, Px4SearchSettings};
 pub use space::{DIMENSIONS, parameters, start, widest};

@@ -207,11 +207,9 @@ impl Campaign<'_> {
         let number = trial.drawn.trial;
         let text = match (&trial.failure, &trial.outcome) {
             (Some(failure), _) => format!("FAILED: {failure}"),
-            (None, Some(o)) => format!(
-                "J_TPF {:.4}, steady after {:.2} s",
-                o.j_tpf.unwrap_or(f64::NAN),
-                o.steady_after_s.unwrap_or(f64::NAN)
-            ),
+            (None, Some(o)) => {
+                format!("J_TPF {:.4}, steady after {:.2} s", o.j_tpf, o.steady_after_s.unwrap_or(f64::NAN))
+            }
             (None, None) => "nothing".to_owned(),
         };
         print_err(&format!("trial {number} of {trials}: {text}\n"));
@@ -221,7 +219,12 @@ impl Campaign<'_> {
     /// failure. The files of one that failed are kept where there is a folder for them.
     fn trial(&self, number: u64, place: u16, files: &Files<'_>, stop: &AtomicBool) -> Option<Over> {
         let drawn = self.mission.draw_drop(number);
-        let failed = |why: &Failure| DropTrial { drawn, outcome: None, failure: Some(why.text()) };
+        let failed = |why: &Failure| DropTrial {
+            drawn,
+            outcome: None,
+            limits_passed: Vec::new(),
+            failure: Some(why.text()),
+        };
         let scratch = files.scratch.join(format!("place_{place}"));
         // The files of the trial that was flown here before are not this one's.
         let emptied = if scratch.is_dir() { remove_folder(&scratch) } else { Ok(()) };

@@ -27,8 +27,8 @@ use crate::cli::pilot::{Flight, Flown, Pilot, pilot_and_mission};
 use crate::cli::planning::{Planned, TimedPlan, plan_mission, write_plan};
 use crate::cli::results::{OutputFolder, gone};
 use crate::cli::terminal::{print, print_err};
+use samara::assess::RandomDrop;
 use samara::assess::judge::words;
-use samara::assess::{DropOutcome, RandomDrop};
 use samara::config::Mission;
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{Speed, Wiring};
@@ -183,10 +183,14 @@ impl<'a> Campaign<'a> {
 
     /// Measures a flight and says why it was not safe, if it was not.
     fn judge(&self, drawn: &RandomDrop, conclusion: &Conclusion<'_>, flown: &Flown) -> DropTrial {
-        let verdict = conclusion.verdict.clone();
-        let outcome = verdict.and_then(|v| DropOutcome::of(v, &self.planned.trajectory, &flown.log));
-        let failure = words(&conclusion.run.objections(conclusion.verdict.as_ref()));
-        DropTrial { drawn: *drawn, outcome: outcome.as_ref().map(Into::into), failure }
+        let verdict = conclusion.verdict.as_ref();
+        let passed = verdict.into_iter().flat_map(|verdict| &verdict.limits_passed);
+        DropTrial {
+            drawn: *drawn,
+            outcome: verdict.map(|verdict| verdict.outcome),
+            limits_passed: passed.map(|name| (*name).to_owned()).collect(),
+            failure: words(&conclusion.run.objections(verdict)),
+        }
     }
 }
 

@@ -71,11 +71,8 @@ impl Campaign<'_> {
                 Ok(flown) => {
                     let conclusion = Conclusion::new(&mission, Some(&self.planned), flown);
                     let judged = self.judge(&drawn, &conclusion, flown);
-                    let flight = judged.outcome.map(|o| RepeatedFlight {
-                        j_tpf: o.j_tpf.unwrap_or(f64::NAN),
-                        steady_after_s: o.steady_after_s,
-                        position_ned_m: repeat_position(&flown.log),
-                    });
+                    let position_ned_m = repeat_position(&flown.log);
+                    let flight = judged.outcome.map(|outcome| RepeatedFlight { outcome, position_ned_m });
                     (flight, judged.failure)
                 }
                 Err(why) => (None, Some(why.text())),
@@ -84,7 +81,7 @@ impl Campaign<'_> {
             write(&repeats_row(number, flight.as_ref(), failure.as_deref()))?;
             let words = match (&failure, &flight) {
                 (Some(failure), _) => format!("FAILED: {failure}"),
-                (None, Some(flight)) => format!("J_TPF {:.4}", flight.j_tpf),
+                (None, Some(flight)) => format!("J_TPF {:.4}", flight.outcome.j_tpf),
                 (None, None) => "nothing".to_owned(),
             };
             print_err(&format!("flight {number} of {times}: {words}\n"));

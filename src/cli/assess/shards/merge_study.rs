@@ -13,7 +13,7 @@ use crate::cli::assess::study::{converged, mission, runner};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
-use samara::assess::{RandomRelease, TrialOutcome};
+use samara::assess::{Outcome, RandomRelease};
 use samara::report::campaign::Keep;
 use samara::report::campaign::own::own_entries;
 use samara::report::shard::ShardError;
@@ -61,7 +61,7 @@ fn shown(
     summary: &StudyPart,
     part: &Part,
     runner: &TrialRunner<'_>,
-) -> Result<Vec<(RandomRelease, TrialOutcome)>, ShardError> {
+) -> Result<Vec<(RandomRelease, Outcome)>, ShardError> {
     let numbered = summary.shown.iter().zip(part.head.first..);
     let trial = |(line, trial): (&String, u64)| {
         let release = runner.draw(trial);

@@ -4,8 +4,9 @@ use serde::Deserialize;
 
 use super::Shortfall;
 use super::envelope::SAFE;
-use crate::assess::{ChosenAmong, Share};
+use crate::assess::{ChosenAmong, Outcome, Share};
 use crate::report::columns::short;
+use crate::report::outcome::OutcomeObject;
 
 /// `assess.json`, and the like of whole drops.
 #[derive(Clone, Debug, Deserialize)]
@@ -40,16 +41,17 @@ pub struct Trials {
 pub struct WorstTrial {
     /// Number of the trial.
     pub trial: u64,
-    /// J_TPF; none where the trial was lost.
-    pub j_tpf: Option<f64>,
-    /// Time to steady flight, from t = 0 [s].
-    pub steady_after_s: Option<f64>,
-    /// Altitude lost to the plan's end [m].
-    pub altitude_lost_m: Option<f64>,
-    /// Largest tilt [deg].
-    pub peak_tilt_deg: Option<f64>,
+    #[serde(flatten)]
+    outcome: OutcomeObject,
     /// Why it failed, if it did.
     pub failure: Option<String>,
+}
+
+impl WorstTrial {
+    /// What came of it.
+    pub fn outcome(&self) -> &Outcome {
+        &self.outcome.0
+    }
 }
 
 impl CampaignFound {

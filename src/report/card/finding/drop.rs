@@ -2,6 +2,9 @@
 
 use serde::Deserialize;
 
+use crate::assess::Outcome;
+use crate::report::outcome::OutcomeObject;
+
 /// `drop.json`.
 #[derive(Clone, Debug, Deserialize)]
 pub struct DropFound {
@@ -11,16 +14,10 @@ pub struct DropFound {
     pub autopilot_version: Option<String>,
     safe: bool,
     objections: Vec<String>,
-    /// J_TPF; none where nothing was released.
-    pub j_tpf: Option<f64>,
+    #[serde(flatten)]
+    outcome: OutcomeObject,
     /// The quantity that it is the share of.
     pub decided_by: Option<String>,
-    /// Altitude lost to the plan's end [m].
-    pub altitude_lost_m: Option<f64>,
-    /// Largest tilt [deg].
-    pub peak_tilt_deg: Option<f64>,
-    /// Time to steady flight, from t = 0 [s].
-    pub steady_after_s: Option<f64>,
     /// J_TPF of the plan.
     pub plan_j_tpf: Option<f64>,
 }
@@ -42,6 +39,11 @@ pub(super) struct CasesFile {
 }
 
 impl DropFound {
+    /// What it came to; without a number where nothing was released.
+    pub fn outcome(&self) -> &Outcome {
+        &self.outcome.0
+    }
+
     /// Why it was not safe, if it was not, in the judge's words: `samara drop` answers by the same.
     pub fn fault(&self) -> Option<String> {
         (!self.safe).then(|| self.objections.join("; "))

@@ -215,7 +215,7 @@ mod tests {
     use nalgebra::Vector3;
 
     use super::*;
-    use crate::assess::TrialOutcome;
+    use crate::assess::Outcome;
     use crate::frames::quaternion_from_euler;
     use crate::math;
     use crate::model::rigid_body::BodyState;
@@ -237,7 +237,7 @@ mod tests {
             let final_v_ned = Vector3::new(pitch, 0.0, rate);
             trends.push(
                 &state,
-                &TrialOutcome { j_tpf: cost(pitch, rate), final_v_ned, ..TrialOutcome::default() },
+                &Outcome { j_tpf: cost(pitch, rate), ..Outcome::default() }.with_final_v(final_v_ned),
             );
         }
         trends

@@ -1,0 +1,87 @@
+//! An [`Outcome`] in files: the cells of a row, the keys of an object. A number is a column or a key by
+//! itself, named by its [`Quantity`]; what is none is an empty cell, and `null`.
+
+use std::fmt::Write as _;
+
+use serde::ser::SerializeMap as _;
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::{Map, Value};
+
+use crate::assess::outcome::{QUANTITIES, Quantity};
+use crate::assess::{Limits, Outcome};
+use crate::config::Mission;
+
+/// A number in a cell: the shortest text that reads back to it; nothing where there is none.
+pub(super) fn cell(x: Option<f64>) -> String {
+    x.map_or_else(String::new, |x| format!("{x:?}"))
+}
+
+/// Appends a cell for each of some quantities, each behind a comma.
+pub(super) fn push_cells<'q>(
+    line: &mut String,
+    outcome: Option<&Outcome>,
+    quantities: impl IntoIterator<Item = &'q Quantity>,
+) {
+    for quantity in quantities {
+        // Writing to a String cannot fail.
+        let _ = write!(line, ",{}", cell(outcome.and_then(|outcome| quantity.of(outcome))));
+    }
+}
+
+/// Names of columns, between commas.
+pub(super) fn column_names<'q>(quantities: impl IntoIterator<Item = &'q Quantity>) -> String {
+    quantities.into_iter().map(|quantity| quantity.key).collect::<Vec<_>>().join(",")
+}
+
+/// An outcome as keys of an object: every quantity. It reads those that are there, and has no number for the
+/// others; keys that are no quantities are left to others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutcomeObject(pub Outcome);
+
+impl Serialize for OutcomeObject {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(QUANTITIES.len()))?;
+        for quantity in &QUANTITIES {
+            map.serialize_entry(quantity.key, &quantity.of(&self.0))?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for OutcomeObject {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let object = Map::deserialize(deserializer)?;
+        let mut outcome = Outcome::lost();
+        for quantity in &QUANTITIES {
+            quantity.put(&mut outcome, object.get(quantity.key).and_then(Value::as_f64));
+        }
+        Ok(Self(outcome))
+    }
+}
+
+/// The limits of a mission beside those of J_state as an object: each under its key, and how close to the
+/// target steady flight is where that must be reached. A mission without ground has none of a touch.
+pub(super) struct LimitsObject<'a> {
+    limits: &'a Limits,
+    ground: bool,
+}
+
+impl<'a> LimitsObject<'a> {
+    pub(super) fn of(mission: &Mission, limits: &'a Limits) -> Self {
+        Self { limits, ground: mission.site.ground.is_some() }
+    }
+}
+
+impl Serialize for LimitsObject<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for quantity in &QUANTITIES {
+            let Some(names) = quantity.judged else { continue };
+            let limit = (quantity.limit)(self.limits).filter(|_| self.ground || !quantity.is_of_a_touch());
+            map.serialize_entry(names.key, &limit)?;
+        }
+        let within = self.limits.must_be_steady.then_some(self.limits.steady_within_m_s);
+        map.serialize_entry("steady_within_m_s", &within)?;
+        map.end()
+    }
+}
