@@ -5,113 +5,55 @@
 //! words. A flight is safe when there is none.
 //!
 //! A new limit is a field of [`Limits`] and the limit of a quantity in [`QUANTITIES`], which all that judges
-//! or lists limits goes through; [`Limits::objections`] takes the struct apart, so that it does not compile
+//! or lists limits goes through; `of_numbers` takes the struct apart, so that it does not compile
 //! without a look at the new field, nor does what forgets a new kind of [`Objection`].
 
 use std::fmt;
 
+use super::limits::Limits;
 use super::outcome::{LimitNames, Outcome, QUANTITIES};
 use crate::math::with_digits;
-use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
-use crate::units::DEG_PER_RAD;
+use crate::sim::limits::{NOT_FINITE, StateCost};
 
-/// J_state that a safe flight stays below, as the paper asks of it (V).
-pub const SAFE_BELOW: f64 = 1.0;
-
-/// Everything that a flight is judged by.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Limits {
-    /// Safety limits, Table 1: where J_state is 1.
-    pub safety: SafetyLimits,
-    /// J_TPF that a safe flight stays below.
-    pub j_tpf_below: f64,
-    /// How close to the target velocity is steady [m/s].
-    pub steady_within_m_s: f64,
-    /// Whether a flight that is not steady at its end is not safe.
-    pub must_be_steady: bool,
-    /// Way down from the release to the plan's end [m].
-    pub altitude_lost_m: Option<f64>,
-    /// Angle between the body's up axis and the vertical [rad].
-    pub tilt_rad: Option<f64>,
-    /// Time after t = 0 by which the flight is steady [s].
-    pub steady_after_s: Option<f64>,
-    /// Fastest that a vehicle may come to the ground, and its largest tilt there.
-    pub touch: TouchLimits,
-    /// Least distance from the canopy to the vehicle's centre of mass after the release [m].
-    pub separation_m: Option<f64>,
-}
-
-/// Limits of a touch of the ground.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TouchLimits {
-    /// Whole speed over ground at the touch [m/s].
-    pub speed_m_s: f64,
-    /// Angle between the body's up axis and the vertical at the touch [rad].
-    pub tilt_rad: f64,
-}
-
-impl TouchLimits {
-    /// Limits of a touch where a mission gives none: three times PX4's landing speed; 15 deg, from which feet
-    /// of a quarter of the height of the centre of mass apart still come to stand.
-    pub const USUAL: Self = Self { speed_m_s: 2.1, tilt_rad: 15.0 / DEG_PER_RAD };
-}
-
-impl Limits {
-    /// J_state alone is judged, by these limits; steady is what is so close [m/s] to the target velocity.
-    pub fn of_j_state(safety: SafetyLimits, steady_within_m_s: f64) -> Self {
-        Self {
-            safety,
-            j_tpf_below: SAFE_BELOW,
-            steady_within_m_s,
-            must_be_steady: false,
-            altitude_lost_m: None,
-            tilt_rad: None,
-            steady_after_s: None,
-            touch: TouchLimits { speed_m_s: f64::INFINITY, tilt_rad: f64::INFINITY },
-            separation_m: None,
+/// Why a flight was not safe, as far as its numbers tell it.
+fn of_numbers(flown: &Flown<'_>, must_become_steady: bool) -> Vec<Objection> {
+    // What is not named here is judged by its row in the table of quantities.
+    let Limits {
+        safety: _,
+        j_tpf_below,
+        steady_within_m_s,
+        must_be_steady,
+        altitude_lost_m: _,
+        tilt_rad: _,
+        steady_after_s: _,
+        touch: _,
+        separation_m: _,
+    } = *flown.limits;
+    let mut all = Vec::new();
+    for quantity in &QUANTITIES {
+        let Some(names) = quantity.judged else { continue };
+        let Some((value, allowed)) = quantity.of(flown.outcome).zip((quantity.limit)(flown.limits)) else {
+            continue;
+        };
+        if if names.is_least { value < allowed } else { value > allowed } {
+            all.push(Objection::Passed { names, unit: quantity.unit, value, allowed });
         }
     }
-
-    /// Why a flight was not safe, as far as its numbers tell it.
-    fn objections(&self, flown: &Flown<'_>, must_become_steady: bool) -> Vec<Objection> {
-        // What is not named here is judged by its row in the table of quantities.
-        let Self {
-            safety: _,
-            j_tpf_below,
-            steady_within_m_s,
-            must_be_steady,
-            altitude_lost_m: _,
-            tilt_rad: _,
-            steady_after_s: _,
-            touch: _,
-            separation_m: _,
-        } = *self;
-        let mut all = Vec::new();
-        for quantity in &QUANTITIES {
-            let Some(names) = quantity.judged else { continue };
-            let Some((value, allowed)) = quantity.of(flown.outcome).zip((quantity.limit)(self)) else {
-                continue;
-            };
-            if if names.is_least { value < allowed } else { value > allowed } {
-                all.push(Objection::Passed { names, unit: quantity.unit, value, allowed });
-            }
-        }
-        let j_tpf = flown.outcome.j_tpf;
-        if j_tpf == f64::INFINITY || j_tpf.is_nan() {
-            all.insert(0, Objection::NotFinite);
-        } else if j_tpf >= j_tpf_below {
-            // The parts are over 1 where J_TPF is; by another bound nobody can name the one.
-            let parts = flown.cost.map_or(Vec::new(), |cost| {
-                let over = cost.parts().into_iter().filter(|(_, share)| *share >= j_tpf_below);
-                over.map(|(name, _)| name).collect()
-            });
-            all.insert(0, Objection::JTpf { j_tpf, below: j_tpf_below, parts });
-        }
-        if must_be_steady && must_become_steady && flown.outcome.steady_after_s.is_none() {
-            all.push(Objection::NeverSteady { within_m_s: steady_within_m_s });
-        }
-        all
+    let j_tpf = flown.outcome.j_tpf;
+    if j_tpf == f64::INFINITY || j_tpf.is_nan() {
+        all.insert(0, Objection::NotFinite);
+    } else if j_tpf >= j_tpf_below {
+        // The parts are over 1 where J_TPF is; by another bound nobody can name the one.
+        let parts = flown.cost.map_or(Vec::new(), |cost| {
+            let over = cost.parts().into_iter().filter(|(_, share)| *share >= j_tpf_below);
+            over.map(|(name, _)| name).collect()
+        });
+        all.insert(0, Objection::JTpf { j_tpf, below: j_tpf_below, parts });
     }
+    if must_be_steady && must_become_steady && flown.outcome.steady_after_s.is_none() {
+        all.push(Objection::NeverSteady { within_m_s: steady_within_m_s });
+    }
+    all
 }
 
 /// A flight as it is judged.
@@ -352,7 +294,7 @@ pub(super) fn objections(flown: Option<Flown<'_>>, course: &Course) -> Vec<Objec
     all.extend(ground.map(Objection::OnTheGround));
     all.extend(failsafe.then_some(Objection::Failsafe));
     all.extend(trouble.clone().filter(|_| completed).map(Objection::Trouble));
-    all.extend(flown.limits.objections(&flown, must_be_steady));
+    all.extend(of_numbers(&flown, must_be_steady));
     all.extend((!completed).then(|| Objection::Stopped(trouble.clone())));
     all.extend(flown.plan_cut.then_some(Objection::PlanCut));
     all

@@ -4,7 +4,8 @@
 //! |---|---|---|
 //! | [`outcome`] | what a flight came to: the table of quantities | |
 //! | [`safety`] | J_TPF, the verdict on a drop | (51) |
-//! | [`mod@judge`] | whether a flight was safe, and why not: the one place that says so | V |
+//! | [`limits`] | what a flight is judged by | Table 1 |
+//! | [`judge`] | whether a flight was safe, and why not: the one place that says so | V |
 //! | [`power`] | what a drop asks of its battery | |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
 //! | [`better`] | by which margin one flies better than another | |
@@ -40,6 +41,7 @@ pub mod free_fall;
 pub mod grid_loss;
 pub mod integrated_plan;
 pub mod judge;
+pub mod limits;
 pub mod outcome;
 pub mod paper;
 pub mod power;
@@ -62,7 +64,8 @@ pub use drops::RandomDrop;
 pub use fidelity::{Agreement, ByTrial, MeanByRungs, MeanEstimate, conformal_margin};
 pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Spread};
 pub use integrated_plan::{BETWEEN_NODES_MOST, IntegratedPlan, nodes_enough};
-pub use judge::{Course, Limits, Objection, TouchLimits};
+pub use judge::{Course, Objection};
+pub use limits::{Limits, SAFE_BELOW, TouchLimits};
 pub use outcome::{Outcome, Quantity};
 pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};

@@ -10,7 +10,7 @@
 
 use nalgebra::Vector3;
 
-use super::judge::Limits;
+use super::limits::Limits;
 use super::statistics::Summary;
 use crate::units::DEG_PER_RAD;
 
@@ -74,7 +74,7 @@ impl Outcome {
         Vector3::new(self.way_north_m, self.way_east_m, self.altitude_lost_m)
     }
 
-    /// The same outcome with this way from the release to the plan's end, NED [m].
+    /// This outcome with another way from the release to the plan's end, NED [m].
     pub fn with_way(self, way_ned_m: Vector3<f64>) -> Self {
         let [way_north_m, way_east_m, altitude_lost_m] = way_ned_m.into();
         Self { way_north_m, way_east_m, altitude_lost_m, ..self }
@@ -85,7 +85,7 @@ impl Outcome {
         Vector3::new(self.vn_end_m_s, self.ve_end_m_s, self.vd_end_m_s)
     }
 
-    /// The same outcome with this velocity at the end, NED [m/s].
+    /// This outcome with another velocity at the end, NED [m/s].
     pub fn with_final_v(self, v_ned: Vector3<f64>) -> Self {
         let [vn_end_m_s, ve_end_m_s, vd_end_m_s] = v_ned.into();
         Self { vn_end_m_s, ve_end_m_s, vd_end_m_s, ..self }
@@ -113,7 +113,7 @@ pub struct Quantity {
     pub without: &'static str,
     /// Width of a bin of its histogram, in its unit.
     pub bin_width: f64,
-    /// Its limit, in its unit, where there is one.
+    /// The limit that a flight keeps, in the quantity's unit, where there is one.
     pub limit: fn(&Limits) -> Option<f64>,
     /// Names of its limit, where that is one of those beside J_state.
     pub judged: Option<LimitNames>,

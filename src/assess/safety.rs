@@ -10,7 +10,8 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::judge::{Course, Flown, Limits, Objection, OnTheGround, objections};
+use super::judge::{Course, Flown, Objection, OnTheGround, objections};
+use super::limits::Limits;
 use super::outcome::{CANOPY_DISTANCE, Outcome};
 use super::power::PowerUse;
 use crate::frames::{bank, pitch, tilt};

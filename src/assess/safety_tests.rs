@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::judge::{self, Course, Limits, Objection, TouchLimits};
+use super::judge::{self, Course, Objection};
+use super::limits::{Limits, TouchLimits};
 use super::outcome::Outcome;
 use super::safety::*;
 use crate::frames::quaternion_from_euler;

@@ -10,7 +10,7 @@ use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at, steady_near
 use super::objective::{BOUNDED, DesignBounds, DesignObjective, JudgedFlight, Judgement, LOST};
 use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
-use crate::assess::judge::Limits;
+use crate::assess::Limits;
 use crate::assess::tracking::control_period_s;
 use crate::assess::{Objection, Outcome, ReleaseDistribution, StateCost, judge_trial};
 use crate::control::{ControlError, ControlLimits, Gains};

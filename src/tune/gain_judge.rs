@@ -439,5 +439,5 @@ fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
         [v.x, v.z],
         setting.steady_within_m_s,
     )?;
-    Ok((model, measure))
+    Ok((model, measure.to_plans_end(setting.plan.end_s())))
 }

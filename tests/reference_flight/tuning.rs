@@ -10,6 +10,7 @@ use samara::model::Parachute;
 use samara::model::parachute::{Pendulum, TipOff};
 use samara::model::rigid_body::BodyState;
 use samara::sim::PlantKind;
+use samara::sim::planar::Variation;
 use samara::trajectory::Trajectory;
 use samara::tune::cma_es::CmaSettings;
 use samara::tune::gain_judge::{Loss, Setting};
@@ -96,6 +97,10 @@ fn prop_the_bench_in_space_is_the_planar_one() {
         let apart = (p.rms - s.rms).abs().max((p.j_tpf - s.j_tpf).abs()).max((p.unrest - s.unrest).abs());
         assert!(apart < 1e-6, "flight {i}: {p:?} {s:?}");
     }
+    // The way is to the plan's end in both, by the trapezoid rule in the plane; the flights go on from there.
+    let others = [(case[0].state(), Variation::NONE)];
+    let [p, s] = [&planar, &in_space].map(|judge| judge.measure_others(&k, &others)[0].outcome);
+    assert!((p.way_ned_m() - s.way_ned_m()).norm() < 2e-3, "{p:?} {s:?}");
     // A pitch loop as fast as its rate loop tumbles.
     let lost = planar.evaluate(&[3.52, 2.11, 1.665, 3.79, 3.37, 0.431, 0.0032]);
     assert_eq!(lost, Evaluation::DIVERGED);

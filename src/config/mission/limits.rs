@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::assess::judge::SAFE_BELOW;
+use crate::assess::SAFE_BELOW;
 use crate::assess::{Limits, SafetyLimits, TouchLimits, steady_within_m_s};
 use crate::config::number::Positive;
 use crate::units::RAD_PER_DEG;

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::Measures;
 use super::measures::Tracking;
-use crate::assess::judge::Limits;
+use crate::assess::Limits;
 use crate::assess::{ReleaseDistribution, VerdictBuilder};
 use crate::control::WithVelocityError;
 use crate::control::px4::{Law, Parameters, Px4Controller, output};

@@ -242,7 +242,7 @@ impl Campaign<'_> {
             Ok(flown) => {
                 let conclusion =
                     Conclusion::new(&mission, Some(&self.planned), flown).with_page(&self.args.page);
-                (self.judge(&drawn, &conclusion, flown), Some(conclusion))
+                (self.judge(&drawn, &conclusion), Some(conclusion))
             }
             Err(why) => (failed(why), None),
         };

@@ -182,7 +182,7 @@ impl<'a> Campaign<'a> {
     }
 
     /// Measures a flight and says why it was not safe, if it was not.
-    fn judge(&self, drawn: &RandomDrop, conclusion: &Conclusion<'_>, flown: &Flown) -> DropTrial {
+    fn judge(&self, drawn: &RandomDrop, conclusion: &Conclusion<'_>) -> DropTrial {
         let verdict = conclusion.verdict.as_ref();
         let passed = verdict.into_iter().flat_map(|verdict| &verdict.limits_passed);
         DropTrial {

@@ -29,7 +29,7 @@ impl Campaign<'_> {
         let mission = self.mission.with_drop(&drawn);
         let flown = self.fly(&mission, self.args.instance, &folder, &narrator, stop)?;
         let conclusion = Conclusion::new(&mission, Some(&self.planned), &flown).with_page(&self.args.page);
-        let trial = self.judge(&drawn, &conclusion, &flown);
+        let trial = self.judge(&drawn, &conclusion);
         self.write(&drawn, conclusion, &folder, &narrator)?;
         let mut tally = DropTally::default();
         tally.push(&trial);
@@ -70,7 +70,7 @@ impl Campaign<'_> {
             let (flight, failure) = match &flown {
                 Ok(flown) => {
                     let conclusion = Conclusion::new(&mission, Some(&self.planned), flown);
-                    let judged = self.judge(&drawn, &conclusion, flown);
+                    let judged = self.judge(&drawn, &conclusion);
                     let position_ned_m = repeat_position(&flown.log);
                     let flight = judged.outcome.map(|outcome| RepeatedFlight { outcome, position_ned_m });
                     (flight, judged.failure)
