@@ -51,6 +51,8 @@ pub mod replan;
 pub mod report;
 pub mod sim;
 pub mod simd;
+#[cfg(feature = "files")]
+pub mod study;
 pub mod time;
 pub mod trajectory;
 pub mod tune;

@@ -25,6 +25,7 @@ const FLOORS: &[&[&str]] = &[
     &["tune"],
     &["design", "params"],
     &["config"],
+    &["study"],
     &["report"],
     &["autopilot"],
     &["link"],

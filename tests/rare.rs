@@ -15,8 +15,8 @@ use samara::model::rigid_body::BodyState;
 use samara::model::wind::{Turbulence, TurbulenceScale};
 use samara::plan::SolverOptions;
 use samara::random::{Stream, normal_pair};
-use samara::report::campaign::own::own_entries;
 use samara::sim::planar::Variation;
+use samara::study::own::own_entries;
 use samara::tune::unknowns::{self, varied};
 use samara::units::RAD_PER_DEG;
 

@@ -12,9 +12,9 @@ use samara::link::{Lockstep, StreamerEvent};
 use samara::model::rigid_body::BodyState;
 use samara::plan::{Guess, Plan, SolverOptions, Status, plan};
 use samara::replan::{Cadence, Kept, ReplanRequest, ReplanSettings, ReplanSetup};
-use samara::report::effects::EffectFlights;
-use samara::report::replan::{ReplanFlights, ReplanRow};
 use samara::report::{FlownDrop, judge_drop};
+use samara::study::effects::EffectFlights;
+use samara::study::replan::{ReplanFlights, ReplanRow};
 
 /// The lander before its design: its plan ends in a terminal set, and feeds nothing forward.
 const LANDER: &str = "tests/data/reference_drop.json";

@@ -18,6 +18,7 @@ use rayon::prelude::*;
 use samara::config::Mission;
 use samara::design::space::{DIMENSIONS, Place};
 use samara::design::{DesignJudge, DesignSearch, DesignSpace};
+use samara::study::designing::{design_judge, design_search};
 use samara::tune::CandidateSearch as _;
 
 /// Step of the differences, as a share of a number's range.
@@ -39,8 +40,8 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
-    let judge = mission.design_judge();
-    let settings = mission.design_search(budget);
+    let judge = design_judge(&mission);
+    let settings = design_search(&mission, budget);
     let mut search = DesignSearch::new(settings.clone());
     let mut strategy = Vec::new();
     while let Some(designs) = search.candidates() {

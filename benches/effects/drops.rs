@@ -10,7 +10,7 @@ use std::ops::ControlFlow;
 
 use samara::config::Mission;
 use samara::plan::SolverOptions;
-use samara::report::effects::{EffectFlights, EffectsOn};
+use samara::study::effects::{EffectFlights, EffectsOn};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

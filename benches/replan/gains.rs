@@ -16,7 +16,7 @@ use samara::config::{Mission, gains_json};
 use samara::control::Gains;
 use samara::plan::{Plan, SolverOptions};
 use samara::replan::Cadence;
-use samara::report::replan::{ReplanDrop, ReplanFlights, ReplanRow};
+use samara::study::replan::{ReplanDrop, ReplanFlights, ReplanRow};
 use samara::tune::Optimiser;
 use samara::tune::cma_es::{CmaEs, CmaSettings, Scale};
 

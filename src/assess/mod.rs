@@ -5,7 +5,7 @@
 //! | [`outcome`] | what a flight came to: the table of quantities | |
 //! | [`safety`] | J_TPF, the verdict on a drop | (51) |
 //! | [`limits`] | what a flight is judged by | Table 1 |
-//! | [`judge`] | whether a flight was safe, and why not: the one place that says so | V |
+//! | [`mod@judge`] | whether a flight was safe, and why not: the one place that says so | V |
 //! | [`power`] | what a drop asks of its battery | |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
 //! | [`better`] | by which margin one flies better than another | |

@@ -9,13 +9,11 @@ use super::progress::Progress;
 use super::results::OutputFolder;
 use super::system::{Stopwatch, thread_pool};
 use super::terminal::{print, print_err};
-use samara::config::{
-    GridJudge, JudgedRelease, Mission, UnplannedError, decode_plan_grid, encode_plan_grid,
-    write_plan_grid_csv,
-};
+use samara::config::{Mission, UnplannedError, decode_plan_grid, encode_plan_grid, write_plan_grid_csv};
 use samara::plan::grid::{AXES, GridAxes, PlanGrid, check_size, solve_grid_point};
 use samara::plan::{Plan, SolverOptions, Status};
 use samara::report::plan_grid::{GridJudgement, PlanGridReport, grid_state_words};
+use samara::study::plan_grid::{GridJudge, JudgedRelease};
 use samara::units::RAD_PER_DEG;
 
 /// Files of a grid: those of an earlier one go where there is none.

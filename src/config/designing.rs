@@ -1,23 +1,12 @@
-//! How plan and gains of a mission are designed together: judge and search of its settings, and the mission
-//! file that a design makes.
+//! The mission file that a design of plan and gains makes.
 
 use serde_json::{Map, Value};
 
 use super::mission::Mission;
 use super::shipped;
-use crate::design::{
-    Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, PlanDesign, Unknown,
-};
+use crate::design::Design;
 use crate::plan::InputReference;
 use crate::units::DEG_PER_RAD;
-
-/// Designs of a generation.
-const SAMPLES: usize = 16;
-/// Spread of the first generation, as a share of the ranges.
-const SPREAD: f64 = 0.08;
-
-/// Least distance of a loop's response from -1: a phase of 17 deg, a factor of 1.4 on the gain.
-const LEAST_MODULUS: f64 = 0.3;
 
 /// Why a mission with a design cannot be written.
 #[derive(Debug, thiserror::Error)]
@@ -25,68 +14,6 @@ pub enum DesignError {
     /// The mission file is no JSON object with a plan.
     #[error("{0} is no JSON object with `plan`")]
     NoPlan(String),
-}
-
-impl Mission {
-    /// The flights of a design of this mission.
-    pub fn design_flights(&self) -> DesignFlights {
-        DesignFlights {
-            vehicle: self.vehicle.clone(),
-            environment: self.site.environment.clone(),
-            wind: self.design.wind(&self.site.wind, self.seed),
-            control_limits: self.control.limits,
-            yaw: self.control.gains,
-            target_v_ned: self.target_v_ned,
-            settle_s: self.design.settle_s.unwrap_or(self.plan.horizon_s),
-            delay_s: self.release.parachute.delay_s,
-            limits: self.limits,
-            cases: self.study.cases.clone(),
-            releases: self.releases(),
-            seed: self.seed,
-        }
-    }
-
-    /// The judge of designs of this mission.
-    pub fn design_judge(&self) -> DesignJudge<'_> {
-        let unknown = Unknown { vehicle: self.design.unknowns, air: true };
-        let made_small = (self.design.objective, self.design_bounds());
-        DesignJudge::new(self.plan_problem(), self.design_flights(), made_small, self.design.draws, unknown)
-    }
-
-    /// The bounds of its designs: unless the mission says otherwise, flights are steady by the plan's end,
-    /// and the loops at the target are some way from instability.
-    fn design_bounds(&self) -> DesignBounds {
-        let bounds = self.design.bounds;
-        let [steady_after_s, altitude_lost_m, tilt_deg] = bounds.most;
-        DesignBounds {
-            most: [steady_after_s.or(Some(self.plan.horizon_s)), altitude_lost_m, tilt_deg],
-            modulus: bounds.modulus.or(Some(LEAST_MODULUS)),
-            ..bounds
-        }
-    }
-
-    /// The mission's own plan and gains.
-    pub fn own_design(&self) -> Design {
-        Design {
-            plan: PlanDesign::of(&self.plan_problem()),
-            gains: self.control.gains.as_longitudinal(),
-            feed_forward: self.control.feed_forward,
-        }
-    }
-
-    /// The search of a design, of at most `budget` designs.
-    pub fn design_search(&self, budget: usize) -> DesignSearchSettings {
-        let own = self.own_design();
-        DesignSearchSettings {
-            space: self.design.space(&own.plan),
-            bounds: self.design_bounds(),
-            own,
-            samples: SAMPLES,
-            spread: SPREAD,
-            budget,
-            seed: self.seed,
-        }
-    }
 }
 
 /// Added to the name of a mission whose plan and gains were designed.
@@ -218,6 +145,7 @@ fn as_missions_are_written(value: &Value, depth: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::design::PlanDesign;
     use crate::config::{MissionText, mission_text, parse_mission};
 
     /// The longest name that a mission may have makes one that a mission may have.
@@ -232,7 +160,12 @@ mod tests {
     #[test]
     fn a_designed_mission_is_read_and_keeps_the_rest() {
         let mission = Mission::shipped("titan_paper").unwrap();
-        let mut design = mission.own_design();
+        let of = |mission: &Mission| Design {
+            plan: PlanDesign::of(&mission.plan_problem()),
+            gains: mission.control.gains.as_longitudinal(),
+            feed_forward: mission.control.feed_forward,
+        };
+        let mut design = of(&mission);
         let plan = &mut design.plan;
         plan.weights[2] = 10.0;
         plan.input_reference = InputReference::Trim;
@@ -252,7 +185,7 @@ mod tests {
         assert!(
             (read.plan.demands.motion.pitch_rad.unwrap() - 0.3).abs() < 1e-15 && read.control.feed_forward
         );
-        assert_eq!(read.own_design().plan.peak_weight, 20.0);
+        assert_eq!(of(&read).plan.peak_weight, 20.0);
         assert_eq!((read.control.gains_name.as_str(), read.vehicle_name), ("safety", mission.vehicle_name));
         assert_eq!((read.study.cases, read.duration_s), (mission.study.cases, mission.duration_s));
         assert!(text.contains("    \"cost_state\": [1.0, 1.0,"), "{text}");

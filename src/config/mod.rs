@@ -5,10 +5,8 @@
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
 //! | `derived` | what the numbers of a mission amount to |
 //! | [`draft`] | first drafts of vehicles, missions and gains |
-//! | `designing` | how plan and gains of a mission are designed, and the mission with a design
-//! | `tuning` | how a mission's gains are tuned |
+//! | `designing` | the mission file that a design makes
 //! | `estimated` | which numbers of a file are estimated, as it says |
-//! | `envelope` | releases about the points of its safe-release envelope, and their flights |
 //! | `plan_grid` | its grid of plans: what it spans, how it is judged, its files |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
@@ -36,7 +34,6 @@ mod coefficient_csv;
 mod derived;
 mod designing;
 pub mod draft;
-mod envelope;
 mod error;
 mod estimated;
 mod gains_file;
@@ -52,7 +49,6 @@ pub mod shipped;
 mod source;
 mod table;
 mod trajectory_csv;
-mod tuning;
 mod vehicle_file;
 
 pub use checkpoint::{
@@ -60,7 +56,6 @@ pub use checkpoint::{
 };
 pub use derived::{Derived, Group, Row, derived};
 pub use designing::{DesignError, designed_mission_json};
-pub use envelope::{ENVELOPE_LIMITS, MissionEnvelope};
 pub use error::ConfigError;
 pub use estimated::Estimated;
 pub use gains_file::{GainsFile, gains_json, load_gains};
@@ -72,7 +67,7 @@ pub use mission::{
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
 pub use params_file::load_parameters;
 pub use plan_grid::{
-    GRID_COLUMNS, GridFileError, GridJudge, JudgedRelease, PlanGridFile, decode_plan_grid, encode_plan_grid,
+    GRID_COLUMNS, GridFileError, JUDGED_FROM, PlanGridFile, decode_plan_grid, encode_plan_grid,
     write_plan_grid_csv,
 };
 pub use rare_failure::{RareFailureFile, load_rare_failure};
@@ -80,7 +75,6 @@ pub use source::{NamedFile, input_text};
 pub use trajectory_csv::{
     Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,
 };
-pub use tuning::{DRAWS, NoBoundError, Tuning, TuningMethod, TuningObjective};
 pub use vehicle_file::{BladeFile, VehicleFile, blade_file, load_vehicle};
 
 #[cfg(test)]

@@ -13,21 +13,13 @@ use crate::config::{Mission, Stamp};
 use crate::control::Gains;
 use crate::design::{
     CONDITIONS, Design, DesignJudge, DesignObjective, DesignSearch, DesignSearchSettings, DesignSpace,
-    Finalist, FlyPortions, FreshResults, Judgement, LOOPS, LoopsAt, Margins, NotJudged, TriedDesign, Unknown,
-    WEIGHT_GROUPS, best_finalist, judge_fresh,
+    Finalist, FreshResults, Judgement, LOOPS, LoopsAt, Margins, TriedDesign, Unknown, WEIGHT_GROUPS,
+    best_finalist,
 };
 use crate::plan::InputReference;
+use crate::study::designing::{JudgedDesign, OWN};
 use crate::tune::RangeEnds;
 use crate::units::DEG_PER_RAD;
-
-/// A design on flights that chose nothing, by condition of [`CONDITIONS`].
-#[derive(Clone, Debug)]
-pub struct JudgedDesign {
-    /// Name of the design.
-    pub name: String,
-    /// Results by condition.
-    pub fresh: Vec<FreshResults>,
-}
 
 /// A search of designs and its result.
 #[derive(Clone, Debug)]
@@ -68,9 +60,6 @@ fn or_own(found: TriedDesign, own: &Design) -> TriedDesign {
     TriedDesign { design, ..found }
 }
 
-/// Name of the mission's own design.
-pub const OWN: &str = "own";
-
 /// Quantile that is shown.
 const SHOWN: f64 = 0.99;
 
@@ -107,33 +96,6 @@ impl DesignRun {
             self.allowed = chosen.judgement.is_allowed(&bounds);
         }
         best.is_some()
-    }
-
-    /// Judges the mission's own design, where it has a plan, and the chosen one, where it is another, on so
-    /// many fresh flights in each condition.
-    ///
-    /// # Errors
-    /// [`NotJudged::Stopped`]: then nothing is judged.
-    pub fn judge_fresh(
-        &mut self,
-        mission: &Mission,
-        judge: &DesignJudge<'_>,
-        flights: u64,
-        fly: &FlyPortions<'_>,
-    ) -> Result<(), NotJudged> {
-        let own = mission.own_design();
-        let chosen = (self.chosen.design != own).then_some((self.name.as_str(), self.chosen.design));
-        let mut judged = Vec::new();
-        for (name, design) in std::iter::once((OWN, own)).chain(chosen) {
-            match judge_fresh(judge, &design, flights, fly) {
-                Ok(fresh) => judged.push(JudgedDesign { name: name.to_owned(), fresh }),
-                // The mission's own plan may be none.
-                Err(NotJudged::NoPlan) => {}
-                Err(stopped) => return Err(stopped),
-            }
-        }
-        self.judged = judged;
-        Ok(())
     }
 
     /// The gains that were chosen, with the mission's own yaw gains.

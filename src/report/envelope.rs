@@ -9,7 +9,8 @@ use super::json::{head, object, text};
 use super::study::grid::Grid;
 use crate::assess::envelope::search::{CONFIDENCE, PROBABILITY};
 use crate::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Fan, Ray};
-use crate::config::{ENVELOPE_LIMITS, Mission};
+use crate::config::Mission;
+use crate::study::envelope::ENVELOPE_LIMITS;
 
 /// Columns of `envelope.csv`.
 const COLUMNS: &str = "pair,limit,ray,angle_deg,safe_x,safe_y,unsafe_x,unsafe_y,flights,confirmed,confirmed_x,\

@@ -6,8 +6,9 @@ use super::columns::{fixed, short};
 use super::json::{head, object, text};
 use super::study::grid::Grid;
 use crate::assess::{GRID_LOSS_MOST, GridLoss, MISREAD_RATE_RAD_S, Spread};
-use crate::config::{GRID_COLUMNS, JudgedRelease, Mission};
+use crate::config::{GRID_COLUMNS, Mission};
 use crate::plan::grid::{AXES, GridAxes, GridState};
+use crate::study::plan_grid::JudgedRelease;
 use crate::units::DEG_PER_RAD;
 
 /// Names of the axes for the terminal, and how many of their units there an SI unit is.

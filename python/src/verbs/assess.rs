@@ -6,9 +6,12 @@ use rayon::prelude::*;
 use samara::assess::{Limits, Outcome, RandomRelease, SafetyStudy, StudyEntry, tracking};
 use samara::config::Mission;
 use samara::report::campaign::exact::MeasureValues;
-use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
-use samara::report::campaign::{CampaignReport, CampaignSummary, Keep, TrialRecord, json, tables};
+use samara::report::campaign::own::named;
+use samara::report::campaign::{
+    CampaignReport, CampaignSummary, CaseRecord, Keep, TrialRecord, json, tables,
+};
 use samara::report::study::campaign_csv::trial_columns;
+use samara::study::own::{FLOWN_BY, fly_case, own_entries};
 
 use super::plan::converged;
 use crate::arrays::columns;
@@ -125,7 +128,10 @@ fn fly_all(
     let cases: Vec<_> = (0..).zip(&mission.study.cases).collect();
     let along = &entries[0];
     let cases = pool.install(|| {
-        let case = |&numbered: &_| (!stop.raised()).then(|| fly_case(&study, along, &limits, numbered));
+        let case = |&(number, case): &(u64, &_)| {
+            let record = || CaseRecord::of(number, case, fly_case(&study, along, case), &limits);
+            (!stop.raised()).then(record)
+        };
         cases.par_iter().map(case).collect::<Option<Vec<_>>>()
     });
     let report = CampaignReport {

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use samara::config::{Mission, designed_mission_json, gains_json};
 use samara::design::{Design, DesignSearch, FlyPortion, Judgement, judge_finalists};
 use samara::report::design::{DesignRun, about, convergence_csv, front_csv, json, text};
+use samara::study::designing::{design_judge, design_search, judge_own_and};
 use samara::tune::CandidateSearch as _;
 
 use super::plan::converged;
@@ -77,8 +78,8 @@ fn search(
     stop: &Stop,
 ) -> Result<Designed, Fault> {
     let began = Instant::now();
-    let judge = mission.design_judge();
-    let mut search = DesignSearch::new(mission.design_search(asked.budget));
+    let judge = design_judge(mission);
+    let mut search = DesignSearch::new(design_search(mission, asked.budget));
     while let Some(candidates) = search.candidates() {
         let ceiling = search.ceiling();
         let judge_one = |design: &Design| (!stop.raised()).then(|| judge.judge(design, ceiling));
@@ -95,7 +96,8 @@ fn search(
     };
     run.choose(judge_finalists(&judge, &search.finalists(asked.finalists), asked.unseen, &fly), &judge);
     run.loops = judge.loops(&run.chosen.design).unwrap_or_default();
-    run.judge_fresh(mission, &judge, asked.unseen, &fly).map_err(|_| Fault::stopped())?;
+    let chosen = (run.name.as_str(), &run.chosen.design);
+    run.judged = judge_own_and(chosen, mission, &judge, asked.unseen, &fly).map_err(|_| Fault::stopped())?;
     run.wall_s = began.elapsed().as_secs_f64();
     let whole = |path: &Path| absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string();
     let made = designed_mission_json(mission, text_of_mission, &run.chosen.design, GAINS, whole);

@@ -7,11 +7,11 @@ use samara::assess::coordinates::TrialSpace;
 use samara::assess::rare::RareSearch;
 use samara::assess::sobol::SobolStudy;
 use samara::config::Mission;
-use samara::report::campaign::own::trial_space;
 use samara::report::figure::{rare_figure, sobol_figure};
 use samara::report::rare::RareReport;
 use samara::report::sobol::{Replaced, SobolReport, outputs_of};
 use samara::sim::planar::LANES;
+use samara::study::own::trial_space;
 
 use super::plan::converged;
 use crate::fault::{Fault, OrGiven as _};

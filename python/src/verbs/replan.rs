@@ -5,7 +5,8 @@ use std::sync::Arc;
 use pyo3::prelude::*;
 use rayon::prelude::*;
 use samara::replan::Cadence;
-use samara::report::replan::{ReplanCampaign, ReplanDrop, ReplanFlights, ReplanReport, ReplanRow};
+use samara::report::replan::{ReplanCampaign, ReplanReport};
+use samara::study::replan::{ReplanDrop, ReplanFlights, ReplanRow};
 
 use super::plan::converged;
 use crate::fault::{Fault, OrGiven as _};

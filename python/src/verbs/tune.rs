@@ -4,10 +4,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use rayon::prelude::*;
 use samara::assess::tracking::control_period_s;
-use samara::config::{DRAWS, Mission, Tuning, TuningMethod, TuningObjective, gains_json};
+use samara::config::{Mission, gains_json};
 use samara::control::Gains;
 use samara::report::tune::{TuneRun, about};
 use samara::sim::PlantKind;
+use samara::study::tuning::{DRAWS, Tuning, TuningMethod, TuningObjective};
 use samara::trajectory::Trajectory;
 use samara::tune::{CandidateSearch as _, Evaluation, Longitudinal, Objective, Search};
 

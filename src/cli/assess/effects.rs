@@ -13,7 +13,8 @@ use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::config::{Effect, Mission};
-use samara::report::effects::{EffectCampaign, EffectFlights, EffectReport, EffectsOn};
+use samara::report::effects::{EffectCampaign, EffectReport};
+use samara::study::effects::{EffectFlights, EffectsOn};
 use samara::trajectory::Trajectory;
 
 /// Trials of a campaign unless it is said otherwise.

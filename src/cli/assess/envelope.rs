@@ -17,10 +17,11 @@ use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::assess::envelope::{Edge, EdgeSearch, EnvelopeAxis, Fan, Ray, Reaches, Stopped, reaches_of};
-use samara::config::{ENVELOPE_LIMITS, Mission, MissionEnvelope};
+use samara::config::Mission;
 use samara::plan::Plan;
 use samara::report::envelope::{EnvelopeReport, FanEdges};
 use samara::report::figure::envelope_figure;
+use samara::study::envelope::{ENVELOPE_LIMITS, MissionEnvelope};
 
 /// Directions along one quantity alone.
 const QUARTERS: usize = 4;

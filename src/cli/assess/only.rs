@@ -13,11 +13,11 @@ use samara::assess::Limits;
 use samara::assess::judge::words;
 use samara::assess::{Course, Outcome, RandomRelease, StudyEntry, VerdictBuilder, judge_trial};
 use samara::config::Mission;
-use samara::report::campaign::own::OPTIMAL;
 use samara::report::study::campaign_csv::write_row;
 use samara::report::study::{OURS, only};
 use samara::report::{DropRun, FlightCsv, ShownDrop, drop_figure, drop_page};
 use samara::sim::Sample;
+use samara::study::own::OPTIMAL;
 use samara::trajectory::Trajectory;
 
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes

@@ -14,12 +14,13 @@ use crate::cli::system::Stopwatch;
 use samara::assess::outcome::COUNTED;
 use samara::assess::{StudyEntry, tracking};
 use samara::plan::Plan;
-use samara::report::campaign::own::{FLOWN_BY, fly_case, named, own_entries};
+use samara::report::campaign::own::named;
 use samara::report::campaign::{
     CampaignReport, CaseRecord, NamedCampaign, footprint, json, junit, page, tables,
 };
 use samara::report::figure::{Distribution, FigureError, distribution_figure};
 use samara::report::study::page::Figure;
+use samara::study::own::{FLOWN_BY, fly_case, own_entries};
 use samara::tune::ReleaseCase;
 
 /// Flies the campaigns, writes and reports them.
@@ -77,7 +78,9 @@ pub fn report(
 fn cases(runner: &TrialRunner<'_>, entry: &StudyEntry) -> Vec<CaseRecord> {
     let (study, limits) = (&runner.study, &runner.limits);
     let cases: Vec<(u64, &ReleaseCase)> = (0..).zip(&runner.mission.study.cases).collect();
-    runner.in_order(&cases, |&numbered| fly_case(study, entry, limits, numbered))
+    runner.in_order(&cases, |&(number, case)| {
+        CaseRecord::of(number, case, fly_case(study, entry, case), limits)
+    })
 }
 
 /// Writes the page with the footprint and the figures: `names` are the page's and what the other files' names

@@ -18,9 +18,9 @@ use samara::assess::Limits;
 use samara::assess::coordinates::{DrawnTrial, TrialSpace};
 use samara::assess::rare::RareSearch;
 use samara::config::{Mission, load_rare_failure};
-use samara::report::campaign::own::trial_space;
 use samara::report::figure::{FigureError, rare_figure};
 use samara::report::rare::RareReport;
+use samara::study::own::trial_space;
 use samara::trajectory::Trajectory;
 
 /// Name of the files of the most likely failure.

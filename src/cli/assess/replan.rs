@@ -22,7 +22,8 @@ use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::link::shell::{Speed, Wiring};
 use samara::replan::Cadence;
-use samara::report::replan::{ReplanCampaign, ReplanDrop, ReplanFlights, ReplanReport, ReplanRow};
+use samara::report::replan::{ReplanCampaign, ReplanReport};
+use samara::study::replan::{ReplanDrop, ReplanFlights, ReplanRow};
 
 /// Trials of a campaign unless it is said otherwise.
 const TRIALS: u64 = 300;

@@ -12,9 +12,9 @@ use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
 use crate::cli::results::OutputFolder;
 use samara::assess::sobol::SobolStudy;
-use samara::report::campaign::own::trial_space;
 use samara::report::figure::sobol_figure;
 use samara::report::sobol::{Replaced, SobolReport, outputs_of};
+use samara::study::own::trial_space;
 
 /// Flies, writes and reports.
 pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer, Failure> {

@@ -16,8 +16,8 @@ use samara::assess::{Limits, SafetyStudy};
 use samara::config::Mission;
 use samara::plan::{Plan, Status};
 use samara::report::campaign::Keep;
-use samara::report::campaign::own::own_entries;
 use samara::report::{plan_json, plan_text};
+use samara::study::own::own_entries;
 
 /// Flies the campaigns, or one trial of each.
 pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {

@@ -23,7 +23,8 @@ use super::terminal::{print, print_err, print_remarks};
 pub use args::DesignArgs;
 use samara::config::Mission;
 use samara::design::{DesignSearch, FlyPortion, FlyPortions, NotJudged, judge_finalists, judge_fresh};
-use samara::report::design::{self, DesignRun, JudgedDesign};
+use samara::report::design::{self, DesignRun};
+use samara::study::designing::{JudgedDesign, design_judge, design_search, judge_own_and, own_design};
 
 /// Name of the checkpoint.
 const CHECKPOINT: &str = "design_checkpoint.json";
@@ -71,8 +72,8 @@ fn identity(mission: &Mission) -> Vec<(&'static str, String)> {
 fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
     let others = if args.search.part.is_some() { Vec::new() } else { others(args, mission)? };
-    let judge = mission.design_judge();
-    let mut search = DesignSearch::new(mission.design_search(args.budget as usize));
+    let judge = design_judge(mission);
+    let mut search = DesignSearch::new(design_search(mission, args.budget as usize));
     let folder = args.search.folder("design", CHECKPOINT, (args.mission.out.as_deref(), &mission.name))?;
     let interrupted = args.search.interrupt_flag()?;
     let in_time = || args.time_limit.is_none_or(|limit_s| watch.ms() < 1e3 * limit_s);
@@ -113,7 +114,8 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     run.loops = judge.loops(&run.chosen.design).unwrap_or_default();
     results::write_bode(&folder, mission, &run)?;
     // Interrupted, it has nothing to show of them; `stopped` is of the search.
-    let _ = run.judge_fresh(mission, &judge, unseen, &fly);
+    let chosen = (run.name.as_str(), &run.chosen.design);
+    run.judged = judge_own_and(chosen, mission, &judge, unseen, &fly).unwrap_or_default();
     run.others = judge_others(unseen, &others, &fly);
     results::write_distributions(&folder, mission, &run)?;
     run.wall_s = 1e-3 * watch.ms();
@@ -153,7 +155,7 @@ fn others(args: &DesignArgs, mission: &Mission) -> Result<Vec<(String, Mission)>
 /// Their designs on fresh flights; one that has no plan is said and left out.
 fn judge_others(unseen: u64, others: &[(String, Mission)], fly: &FlyPortions<'_>) -> Vec<JudgedDesign> {
     let judged = others.iter().filter_map(|(name, other)| {
-        let fresh = judge_fresh(&other.design_judge(), &other.own_design(), unseen, fly);
+        let fresh = judge_fresh(&design_judge(other), &own_design(other), unseen, fly);
         if let Err(NotJudged::NoPlan) = fresh {
             print_err(&format!("samara: --against {name}: its plan does not converge; it is left out\n"));
         }

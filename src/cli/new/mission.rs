@@ -13,14 +13,13 @@ use crate::cli::args::{number, plain_name, positive, three};
 use crate::cli::planning::{plan_mission, solve};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
-use samara::config::draft::{
-    DRAFT_NODES, MissionDraft, ReleasedFrom, gains_that_fly, guessed_gains, mission_draft_json,
-};
+use samara::config::draft::{DRAFT_NODES, MissionDraft, ReleasedFrom, mission_draft_json};
 use samara::config::shipped::is_built_in;
 use samara::config::{Mission, derived, gains_json, load_mission, load_vehicle, vehicle_path};
 use samara::model::Planet;
 use samara::plan::{Plan, SolverOptions, Status};
 use samara::report::plan_text;
+use samara::study::first_gains::{gains_that_fly, guessed_gains};
 
 /// `samara new mission`.
 #[derive(Args, Debug)]

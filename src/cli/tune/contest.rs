@@ -13,6 +13,7 @@ use samara::model::rigid_body::BodyState;
 use samara::report::tune::{Contender, Contest, UnseenFlights};
 use samara::sim::PlantKind;
 use samara::sim::planar::Variation;
+use samara::study::designing::design_flights;
 use samara::trajectory::Trajectory;
 use samara::tune::gain_judge::{MeasuredFlight, Setting};
 use samara::tune::unknowns::varied;
@@ -45,7 +46,7 @@ pub fn contest(
             Objective::Safety { rms_bound: asked.rms_bound(mission, &cases), penalty: args.penalty }
         }
     };
-    let judge = mission.design_flights();
+    let judge = design_flights(&mission);
     let (distribution, seed) = (mission.releases(), mission.seed);
     let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let trial = |vary: bool, number: u64| {

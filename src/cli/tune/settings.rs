@@ -3,8 +3,9 @@
 use super::args::{MethodArg, ModelArg, ObjectiveArg, TuneArgs, name_of};
 use crate::cli::answer::Failure;
 use crate::cli::search::identity_of;
-use samara::config::{DRAWS, Mission, NoBoundError, Tuning, TuningMethod, TuningObjective};
+use samara::config::Mission;
 use samara::sim::PlantKind;
+use samara::study::tuning::{DRAWS, NoBoundError, Tuning, TuningMethod, TuningObjective};
 use samara::tune::{Objective, SearchSettings};
 
 /// The tuning that is asked for.

@@ -1,17 +1,14 @@
-//! First drafts of files: a vehicle from what a data sheet says, a mission for it at a place, and gains that
-//! fly it. What is not given is estimated, and the files say how.
+//! First drafts of files: a vehicle from what a data sheet says, and a mission for it at a place. What is not
+//! given is estimated, and the files say how.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `vehicle` | a vehicle file from mass, frame, arm, propeller and thrust |
 //! | `mission` | a mission file for a vehicle on a planet at an altitude |
-//! | `gains` | gains that fly a mission, chosen by flying it |
 
-mod gains;
 mod mission;
 mod vehicle;
 
-pub use gains::{FlownGains, gains_that_fly, guessed_gains};
 pub use mission::{DRAFT_NODES, MissionDraft, ReleasedFrom, mission_draft_json};
 pub use vehicle::{DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
 

@@ -35,6 +35,7 @@ mod choices;
 mod contradictions;
 mod control;
 mod design;
+mod drawn;
 mod effects;
 mod equipment;
 mod faults;

@@ -26,6 +26,7 @@ use crate::assess::judge::words;
 use crate::assess::outcome::COUNTED;
 use crate::assess::{BlockError, BlockSummary, Histogram, Limits, Outcome, Quantiles, Share, judge_trial};
 use crate::config::Mission;
+use crate::tune::ReleaseCase;
 
 /// Trials that a campaign keeps for its figures: the first ones.
 pub const SHOWN: usize = 1000;
@@ -208,6 +209,19 @@ pub struct CaseRecord {
     pub flight: TrialRecord,
     /// Distance of the flight from the plan, (45).
     pub tracking_rms: f64,
+}
+
+impl CaseRecord {
+    /// The record of a release case's flight and of its distance from the plan.
+    pub fn of(
+        number: u64,
+        case: &ReleaseCase,
+        (outcome, tracking_rms): (Outcome, f64),
+        limits: &Limits,
+    ) -> Self {
+        let flight = TrialRecord::of_flight(number, &outcome, limits);
+        Self { case: case.name.clone(), flight, tracking_rms }
+    }
 }
 
 /// Everything that a page shows of a mission's campaigns.

@@ -7,8 +7,8 @@ use super::decision::Restriction;
 use super::estimates::EstimatedInput;
 use super::sections::{air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst};
 use super::{Card, Evidence, Reason};
-use crate::config::ENVELOPE_LIMITS;
 use crate::report::json::{head, object, text};
+use crate::study::envelope::ENVELOPE_LIMITS;
 
 fn reason(reason: &Reason) -> impl Serialize {
     object! { kind: reason.kind.name(), text: reason.text.clone(), from: reason.from.clone() }

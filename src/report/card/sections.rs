@@ -11,11 +11,12 @@ use super::{Card, Evidence};
 use crate::assess::envelope::EnvelopeAxis;
 use crate::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_TILT, STEADY_AFTER};
 use crate::assess::{CONFIDENCE, ChosenAmong, Outcome, Quantity};
-use crate::config::{Derived, ENVELOPE_LIMITS, derived};
+use crate::config::{Derived, derived};
 use crate::report::columns::short;
 use crate::report::envelope::EnvelopeReach;
 use crate::report::outcome::OutcomeObject;
 use crate::report::shown_drop::air_words;
+use crate::study::envelope::ENVELOPE_LIMITS;
 
 /// A sentence, or what stands for one in a table.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]

@@ -5,8 +5,8 @@ use super::axis::{Axis, Panel, SMALL, TITLE, range};
 use super::canvas::{self, Anchor, FigureError, Font, Pen, Point, Stroke, sub};
 use super::color::{FIRST, GRID, INK, Rgb, THIRD};
 use crate::assess::envelope::AxisRange;
-use crate::config::ENVELOPE_LIMITS;
 use crate::report::envelope::{EnvelopePair, EnvelopeReport};
+use crate::study::envelope::ENVELOPE_LIMITS;
 
 const WIDTH_PX: u32 = 1100;
 const COLUMNS: usize = 3;

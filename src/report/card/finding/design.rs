@@ -198,7 +198,7 @@ impl DesignFound {
     /// Fresh flights of the design in the last air, which has everything that is unknown and turbulence.
     pub fn hardest_air(&self) -> Option<&FreshFound> {
         let own = self.fresh.iter().rfind(|fresh| fresh.design == self.name);
-        own.or_else(|| self.fresh.iter().rfind(|fresh| fresh.design == crate::report::design::OWN))
+        own.or_else(|| self.fresh.iter().rfind(|fresh| fresh.design == crate::study::designing::OWN))
     }
 
     /// Why it is no design to fly, if it is none. Flights that it was not chosen by count as the trials of a

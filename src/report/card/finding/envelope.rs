@@ -3,9 +3,9 @@
 use serde::Deserialize;
 
 use crate::assess::envelope::{AxisRange, EnvelopeAxis};
-use crate::config::ENVELOPE_LIMITS;
 use crate::report::columns::short;
 use crate::report::envelope::{EnvelopeOutline, EnvelopePair, EnvelopeReach};
+use crate::study::envelope::ENVELOPE_LIMITS;
 
 /// How what a mission draws of a quantity lies in what an envelope confirms of it.
 #[derive(Clone, Copy, Debug, PartialEq)]

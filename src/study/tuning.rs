@@ -1,7 +1,6 @@
 //! How a mission's gains are tuned: the flights that judge them, what is made small, and how it is searched.
 
-use super::error::ConfigError;
-use super::mission::Mission;
+use crate::config::{ConfigError, Mission};
 use crate::control::ControlError;
 use crate::sim::PlantKind;
 use crate::trajectory::Trajectory;

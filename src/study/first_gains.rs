@@ -1,10 +1,11 @@
-//! Gains that fly a mission: several sets, each of them flown, the best one taken.
+//! The first gains of a drafted mission: several sets, each of them flown, the best one taken.
 
 use std::ops::ControlFlow;
 
+use super::controller::controller_with;
 use crate::assess::{Course, Verdict, VerdictBuilder, judge};
-use crate::config::mission::Mission;
-use crate::control::{Airframe, Cascade, Gains};
+use crate::config::Mission;
+use crate::control::Gains;
 use crate::model::{RotorLimits, Vehicle};
 use crate::sim::{FlightPlan, PlantKind, Reference, fly};
 use crate::trajectory::Trajectory;
@@ -85,8 +86,7 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
 
 /// The verdict on the mission's drop with these gains.
 fn flown(mission: &Mission, plan: &Trajectory, gains: Gains) -> Option<Verdict> {
-    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).ok()?;
-    let mut cascade = Cascade::new(airframe, gains, mission.control.limits);
+    let mut cascade = controller_with(mission, &gains).ok()?;
     let then_v_ned = Some(mission.target_v_ned);
     let feed_forward = mission.control.feed_forward;
     let reference = Reference::Plan { trajectory: plan, then_v_ned, feed_forward };

@@ -4,13 +4,14 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::mission::Mission;
+use super::controller::along_plan;
 use crate::assess::envelope::flights::{EnvelopeStart, GROUP};
 use crate::assess::envelope::{
     AxisRange, Edge, EdgeSearch, EnvelopeAxis, EnvelopeFlights, EnvelopePoint, Ray, RayFlights, Stopped,
 };
-use crate::assess::{OneAtATime, ReleaseDistribution, StudyEntry, StudyReference};
-use crate::control::{Airframe, Cascade, ControlError};
+use crate::assess::{OneAtATime, ReleaseDistribution};
+use crate::config::Mission;
+use crate::control::ControlError;
 use crate::frames::{pitch, quaternion_from_euler};
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::{Turbulence, TurbulenceScale, Wind};
@@ -56,14 +57,7 @@ impl MissionEnvelope {
     /// [`ControlError`] for a vehicle that cannot be controlled.
     pub fn new(mission: &Mission, plan: &Trajectory) -> Result<Self, ControlError> {
         let environment = &mission.site.environment;
-        let control = &mission.control;
-        let airframe = Airframe::new(&mission.vehicle, environment)?;
-        let entry = StudyEntry {
-            name: "envelope",
-            gains_name: control.gains_name.clone(),
-            controller: Box::new(Cascade::new(airframe, control.gains, control.limits)),
-            reference: StudyReference::Optimal,
-        };
+        let entry = along_plan(mission, "envelope")?;
         let of_t0 = mission.releases();
         let delay_s = of_t0.parachute.delay_s;
         let releases =
@@ -185,30 +179,6 @@ impl MissionEnvelope {
     }
 }
 
-/// Standard deviations that what a mission draws reaches.
-const SIGMAS: f64 = 3.0;
-
-impl Mission {
-    /// How far what the mission draws is off the nominal release, in the order of [`EnvelopeAxis::ALL`] and
-    /// in their units: three standard deviations of the swing's largest pitch and pitch rate and of what the
-    /// cut gives, of the random wind of whole drops; the turbulence that the mission names, as it is. 0: it
-    /// draws none.
-    pub fn drawn_off(&self) -> [f64; 6] {
-        let random = &self.study.monte_carlo;
-        let cut = &random.tip_off_sigma;
-        let swing_rad_s = random.amplitude_sigma_rad * random.omega_rad_s;
-        let turbulence = self.site.wind.turbulence.as_ref();
-        [
-            SIGMAS * random.amplitude_sigma_rad * DEG_PER_RAD,
-            SIGMAS * (swing_rad_s.powi(2) + cut.omega_body.y.powi(2)).sqrt() * DEG_PER_RAD,
-            SIGMAS * cut.v_body.z,
-            0.0,
-            SIGMAS * random.wind_sigma_m_s,
-            turbulence.map_or(0.0, |turbulence| turbulence.sigma_m_s.into_iter().fold(0.0, f64::max)),
-        ]
-    }
-}
-
 /// What is looked at, about the nominal release.
 fn ranges(mission: &Mission, nominal: &BodyState, delay_s: f64) -> [AxisRange; 6] {
     let limits = &mission.limits.safety;
@@ -283,25 +253,6 @@ mod tests {
         EnvelopePoint { values: envelope.ranges.map(|range| range.nominal), sets_turbulence: false }
     }
 
-    /// By hand, for the x500: swing of 3.1 deg, 3.1316 rad/s; the mission's own turbulence as it is.
-    #[test]
-    fn closed_form_three_sigma_of_what_is_drawn() {
-        let mut mission = Mission::shipped("x500_drop").unwrap();
-        let random = &mut mission.study.monte_carlo;
-        (random.amplitude_sigma_rad, random.omega_rad_s) = (3.0 * RAD_PER_DEG, 2.0);
-        (random.wind_sigma_m_s, random.tip_off_sigma.omega_body.y) = (1.5, 2.5 * RAD_PER_DEG);
-        random.tip_off_sigma.v_body.z = 0.1;
-        mission.site.wind.turbulence = None;
-        let near = |found: [f64; 6], expected: [f64; 6]| {
-            found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12)
-        };
-        // 3 sqrt(6^2 + 2.5^2) = 3 * 6.5.
-        assert!(near(mission.drawn_off(), [9.0, 19.5, 0.3, 0.0, 4.5, 0.0]), "{:?}", mission.drawn_off());
-        let real = Mission::shipped("x500_real_air").unwrap();
-        let sigma_m_s = real.site.wind.turbulence.as_ref().unwrap().sigma_m_s;
-        assert_eq!(real.drawn_off()[5], sigma_m_s.into_iter().fold(0.0, f64::max));
-    }
-
     /// By hand: with the paper's fall two points differ in their starts by as much as they are apart, the
     /// delay by g, whatever was drawn; the nominal release is the mission's.
     #[test]
@@ -356,13 +307,7 @@ mod tests {
         let (mission, plan) = titan();
         let envelope = MissionEnvelope::new(&mission, &plan).unwrap();
         let study = mission.safety_study(&plan);
-        let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).unwrap();
-        let entry = StudyEntry {
-            name: "envelope",
-            gains_name: "ours".to_owned(),
-            controller: Box::new(Cascade::new(airframe, mission.control.gains, mission.control.limits)),
-            reference: StudyReference::Optimal,
-        };
+        let entry = along_plan(&mission, "envelope").unwrap();
         let here = point(&envelope);
         let starts: Vec<EnvelopeStart> = (0..6)
             .map(|draw| envelope.start(&here, draw))

@@ -1,0 +1,24 @@
+//! Studies of a mission: what flies it without a wire, and what judges its designs and gains. Above this floor
+//! nothing makes a controller and nothing flies but over the wire.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`controller`] | the mission's controller, made in this one place |
+//! | [`own`] | campaigns of the mission's own gains, release cases, trials by their coordinates |
+//! | [`effects`] | drops with and without each effect |
+//! | [`replan`] | drops along one plan and along renewed ones |
+//! | [`envelope`] | releases about a point of the safe-release envelope |
+//! | [`plan_grid`] | what interpolated plans cost |
+//! | [`first_gains`] | gains that fly a drafted mission |
+//! | [`tuning`] | how gains are tuned |
+//! | [`designing`] | how plan and gains are designed together |
+
+pub mod controller;
+pub mod designing;
+pub mod effects;
+pub mod envelope;
+pub mod first_gains;
+pub mod own;
+pub mod plan_grid;
+pub mod replan;
+pub mod tuning;
