@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use samara::config::{PlanGridFile, decode_plan_grid};
+use samara::units::DEG_PER_RAD;
 use serde_json::Value;
 
 fn samara(words: &[&str], out: &Path) -> Output {
@@ -105,7 +106,7 @@ fn reference_table_and_binary_hold_one_grid() {
     let text = fs::read_to_string(folder.path().join("plan_grid.csv")).unwrap();
     let mut rows = text.lines().filter(|line| !line.starts_with('#'));
     let head: Vec<&str> = rows.next().unwrap().split(',').collect();
-    assert_eq!(head[..6], ["point", "v_north_m_s", "v_down_m_s", "pitch_rad", "pitch_rate_rad_s", "t_s"]);
+    assert_eq!(head[..6], ["point", "v_north_m_s", "v_down_m_s", "pitch_deg", "pitch_rate_deg_s", "t_s"]);
     let column = |name: &str| head.iter().position(|known| *known == name).unwrap();
     let rows: Vec<Vec<f64>> =
         rows.map(|row| row.split(',').map(|field| field.parse().unwrap()).collect()).collect();
@@ -113,7 +114,9 @@ fn reference_table_and_binary_hold_one_grid() {
     for (number, plan) in grid.plans().iter().enumerate() {
         for (node, row) in plan.nodes().iter().zip(&rows[12 * number..]) {
             assert_eq!(row[0], number as f64);
-            assert_eq!(row[1..5], grid.axes().state(number));
+            let degrees = [1.0, 1.0, DEG_PER_RAD, DEG_PER_RAD];
+            let state = grid.axes().state(number);
+            assert_eq!(row[1..5], std::array::from_fn::<f64, 4, _>(|axis| state[axis] * degrees[axis]));
             assert_eq!(row[column("t_s")], node.t_s);
             for (name, value) in
                 [("vn_m_s", node.v_ned.x), ("ad_m_s2", node.a_ned.z), ("t4_n", node.thrust_n[3])]

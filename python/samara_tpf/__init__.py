@@ -9,8 +9,8 @@ The verbs of the program ``samara`` for Python, with results as NumPy arrays::
     drop.time_s, drop.velocity_ned_m_s       # arrays
 
 A mission is a name, a path or a ``dict`` as ``json.load`` gives it; ``mission(name)`` gives one to change. SI and
-radians; vectors are NED (north, east, down) or in body axes (forward, right, down), as the names say. The numbers
-are those of the program's files, to the last bit.
+radians, but degrees where a name ends in ``_deg``; vectors are NED (north, east, down) or in body axes (forward,
+right, down), as the names say. The numbers are those of the program's files, to the last bit.
 
 Each verb leaves the interpreter to other threads while it works, and may be called from several at once. Ctrl-C
 raises ``KeyboardInterrupt``. What is refused raises ``MissionError``, with file, line and path.

@@ -20,7 +20,7 @@ class Columns(Mapping[str, npt.NDArray[Any]]):
     """Arrays of one length by name, in the order of the CSV file that the program writes.
 
     Names end in the unit (``t_s``, ``vn_m_s``); attitudes, throttles and J_state have none. What is empty in the
-    file is NaN.
+    file is NaN; a ``j_tpf`` without a number is infinite.
     """
 
     def __init__(self, arrays: Mapping[str, npt.NDArray[Any]]) -> None:

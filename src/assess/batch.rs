@@ -223,7 +223,7 @@ impl<'a> Judge<'a> {
             j_tpf: if self.finite[i] { shares.into_iter().fold(0.0, f64::max) } else { f64::INFINITY },
             peak_speed_m_s: speed,
             steady_after_s,
-            ..peaks.outcome()
+            ..peaks.put_into(Outcome::default())
         };
         let way_ned_m = Vector3::new(self.way[0][i], 0.0, self.way[1][i]) * period_s;
         BatchFlight {

@@ -3,7 +3,7 @@
 //! What is judged is what is written: a flight that is read back from a table is judged, counted and shown as
 //! it was when it was flown, to the bit. A quantity stands here alone: its field in [`Outcome`] and its row
 //! in [`QUANTITIES`] - column, words, unit, how its statistics are counted, the limit that judges it. It is
-//! measured by [`super::safety`], and of many planar flights at once by [`super::batch`].
+//! measured in [`super::safety`], and of many planar flights at once in [`super::batch`].
 //!
 //! Peaks are sizes, without their signs. Where a flight has no number (the J_TPF of one whose state was none,
 //! the time to steady flight of one that never was) tables have an empty cell.

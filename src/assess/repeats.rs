@@ -18,7 +18,7 @@ const TIME_ROUNDING_S: f64 = 1e-9;
 /// What is compared of a repeated flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RepeatedFlight {
-    /// What it came to.
+    /// The flight's numbers.
     pub outcome: Outcome,
     /// Position [`REPEAT_INSTANT_S`] after t = 0, NED [m]; none where the flight was over before.
     pub position_ned_m: Option<Vector3<f64>>,
@@ -34,7 +34,9 @@ pub fn repeat_position(log: &[Sample]) -> Option<Vector3<f64>> {
 /// The spread of repeated flights.
 #[derive(Clone, Debug, Default)]
 pub struct RepeatSpread {
-    /// What the flights came to.
+    /// How many flights there are.
+    pub flights: u64,
+    /// The numbers of those that have them.
     pub outcomes: OutcomeSummary,
     /// Positions [`REPEAT_INSTANT_S`] after t = 0: north, east, down [m].
     pub position_ned_m: [Summary; 3],
@@ -49,6 +51,7 @@ impl RepeatSpread {
     pub fn of(flights: &[RepeatedFlight]) -> Self {
         let mut spread = Self::default();
         for flight in flights {
+            spread.flights += 1;
             spread.outcomes.push(&flight.outcome);
         }
         let positions: Vec<Vector3<f64>> = flights.iter().filter_map(|f| f.position_ned_m).collect();

@@ -50,15 +50,15 @@ impl Peaks {
         self.tilt_rad = self.tilt_rad.max(tilt(body.q_ned_from_body));
     }
 
-    /// A flight with these peaks.
-    pub(super) fn outcome(&self) -> Outcome {
+    /// A flight's numbers with these peaks among them.
+    pub(super) fn put_into(&self, outcome: Outcome) -> Outcome {
         Outcome {
             peak_pitch_deg: self.pitch_rad.abs() * DEG_PER_RAD,
             peak_pitch_rate_deg_s: self.pitch_rate_rad_s.abs() * DEG_PER_RAD,
             peak_roll_deg: self.roll_rad.abs() * DEG_PER_RAD,
             peak_roll_rate_deg_s: self.roll_rate_rad_s.abs() * DEG_PER_RAD,
             peak_tilt_deg: self.tilt_rad * DEG_PER_RAD,
-            ..Outcome::default()
+            ..outcome
         }
     }
 }
@@ -92,7 +92,8 @@ impl<'a> FlightWatch<'a> {
     /// The flight's peaks and end; its way and when it was steady are the caller's.
     pub fn outcome(&self) -> Outcome {
         let (j_tpf, peak_speed_m_s) = (self.j_tpf, self.peak_speed_m_s);
-        Outcome { j_tpf, peak_speed_m_s, ..self.peaks.outcome() }.with_final_v(self.final_v_ned)
+        Outcome { j_tpf, peak_speed_m_s, ..self.peaks.put_into(Outcome::default()) }
+            .with_final_v(self.final_v_ned)
     }
 }
 
@@ -102,7 +103,7 @@ impl<'a> FlightWatch<'a> {
 pub struct Verdict {
     /// Limits that the flight is judged by.
     pub limits: Limits,
-    /// What it came to.
+    /// The flight's numbers.
     pub outcome: Outcome,
     /// The parts of J_state, each at its peak.
     pub peak_cost: StateCost,
@@ -409,14 +410,8 @@ impl VerdictBuilder {
         let outcome = Outcome {
             j_tpf,
             peak_speed_m_s: peak_cost.speed * limits.safety.speed_m_s,
-            release_pitch_deg: outcome.release_pitch_deg,
-            release_pitch_rate_deg_s: outcome.release_pitch_rate_deg_s,
-            steady_after_s: outcome.steady_after_s,
-            impact_speed_m_s: outcome.impact_speed_m_s,
-            impact_tilt_deg: outcome.impact_tilt_deg,
-            canopy_distance_m: outcome.canopy_distance_m,
             tracking_rms_m_s: self.plan.as_ref().map(PlanWatch::rms_m_s),
-            ..peaks.outcome()
+            ..peaks.put_into(*outcome)
         };
         let mut verdict = Verdict {
             outcome: outcome.with_way(way_ned_m).with_final_v(last.v_ned),

@@ -145,8 +145,8 @@ fn as_missions_are_written(value: &Value, depth: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::design::PlanDesign;
     use crate::config::{MissionText, mission_text, parse_mission};
+    use crate::design::PlanDesign;
 
     /// The longest name that a mission may have makes one that a mission may have.
     #[test]

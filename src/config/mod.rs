@@ -4,10 +4,10 @@
 //! |---|---|
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
 //! | `derived` | what the numbers of a mission amount to |
-//! | [`draft`] | first drafts of vehicles, missions and gains |
+//! | [`draft`] | first drafts of vehicles and missions |
 //! | `designing` | the mission file that a design makes
 //! | `estimated` | which numbers of a file are estimated, as it says |
-//! | `plan_grid` | its grid of plans: what it spans, how it is judged, its files |
+//! | `plan_grid` | its grid of plans: what it spans, its files |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
 //! | `rare_failure` | the most likely way to fail that a search found |

@@ -22,7 +22,7 @@ pub const CONDITIONS: [(&str, Unknown); 3] = [
 /// A fresh flight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreshFlight {
-    /// What it came to; the J_TPF of a flight that was lost is [`LOST`].
+    /// The flight's numbers; the J_TPF of a flight that was lost is [`LOST`].
     pub outcome: Outcome,
     /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
     pub safe: bool,

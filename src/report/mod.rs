@@ -35,7 +35,7 @@
 //! | [`range_ends`] | numbers of a search at an end of their range |
 //! | [`rare`] | probabilities of rare failures: tables, the most likely failure |
 //! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
-//! | [`replan`] | drops along one plan and along plans that are renewed: the flights, their table |
+//! | [`replan`] | drops along one plan and along plans that are renewed: the table |
 //! | `shard` | parts of a campaign that are flown apart: rows as Parquet, statistics (feature `shards`) |
 //! | [`sobol`] | what decides a drop: Sobol's indices |
 //! | [`study`] | the safety study: tables, trials, page |

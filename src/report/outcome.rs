@@ -59,6 +59,31 @@ impl<'de> Deserialize<'de> for OutcomeObject {
     }
 }
 
+/// An outcome as an object of its own, which has each quantity, a number or `null`, and nothing else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OutcomeRecord(pub(super) Outcome);
+
+impl Serialize for OutcomeRecord {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        OutcomeObject(self.0).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for OutcomeRecord {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let object = Map::deserialize(deserializer)?;
+        let is_told = |value: &Value| value.is_null() || value.as_f64().is_some();
+        let there = |quantity: &Quantity| object.get(quantity.key).is_some_and(is_told);
+        if object.len() != QUANTITIES.len() || !QUANTITIES.iter().all(there) {
+            let expected = "each quantity of a flight, a number or null, is expected";
+            return Err(serde::de::Error::custom(expected));
+        }
+        OutcomeObject::deserialize(Value::Object(object))
+            .map_err(serde::de::Error::custom)
+            .map(|of| Self(of.0))
+    }
+}
+
 /// The limits of a mission beside those of J_state as an object: each under its key, and how close to the
 /// target steady flight is where that must be reached. A mission without ground has none of a touch.
 pub(super) struct LimitsObject<'a> {
@@ -83,5 +108,44 @@ impl Serialize for LimitsObject<'_> {
         let within = self.limits.must_be_steady.then_some(self.limits.steady_within_m_s);
         map.serialize_entry("steady_within_m_s", &within)?;
         map.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each quantity with a number of its own.
+    fn distinct() -> Outcome {
+        let mut outcome = Outcome::default();
+        (1u32..)
+            .zip(&QUANTITIES)
+            .for_each(|(n, quantity)| quantity.put(&mut outcome, Some(f64::from(n) / 8.0)));
+        outcome
+    }
+
+    /// A property: cells stand under their columns, and an object is read as it was written; one that lacks a
+    /// quantity, has another key or no number is refused.
+    #[test]
+    fn prop_cells_and_keys_are_those_of_their_quantities() {
+        let outcome = distinct();
+        let mut line = String::new();
+        push_cells(&mut line, Some(&outcome), &QUANTITIES);
+        let cells: Vec<f64> = line.split(',').skip(1).map(|cell| cell.parse().unwrap()).collect();
+        let names = column_names(&QUANTITIES);
+        for ((name, cell), quantity) in names.split(',').zip(&cells).zip(&QUANTITIES) {
+            assert_eq!((name, Some(*cell)), (quantity.key, quantity.of(&outcome)));
+        }
+        for outcome in [outcome, Outcome::lost()] {
+            let text = serde_json::to_string(&OutcomeRecord(outcome)).unwrap();
+            assert_eq!(serde_json::from_str::<OutcomeRecord>(&text).unwrap().0, outcome);
+            for spoilt in [
+                text.replace("\"peak_tilt_deg\"", "\"peak_tilt_rad\""),
+                text.replacen('{', "{\"more\":1.0,", 1),
+                text.replacen("\"j_tpf\":", "\"j_tpf\":\"x\",\"y\":", 1),
+            ] {
+                assert!(serde_json::from_str::<OutcomeRecord>(&spoilt).is_err(), "{spoilt}");
+            }
+        }
     }
 }

@@ -161,11 +161,13 @@ impl PlanGridReport<'_> {
 fn judgement_json(judged: &GridJudgement) -> impl Serialize {
     let spread = |s: &Spread| object! { min: s.min, p50: s.p50, p99: s.p99, max: s.max };
     let loss = &judged.loss;
+    let farthest = judged.farthest.iter().zip(GRID_COLUMNS);
+    let outside: Vec<f64> = farthest.map(|(x, (_, scale))| x * scale).collect();
     object! {
         releases: judged.drawn,
         unsolved: judged.unsolved,
         outside: judged.clamped,
-        outside_at_most: judged.farthest,
+        outside_at_most: outside,
         j_tpf_solved: spread(&loss.solved),
         j_tpf_interpolated: spread(&loss.interpolated),
         j_tpf_nominal_plan: spread(&loss.nominal),

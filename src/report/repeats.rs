@@ -47,9 +47,7 @@ pub fn repeats_text(mission: &Mission, autopilot: &str, trial: u64, spread: &Rep
     const WIDTHS: [usize; 5] = [28, 10, 10, 10, 8];
     let mut out = format!(
         "trial {trial} of {}, flown {} times by {autopilot}, gains {}\n\n",
-        mission.name,
-        spread.outcomes.of(&J_TPF).count(),
-        mission.control.gains_name
+        mission.name, spread.flights, mission.control.gains_name
     );
     out += &columns(&WIDTHS, ["", "mean", "std", "range", "flights"]);
     for (_, words, s) in measures(spread) {

@@ -1,4 +1,4 @@
-//! Drops along one plan and along plans that are renewed: the table, JSON and rows of [`crate::study::replan`].
+//! Drops along one plan and along plans that are renewed: table, JSON and rows of [`crate::study::replan`].
 
 use serde::Serialize;
 

@@ -1,4 +1,4 @@
-//! The controller of a mission: made here for everything that flies one without a wire.
+//! The controller of a mission, for the studies that fly it without a wire.
 
 use crate::assess::{StudyEntry, StudyReference};
 use crate::config::Mission;
@@ -7,8 +7,8 @@ use crate::control::{
 };
 use crate::frames::yaw;
 
-/// The controller that a mission names, with the mission's own gains. A controller of another kind is put
-/// here, and every study flies it: those that need a cascade's linear model take it from its settings.
+/// The controller of a mission, with the mission's own gains: campaigns, effects, the envelope and grids of
+/// plans fly it. A controller of another kind is put here.
 ///
 /// # Errors
 /// [`ControlError`] for a vehicle that cannot be controlled.

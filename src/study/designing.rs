@@ -45,8 +45,8 @@ pub fn design_judge(mission: &Mission) -> DesignJudge<'_> {
     )
 }
 
-/// The bounds of a mission's designs: unless the mission says otherwise, flights are steady by the plan's end,
-/// and the loops at the target are some way from instability.
+/// The bounds of a mission's designs: unless the mission says otherwise, flights are steady by the plan's
+/// end, and the loops at the target are some way from instability.
 fn design_bounds(mission: &Mission) -> DesignBounds {
     let bounds = mission.design.bounds;
     let [steady_after_s, altitude_lost_m, tilt_deg] = bounds.most;
@@ -92,8 +92,8 @@ pub struct JudgedDesign {
 /// Name of the mission's own design.
 pub const OWN: &str = "own";
 
-/// Judges the mission's own design, where it has a plan, and the chosen one of a name, where it is another, on
-/// so many fresh flights in each condition.
+/// Judges the mission's own design, where it has a plan, and the chosen one of a name, where it is another,
+/// on so many fresh flights in each condition.
 ///
 /// # Errors
 /// [`NotJudged::Stopped`]: then nothing is judged.

@@ -64,7 +64,7 @@ impl EffectsOn {
 /// What came of a drop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JudgedDrop {
-    /// What it came to; without a number where nothing was released.
+    /// The drop's numbers; none where nothing was released.
     pub outcome: Outcome,
     /// Whether it was steady at the end and within every limit.
     pub safe: bool,

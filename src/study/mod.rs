@@ -1,5 +1,5 @@
-//! Studies of a mission: what flies it without a wire, and what judges its designs and gains. Above this floor
-//! nothing makes a controller and nothing flies but over the wire.
+//! Studies of a mission: what flies it without a wire, and what judges its designs and gains. Reports
+//! and files stand apart from it: they fly nothing.
 //!
 //! | file | holds |
 //! |---|---|

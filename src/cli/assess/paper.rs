@@ -10,9 +10,10 @@ use crate::cli::narrator::Narrator;
 use crate::cli::system::Stopwatch;
 use samara::assess::{StudyEntry, StudyReference, tracking};
 use samara::config::Mission;
-use samara::control::{Airframe, Cascade, Gains};
+use samara::control::{ControlError, Gains};
 use samara::plan::Plan;
 use samara::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
+use samara::study::controller::{along_plan, controller_with};
 
 /// Flies the study.
 pub fn run(
@@ -44,19 +45,20 @@ pub fn run(
 
 /// The paper's controllers, and the mission's own.
 pub fn entries_of(mission: &Mission) -> Result<[StudyEntry; 4], Failure> {
-    let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).bad_input()?;
-    let of = |name, gains_name: &str, gains, reference| StudyEntry {
-        name,
-        gains_name: gains_name.to_owned(),
-        controller: Box::new(Cascade::new(airframe.clone(), gains, mission.control.limits)),
-        reference,
+    let of = |name, gains_name: &str, gains: &Gains, reference| -> Result<StudyEntry, ControlError> {
+        let (gains_name, controller) = (gains_name.to_owned(), Box::new(controller_with(mission, gains)?));
+        Ok(StudyEntry { name, gains_name, controller, reference })
     };
-    Ok([
-        of("near_hover_step", "near_hover", Gains::near_hover(), StudyReference::Step),
-        of("near_hover_optimal", "near_hover", Gains::near_hover(), StudyReference::Optimal),
-        of("paper_pso_optimal", "paper_pso", Gains::paper_pso(), StudyReference::Optimal),
-        of(OURS, &mission.control.gains_name, mission.control.gains, StudyReference::Optimal),
-    ])
+    let [near_hover, paper_pso] = [Gains::near_hover(), Gains::paper_pso()];
+    let entries = || -> Result<[StudyEntry; 4], ControlError> {
+        Ok([
+            of("near_hover_step", "near_hover", &near_hover, StudyReference::Step)?,
+            of("near_hover_optimal", "near_hover", &near_hover, StudyReference::Optimal)?,
+            of("paper_pso_optimal", "paper_pso", &paper_pso, StudyReference::Optimal)?,
+            along_plan(mission, OURS)?,
+        ])
+    };
+    entries().bad_input()
 }
 
 /// Flies the release cases and puts the study together.

@@ -65,7 +65,9 @@ fn remark(mission: &Mission) {
 fn identity(mission: &Mission) -> Vec<(&'static str, String)> {
     let start = format!("{} {:?}", mission.control.gains_name, mission.control.gains.as_longitudinal());
     let mut identity = identity_of(mission);
-    identity.extend([("for", "design".to_owned()), ("start", start)]);
+    // What a judgement of a checkpoint holds: one of another form is of another search.
+    let judgement = "tilt in deg, altitude lost to the plan's end".to_owned();
+    identity.extend([("for", "design".to_owned()), ("start", start), ("judgement", judgement)]);
     identity
 }
 

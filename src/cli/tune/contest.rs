@@ -46,7 +46,7 @@ pub fn contest(
             Objective::Safety { rms_bound: asked.rms_bound(mission, &cases), penalty: args.penalty }
         }
     };
-    let judge = design_flights(&mission);
+    let judge = design_flights(mission);
     let (distribution, seed) = (mission.releases(), mission.seed);
     let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let trial = |vary: bool, number: u64| {

@@ -10,7 +10,7 @@ pub type GridState = [f64; AXES];
 /// Number of axes.
 pub const AXES: usize = 4;
 
-/// Names of the axes in files and messages, in the order of [`GridState`]; each ends in the unit.
+/// Names of the axes in messages, in the order of [`GridState`]; each ends in the unit.
 pub const AXIS_NAMES: [&str; AXES] = ["v_north_m_s", "v_down_m_s", "pitch_rad", "pitch_rate_rad_s"];
 
 /// Most points on one axis.

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::assess::{Outcome, RandomDrop};
 use crate::config::Mission;
 use crate::report::json::{VERSION, text};
-use crate::report::outcome::OutcomeObject;
+use crate::report::outcome::OutcomeRecord;
 
 /// A trial that is over.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,7 +54,7 @@ pub struct TrialFile {
     /// The version of the autopilot that flew, where it reports one.
     pub autopilot_version: Option<String>,
     trial: u64,
-    outcome: Option<OutcomeObject>,
+    outcome: Option<OutcomeRecord>,
     limits_passed: Vec<String>,
     failure: Option<String>,
 }
@@ -70,7 +70,7 @@ impl TrialFile {
             autopilot: autopilot.to_owned(),
             autopilot_version: version.map(str::to_owned),
             trial: trial.drawn.trial,
-            outcome: trial.outcome.map(OutcomeObject),
+            outcome: trial.outcome.map(OutcomeRecord),
             limits_passed: trial.limits_passed.clone(),
             failure: trial.failure.clone(),
         }

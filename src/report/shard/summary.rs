@@ -6,7 +6,7 @@ use super::ShardError;
 use crate::assess::{BlockNode, BlockSummary, Histogram, Share, Summary};
 use crate::report::campaign::{CampaignSummary, TrialRecord};
 use crate::report::drops::DropTally;
-use crate::report::outcome::OutcomeObject;
+use crate::report::outcome::OutcomeRecord;
 
 /// Statistics of one campaign's part.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -87,13 +87,13 @@ impl BlocksRecord {
 #[serde(deny_unknown_fields)]
 struct TrialRow {
     trial: u64,
-    outcome: OutcomeObject,
+    outcome: OutcomeRecord,
     failure: Option<String>,
 }
 
 impl From<&TrialRecord> for TrialRow {
     fn from(t: &TrialRecord) -> Self {
-        Self { trial: t.trial, outcome: OutcomeObject(t.outcome), failure: t.failure.clone() }
+        Self { trial: t.trial, outcome: OutcomeRecord(t.outcome), failure: t.failure.clone() }
     }
 }
 

@@ -39,7 +39,7 @@ pub(super) struct CasesFile {
 }
 
 impl DropFound {
-    /// What it came to; without a number where nothing was released.
+    /// The drop's numbers; none where nothing was released.
     pub fn outcome(&self) -> &Outcome {
         &self.outcome.0
     }
