@@ -7,10 +7,10 @@ use crate::units::DEG_PER_RAD;
 const SIGMAS: f64 = 3.0;
 
 impl Mission {
-    /// How far what the mission draws is off the nominal release, in the order of [`EnvelopeAxis::ALL`](crate::assess::envelope::EnvelopeAxis::ALL) and
-    /// in their units: three standard deviations of the swing's largest pitch and pitch rate and of what the
-    /// cut gives, of the random wind of whole drops; the turbulence that the mission names, as it is. 0: it
-    /// draws none.
+    /// How far what the mission draws is off the nominal release, in the order of the axes of an envelope
+    /// ([`crate::assess::envelope::EnvelopeAxis::ALL`]) and in their units: three standard deviations of the
+    /// swing's largest pitch and pitch rate and of what the cut gives, of the random wind of whole drops; the
+    /// turbulence that the mission names, as it is. 0: it draws none.
     pub fn drawn_off(&self) -> [f64; 6] {
         let random = &self.study.monte_carlo;
         let cut = &random.tip_off_sigma;

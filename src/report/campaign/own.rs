@@ -5,7 +5,8 @@ use crate::assess::StudyEntry;
 use crate::report::study::campaign_csv::file_name;
 use crate::study::own::OPTIMAL;
 
-/// The campaign of one of [`own_entries`](crate::study::own::own_entries), for a report; with rows in a file unless none are kept.
+/// The campaign of one of [`crate::study::own::own_entries`], for a report; with rows in a file unless none
+/// are kept.
 pub fn named(entry: &StudyEntry, summary: CampaignSummary, keep: Keep) -> NamedCampaign {
     let StudyEntry { name, gains_name, .. } = entry;
     let follows = if *name == OPTIMAL { "along the plan" } else { "target velocity as a step" };
