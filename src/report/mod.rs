@@ -13,7 +13,7 @@
 //! | `columns` | numbers and tables for the terminal |
 //! | `judged_drop` | a drop that is over, judged |
 //! | [`json`] | the objects of `--json` |
-//! | `outcome` | what a flight came to: cells of a row, keys of an object |
+//! | [`outcome`] | what a flight came to: cells of a row, keys of an object |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
 //! | [`design`] | searches of plan and gains together |
@@ -63,7 +63,7 @@ pub mod json;
 mod judged_drop;
 mod marks;
 pub mod mcap;
-pub(crate) mod outcome;
+pub mod outcome;
 pub mod params;
 pub mod plan;
 pub mod plan_grid;

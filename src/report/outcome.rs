@@ -17,7 +17,7 @@ pub(super) fn cell(x: Option<f64>) -> String {
 }
 
 /// Appends a cell for each of some quantities, each behind a comma.
-pub(super) fn push_cells<'q>(
+pub fn push_cells<'q>(
     line: &mut String,
     outcome: Option<&Outcome>,
     quantities: impl IntoIterator<Item = &'q Quantity>,
@@ -29,7 +29,7 @@ pub(super) fn push_cells<'q>(
 }
 
 /// Names of columns, between commas.
-pub(super) fn column_names<'q>(quantities: impl IntoIterator<Item = &'q Quantity>) -> String {
+pub fn column_names<'q>(quantities: impl IntoIterator<Item = &'q Quantity>) -> String {
     quantities.into_iter().map(|quantity| quantity.key).collect::<Vec<_>>().join(",")
 }
 

@@ -1,7 +1,6 @@
 //! `samara drop --cases`: the mission's release cases (Table 3), a drop each, in one table. PX4 has the
 //! reference autopilot beside it.
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
@@ -16,6 +15,7 @@ use crate::cli::system::interrupt_flag;
 use crate::cli::terminal::print;
 use samara::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_PITCH, PEAK_PITCH_RATE, PEAK_SPEED, STEADY_AFTER};
 use samara::assess::{Quantity, Verdict};
+use samara::report::outcome::{column_names, push_cells};
 use samara::units::DEG_PER_RAD;
 
 const HEAD: &str = "\
@@ -41,7 +41,7 @@ pub fn run(
     };
     let quiet = Narrator::together(true);
     let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
-    let columns = COLUMNS.map(|quantity| quantity.key).join(",");
+    let columns = column_names(&COLUMNS);
     let mut csv = format!("{}case,autopilot,{columns},decided_by\n", mission.stamp().csv_comment());
     narrator.say(HEAD);
     // Each flight listens for Ctrl-C itself, and ends by it; here it ends the series.
@@ -97,11 +97,7 @@ fn all(objects: &[String]) -> String {
 /// A line of `cases.csv`; empty fields where nothing was released or nothing became steady.
 fn line(case: &str, pilot: &str, verdict: Option<&Verdict>) -> String {
     let mut line = format!("{case},{pilot}");
-    for quantity in COLUMNS {
-        // Writing to a String cannot fail.
-        let value = verdict.and_then(|v| quantity.of(&v.outcome));
-        let _ = write!(line, ",{}", value.map_or(String::new(), |x| format!("{x:?}")));
-    }
+    push_cells(&mut line, verdict.map(|v| &v.outcome), &COLUMNS);
     line + &format!(",{}\n", verdict.map_or("", |v| v.decided_by))
 }
 

@@ -37,7 +37,8 @@ pub fn header(mission: &Mission, entry: &StudyEntry) -> String {
     )
 }
 
-/// What was drawn for a trial, and its state at t = 0.
+/// What was drawn for a trial, amplitude and phase of the swing [deg], and its state at t = 0: velocity north
+/// and down [m/s], pitch [deg], pitch rate [deg/s].
 pub fn drawn(release: &RandomRelease) -> [f64; DRAWN.len()] {
     let state = &release.state;
     [

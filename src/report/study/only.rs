@@ -1,32 +1,24 @@
 //! One trial alone: its random numbers and its outcome with each controller.
 
+use super::campaign_csv::drawn;
 use super::grid::Grid;
 use super::label;
 use crate::assess::{Outcome, RandomRelease, StudyEntry};
 use crate::config::Mission;
-use crate::frames::pitch;
 use crate::report::json::{head, object, text};
 use crate::report::outcome::OutcomeObject;
-use crate::units::DEG_PER_RAD;
 
 /// A controller, the outcome of the trial with it, and its line of the campaign's CSV file.
 pub type Flown<'a> = (&'a StudyEntry, Outcome, String);
 
 /// The trial as text.
 pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]) -> String {
-    let state = &release.state;
+    let [theta_0_deg, phi_deg, north_m_s, down_m_s, pitch_deg, rate_deg_s] = drawn(release);
     let mut out = format!(
-        "trial {} of {}, seed {}: theta_0 {:.3} deg, phi {:.2} deg\n\
-         at t = 0: velocity {:.4} north, {:.4} down m/s, pitch {:.3} deg, pitch rate {:.3} deg/s\n\n",
-        release.trial,
-        mission.name,
-        mission.seed,
-        release.amplitude_rad * DEG_PER_RAD,
-        release.phase_rad * DEG_PER_RAD,
-        state.v_ned.x,
-        state.v_ned.z,
-        pitch(state.q_ned_from_body) * DEG_PER_RAD,
-        state.omega_body.y * DEG_PER_RAD,
+        "trial {} of {}, seed {}: theta_0 {theta_0_deg:.3} deg, phi {phi_deg:.2} deg\n\
+         at t = 0: velocity {north_m_s:.4} north, {down_m_s:.4} down m/s, pitch {pitch_deg:.3} deg, \
+         pitch rate {rate_deg_s:.3} deg/s\n\n",
+        release.trial, mission.name, mission.seed,
     );
     let head = [
         "controller",
@@ -60,7 +52,7 @@ pub fn only_text(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
 
 /// The trial as one JSON object.
 pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]) -> String {
-    let state = &release.state;
+    let [theta_0_deg, phi_deg, _, _, pitch_deg, rate_deg_s] = drawn(release);
     let flights = flown.iter().map(|(c, o, row)| {
         object! {
             name: c.name,
@@ -73,11 +65,11 @@ pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
     text(&object! {
         #[serde(flatten)] head: head(mission),
         trial: release.trial,
-        theta_0_deg: release.amplitude_rad * DEG_PER_RAD,
-        phi_deg: release.phase_rad * DEG_PER_RAD,
-        v_ned_m_s: <[f64; 3]>::from(state.v_ned),
-        pitch_deg: pitch(state.q_ned_from_body) * DEG_PER_RAD,
-        pitch_rate_deg_s: state.omega_body.y * DEG_PER_RAD,
+        theta_0_deg: theta_0_deg,
+        phi_deg: phi_deg,
+        v_ned_m_s: <[f64; 3]>::from(release.state.v_ned),
+        pitch_deg: pitch_deg,
+        pitch_rate_deg_s: rate_deg_s,
         flights: flights.collect::<Vec<_>>(),
     })
 }
