@@ -148,8 +148,11 @@ impl ParachuteComponent {
 
     /// Whether a command is addressed to the parachute, and to it alone.
     pub(super) fn is_addressed(&self, command: &Command) -> bool {
-        command.target_component == PARACHUTE_COMPONENT
-            && [0, self.encoder.system_id()].contains(&command.target_system)
+        command.target_component == PARACHUTE_COMPONENT && self.is_of_our_system(command)
+    }
+
+    fn is_of_our_system(&self, command: &Command) -> bool {
+        [0, self.encoder.system_id()].contains(&command.target_system)
     }
 
     /// Acknowledges a command of `from` (system, component) that the simulator has obeyed or refused; what
@@ -173,8 +176,7 @@ impl ParachuteComponent {
         let addressed = command.target_component == PARACHUTE_COMPONENT;
         // To all components: only what none but us can do; the rest is the autopilot's to answer.
         let for_all = command.target_component == 0 && command.command == MavCmd::MAV_CMD_DO_GRIPPER as u16;
-        let our_system = [0, self.encoder.system_id()].contains(&command.target_system);
-        if !(our_system && (addressed || for_all)) {
+        if !(self.is_of_our_system(command) && (addressed || for_all)) {
             return;
         }
         let to = Recipient::Peer(peer);
