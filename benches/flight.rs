@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use divan::{Bencher, black_box};
 use nalgebra::Vector3;
-use samara::assess::{SafetyLimits, SafetyStudy, StudyEntry, StudyReference};
+use samara::assess::{Limits, SafetyLimits, SafetyStudy, Scenario, StudyEntry, StudyReference};
 use samara::config::load_vehicle;
 use samara::control::{Airframe, Cascade, ControlLimits, Controller as _, Gains, Measurement, Setpoint};
 use samara::frames::quaternion_from_euler;
@@ -79,17 +79,21 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
         a_ned: Vector3::zeros(),
     };
     let study = SafetyStudy {
-        vehicle,
-        environment: site(),
-        wind: samara::model::wind::Wind::default(),
-        limits: SafetyLimits {
-            speed_m_s: 12.0,
-            pitch_rad: 0.785,
-            pitch_rate_rad_s: 1.57,
-            vertical_acceleration_m_s2: 3.0,
+        scenario: Scenario {
+            vehicle,
+            environment: site(),
+            wind: samara::model::wind::Wind::default(),
+            target_v_ned: Vector3::new(4.0, 0.0, 4.0),
+            limits: Limits::of_j_state(
+                SafetyLimits {
+                    speed_m_s: 12.0,
+                    pitch_rad: 0.785,
+                    pitch_rate_rad_s: 1.57,
+                    vertical_acceleration_m_s2: 3.0,
+                },
+                0.057,
+            ),
         },
-        target_v_ned: Vector3::new(4.0, 0.0, 4.0),
-        steady_within_m_s: 0.057,
         plan: Trajectory::new(vec![node(0.0), node(30.0)], 4).unwrap(),
         feed_forward: false,
         settle_s: 0.0,

@@ -131,9 +131,9 @@ fn regress_the_log_of_a_failing_trial_is_the_flight_that_failed() {
 fn regress_a_lost_trial_flies_again_in_the_air_of_the_plane() {
     let (mission, mut study, entry) = planned("x500_real_air");
     let releases: Vec<RandomRelease> = (0..16).map(|k| mission.releases().draw(mission.seed, k)).collect();
-    study.wind.turbulence.as_mut().unwrap().sigma_m_s = [40.0; 3];
+    study.scenario.wind.turbulence.as_mut().unwrap().sigma_m_s = [40.0; 3];
     let flown = study.fly_releases(&entry, &releases);
-    study.wind = study.wind.in_plane();
+    study.scenario.wind = study.scenario.wind.in_plane();
     let in_plane = study.fly_releases(&entry, &releases);
     assert!(in_plane.iter().any(|o| !(o.j_tpf < 5.0)), "none is lost: {in_plane:?}");
     for (flown, in_plane) in flown.iter().zip(&in_plane) {
@@ -263,7 +263,7 @@ fn reference_unknowns_are_those_of_robust_tuning() {
 fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
     let (mission, study, entry) = planned("x500_drop");
     let (g, speed) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
-    let (vehicle, site) = (study.vehicle.clone(), study.environment.clone());
+    let (vehicle, site) = (study.scenario.vehicle.clone(), study.scenario.environment.clone());
     let space = TrialSpace::new(study, entry, mission.releases(), Some(unknowns::ranges(g, speed)));
     let nominal = vec![0.1; space.dimensions()];
     let unmoved = space.fly(std::slice::from_ref(&nominal))[0];

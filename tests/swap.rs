@@ -53,18 +53,13 @@ fn another_controller_is_judged_by_the_flights_of_the_study() {
     let plan = own_controller::planned(&mission).unwrap();
     let lqr = own_controller::Lqr::new(&mission).unwrap();
     let setting = Setting {
-        vehicle: mission.vehicle.clone(),
-        environment: mission.site.environment.clone(),
-        wind: mission.site.wind.clone(),
+        scenario: mission.scenario(),
         control_limits: mission.control.limits,
         plant: PlantKind::Actuator,
         yaw: mission.control.gains,
         plan: &plan,
         feed_forward: false,
-        target_v_ned: mission.target_v_ned,
-        steady_within_m_s: mission.limits.steady_within_m_s,
         settle_s: 0.0,
-        safety: mission.limits.safety,
     };
     let cases = &mission.study.cases;
     let judged = GainJudge::new(setting).unwrap().with_cases(cases).evaluate_controller(&lqr);

@@ -202,15 +202,21 @@ impl TrialSpace {
             let tipped = releases.tip_off_sigma.after(releases.state(0.1, 0.1));
             Release::of(&tipped)?;
             let (model, gains) = study.in_the_plane(&entry)?;
-            let target_m_s = [study.target_v_ned.x, study.target_v_ned.z];
-            let measure = BatchMeasure::new(&plan, None, study.limits, target_m_s, study.steady_within_m_s)?
-                .to_plans_end(study.plan.end_s());
+            let target_m_s = [study.scenario.target_v_ned.x, study.scenario.target_v_ned.z];
+            let measure = BatchMeasure::new(
+                &plan,
+                None,
+                study.scenario.limits.safety,
+                target_m_s,
+                study.scenario.limits.steady_within_m_s,
+            )?
+            .to_plans_end(study.plan.end_s());
             Ok(Plane { model, gains, measure })
         };
         let plane: Result<Plane, OneAtATime> = plane();
         let mut study = study.clone();
         if plane.is_ok() {
-            study.wind = study.wind.uniform(&study.environment).in_plane();
+            study.scenario.wind = study.scenario.wind.uniform(&study.scenario.environment).in_plane();
         }
         let quantities =
             quantities(&study, &releases, unknowns.is_some(), plane.as_ref().ok().map(|p| &p.model));
@@ -256,7 +262,7 @@ impl TrialSpace {
     /// The vehicle and the site of a trial's flight in space, with what was drawn applied.
     pub fn vehicle_flown(&self, trial: &DrawnTrial) -> (Arc<Vehicle>, Environment) {
         let (study, ..) = self.in_space(trial);
-        (study.vehicle, study.environment)
+        (study.scenario.vehicle, study.scenario.environment)
     }
 
     /// Why the trials are flown one at a time; `None` where they are flown side by side.
@@ -327,7 +333,7 @@ impl TrialSpace {
             return drawn.iter().map(|trial| self.outcome(trial)).collect();
         };
         let given: Arc<[FlightNoise]> = drawn.iter().map(|trial| trial.noise.clone()).collect();
-        let mut wind = self.study.wind.clone();
+        let mut wind = self.study.scenario.wind.clone();
         wind.given = Some(GivenNoise(given));
         let mut judged = vec![BatchFlight::default(); flights.len()];
         judge_flights(&plane.model.clone().in_wind(&wind), &plane.measure, &flights, &mut judged);
@@ -346,13 +352,15 @@ impl TrialSpace {
     /// which no vehicle can be made is left out.
     fn in_space(&self, trial: &DrawnTrial) -> (SafetyStudy, StudyEntry, StudyStart) {
         let (mut study, mut entry) = (self.study.clone(), self.entry.clone());
-        if let Some((vehicle, environment)) = trial.variation.applied(&study.vehicle, &study.environment) {
-            (study.vehicle, study.environment) = (vehicle, environment);
+        if let Some((vehicle, environment)) =
+            trial.variation.applied(&study.scenario.vehicle, &study.scenario.environment)
+        {
+            (study.scenario.vehicle, study.scenario.environment) = (vehicle, environment);
         }
         if trial.variation.delayed {
             entry.controller = Box::new(WithDelay::new(entry.controller));
         }
-        study.wind.given = Some(GivenNoise(Arc::from([trial.noise.clone()])));
+        study.scenario.wind.given = Some(GivenNoise(Arc::from([trial.noise.clone()])));
         (study, entry, StudyStart { state: trial.release.state, air: 0 })
     }
 
@@ -393,13 +401,15 @@ fn quantities(
         quantities.extend(Quantity::UNKNOWNS);
     }
     // Noise from a file is the same for all trials.
-    if let Some(turbulence) = study.wind.turbulence.as_ref().filter(|turbulence| turbulence.noise.is_none()) {
+    if let Some(turbulence) =
+        study.scenario.wind.turbulence.as_ref().filter(|turbulence| turbulence.noise.is_none())
+    {
         let columns = [0usize, 1, 1, 2, 2];
         let blows = |k: &usize| turbulence.sigma_m_s[columns[*k]] != 0.0;
         quantities.extend((0..columns.len()).filter(blows).map(Quantity::Turbulence));
     }
-    if study.wind.ring.is_some() {
-        let rotors = study.vehicle.rotors.len().min(MAX_ROTORS);
+    if study.scenario.wind.ring.is_some() {
+        let rotors = study.scenario.vehicle.rotors.len().min(MAX_ROTORS);
         let drawn = |rotor: &usize| plane.is_none_or(|model| model.ring_draws().any(|first| first == *rotor));
         quantities.extend((0..rotors).filter(drawn).map(Quantity::Ring));
     }

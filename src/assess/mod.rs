@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | [`outcome`] | what a flight came to: the table of quantities | |
 //! | [`safety`] | J_TPF, the verdict on a drop | (51) |
+//! | [`scenario`] | vehicle, site, air, target and limits of a study | |
 //! | [`limits`] | what a flight is judged by | Table 1 |
 //! | [`mod@judge`] | whether a flight was safe, and why not: the one place that says so | V |
 //! | [`power`] | what a drop asks of its battery | |
@@ -50,6 +51,7 @@ pub mod rare;
 pub mod releases;
 pub mod repeats;
 pub mod safety;
+pub mod scenario;
 pub mod sobol;
 pub mod statistics;
 pub mod study;
@@ -71,6 +73,7 @@ pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{Peaks, Verdict, VerdictBuilder, judge, judge_trial, steady_within_m_s};
+pub use scenario::Scenario;
 pub use statistics::{CONFIDENCE, Share, Summary, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;

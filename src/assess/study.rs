@@ -8,7 +8,6 @@
 
 use std::borrow::Cow;
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -16,14 +15,13 @@ use super::batch::{BatchFlight, BatchMeasure, judge_flights};
 use super::outcome::Outcome;
 use super::releases::RandomRelease;
 use super::safety::FlightWatch;
+use super::scenario::Scenario;
 use super::tracking::{self, TrackingError};
 use crate::control::{Airframe, Controller, Gains};
 use crate::frames::rotate_body_from_ned;
 use crate::model::rigid_body::BodyState;
-use crate::model::wind::Wind;
-use crate::model::{Environment, Vehicle};
 use crate::sim::faults::Fault;
-use crate::sim::limits::{SafetyLimits, StateCost};
+use crate::sim::limits::StateCost;
 use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, Sample, fly};
 use crate::trajectory::Trajectory;
@@ -82,19 +80,8 @@ pub enum OneAtATime {
 /// The vehicle, site, limits and plan that all flights of a study share.
 #[derive(Clone, Debug)]
 pub struct SafetyStudy {
-    /// The vehicle.
-    pub vehicle: Arc<Vehicle>,
-    /// The site.
-    pub environment: Environment,
-    /// Gusts and turbulence; the mean wind and their scale are those of the site's altitude. Each trial has
-    /// turbulence of its own.
-    pub wind: Wind,
-    /// Safety limits, Table 1.
-    pub limits: SafetyLimits,
-    /// Steady velocity to reach, NED [m/s].
-    pub target_v_ned: Vector3<f64>,
-    /// How close to that velocity is steady [m/s]: [`super::steady_within_m_s`], or what the mission says.
-    pub steady_within_m_s: f64,
+    /// Vehicle, site, air, target and limits. Each trial has turbulence of its own.
+    pub scenario: Scenario,
     /// The plan from the nominal release.
     pub plan: Trajectory,
     /// Whether its acceleration is fed forward.
@@ -181,7 +168,8 @@ impl SafetyStudy {
     }
 
     fn in_air_of_the_plane(&self) -> Self {
-        Self { wind: self.wind.uniform(&self.environment).in_plane(), ..self.clone() }
+        let wind = self.scenario.wind.uniform(&self.scenario.environment).in_plane();
+        Self { scenario: Scenario { wind, ..self.scenario.clone() }, ..self.clone() }
     }
 
     fn side_by_side(
@@ -190,10 +178,16 @@ impl SafetyStudy {
         releases: &[RandomRelease],
     ) -> Result<(Model, BatchMeasure, Vec<Flight>), OneAtATime> {
         let (model, gains) = self.in_the_plane(entry)?;
-        let target_m_s = [self.target_v_ned.x, self.target_v_ned.z];
+        let target_m_s = [self.scenario.target_v_ned.x, self.scenario.target_v_ned.z];
         let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
-        let measure = BatchMeasure::new(&plan, None, self.limits, target_m_s, self.steady_within_m_s)?
-            .to_plans_end(self.plan.end_s());
+        let measure = BatchMeasure::new(
+            &plan,
+            None,
+            self.scenario.limits.safety,
+            target_m_s,
+            self.scenario.limits.steady_within_m_s,
+        )?
+        .to_plans_end(self.plan.end_s());
         let flight = |release: &RandomRelease| {
             let air = Some(StudyStart::from(release).air);
             let variation = Variation { air, ..Variation::NONE };
@@ -208,18 +202,25 @@ impl SafetyStudy {
         if !self.faults.is_empty() {
             return Err(OneAtATime::Faults);
         }
-        if Airframe::new(&self.vehicle, &self.environment).as_ref() != Ok(&settings.airframe) {
+        if Airframe::new(&self.scenario.vehicle, &self.scenario.environment).as_ref()
+            != Ok(&settings.airframe)
+        {
             return Err(OneAtATime::Airframe);
         }
-        let model = Model::new(&self.vehicle, &self.environment, &settings.limits, PlantKind::Actuator)?;
-        Ok((model.in_wind(&self.wind), settings.gains))
+        let model = Model::new(
+            &self.scenario.vehicle,
+            &self.scenario.environment,
+            &settings.limits,
+            PlantKind::Actuator,
+        )?;
+        Ok((model.in_wind(&self.scenario.wind), settings.gains))
     }
 
     pub(super) fn flight_plan(&self, entry: &StudyEntry, period_s: f64) -> FlightPlan<'_> {
         let reference = match entry.reference {
-            StudyReference::Step => Reference::Step(self.target_v_ned),
+            StudyReference::Step => Reference::Step(self.scenario.target_v_ned),
             StudyReference::Optimal => {
-                let then_v_ned = (self.settle_s > 0.0).then_some(self.target_v_ned);
+                let then_v_ned = (self.settle_s > 0.0).then_some(self.scenario.target_v_ned);
                 let feed_forward = self.feed_forward;
                 Reference::Plan { trajectory: &self.plan, then_v_ned, feed_forward }
             }
@@ -230,14 +231,14 @@ impl SafetyStudy {
     /// The way from the release to a state at t = 0, in free fall, NED [m].
     pub fn way_to_t0(&self, start: &BodyState) -> Vector3<f64> {
         let t = self.delay_s;
-        start.v_ned * t - Vector3::z() * (0.5 * self.environment.gravity_m_s2 * t * t)
+        start.v_ned * t - Vector3::z() * (0.5 * self.scenario.environment.gravity_m_s2 * t * t)
     }
 
     /// Flies from t = 0.
     pub fn outcome(&self, entry: &StudyEntry, start: impl Into<StudyStart>) -> Outcome {
         let start = start.into();
         let (to_t0, plan_end_s) = (self.way_to_t0(&start.state), self.plan.end_s());
-        let mut watch = FlightWatch::new(&self.limits);
+        let mut watch = FlightWatch::new(&self.scenario.limits.safety);
         let (mut way_ned_m, mut steady_after_s) = (Vector3::zeros(), None);
         self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
             let body = &sample.state.body;
@@ -245,7 +246,7 @@ impl SafetyStudy {
             if sample.t_s <= plan_end_s + 0.5 * CONTROL_PERIOD_S {
                 way_ned_m = to_t0 + (body.p_ned - start.state.p_ned);
             }
-            let near = (body.v_ned - self.target_v_ned).norm() <= self.steady_within_m_s;
+            let near = self.scenario.is_steady(&body.v_ned);
             steady_after_s = near.then(|| steady_after_s.unwrap_or(sample.t_s));
             ControlFlow::Continue(())
         });
@@ -292,7 +293,7 @@ impl SafetyStudy {
             north_down_m: (body.p_ned.x, body.p_ned.z),
             v_ned: body.v_ned,
             v_body: rotate_body_from_ned(body.q_ned_from_body, body.v_ned),
-            j_state: StateCost::of_sample(sample, &self.limits).max(),
+            j_state: StateCost::of_sample(sample, &self.scenario.limits.safety).max(),
         }
     }
 
@@ -303,9 +304,9 @@ impl SafetyStudy {
         period_s: f64,
         observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
     ) {
-        let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
+        let (vehicle, environment) = (self.scenario.vehicle.clone(), self.scenario.environment.clone());
         let start = start.into();
-        let course = self.wind.uniform(&environment).course(&environment, start.air);
+        let course = self.scenario.wind.uniform(&environment).course(&environment, start.air);
         let mut sim = DropSimulation::at_t0(vehicle, environment, start.state, PlantKind::Actuator)
             .in_wind(course)
             .with_faults(&self.faults);

@@ -2,7 +2,6 @@
 //! everything that the controller does not know of.
 
 use std::ops::ControlFlow;
-use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -10,13 +9,12 @@ use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at, steady_near
 use super::objective::{BOUNDED, DesignBounds, DesignObjective, JudgedFlight, Judgement, LOST};
 use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
-use crate::assess::Limits;
+use crate::assess::Scenario;
 use crate::assess::tracking::control_period_s;
 use crate::assess::{Objection, Outcome, ReleaseDistribution, StateCost, judge_trial};
 use crate::control::{ControlError, ControlLimits, Gains};
 use crate::model::rigid_body::BodyState;
-use crate::model::wind::Wind;
-use crate::model::{Environment, MAX_ROTORS, Vehicle, trim};
+use crate::model::{MAX_ROTORS, trim};
 use crate::plan::{Guess, Plan, PlanProblem, SolverOptions, Status, plan};
 use crate::sim::PlantKind;
 use crate::sim::planar::{NotPlanar, Variation};
@@ -28,24 +26,16 @@ use crate::tune::{GainJudge, Longitudinal, ReleaseCase};
 /// Vehicle, site and limits of a design's flights.
 #[derive(Clone, Debug)]
 pub struct DesignFlights {
-    /// The vehicle as planner and controller know it.
-    pub vehicle: Arc<Vehicle>,
-    /// The site as planner and controller know it.
-    pub environment: Environment,
-    /// Gusts and turbulence, which neither knows.
-    pub wind: Wind,
+    /// Vehicle, site, air, target and limits.
+    pub scenario: Scenario,
     /// Limits of the cascade.
     pub control_limits: ControlLimits,
     /// Gains whose yaw part is used.
     pub yaw: Gains,
-    /// Velocity to reach, NED [m/s].
-    pub target_v_ned: Vector3<f64>,
     /// How long a flight goes on after the plan's end [s].
     pub settle_s: f64,
     /// Time from the release to t = 0 [s], whose fall is part of the altitude lost.
     pub delay_s: f64,
-    /// Limits that a flight is judged by.
-    pub limits: Limits,
     /// Releases that every design flies in still air.
     pub cases: Vec<ReleaseCase>,
     /// Random releases.
@@ -71,7 +61,7 @@ impl DesignFlights {
         if !unknown.vehicle {
             return (release, Variation { air, ..Variation::NONE });
         }
-        let (g, target_m_s) = (self.environment.gravity_m_s2, self.target_v_ned.norm());
+        let (g, target_m_s) = (self.scenario.environment.gravity_m_s2, self.scenario.target_v_ned.norm());
         let (release, variation) = varied(&release, self.seed, number, g, target_m_s);
         (release, Variation { air, ..variation })
     }
@@ -82,25 +72,20 @@ impl DesignFlights {
     /// [`ControlError`] for a vehicle that cannot be controlled.
     pub fn pilot<'p>(&self, plan: &'p Trajectory, feed_forward: bool) -> Result<GainJudge<'p>, ControlError> {
         GainJudge::new(Setting {
-            vehicle: self.vehicle.clone(),
-            environment: self.environment.clone(),
-            wind: self.wind.clone(),
+            scenario: self.scenario.clone(),
             control_limits: self.control_limits,
             plant: PlantKind::Actuator,
             yaw: self.yaw,
             plan,
             feed_forward,
-            target_v_ned: self.target_v_ned,
-            steady_within_m_s: self.limits.steady_within_m_s,
             settle_s: self.settle_s,
-            safety: self.limits.safety,
         })
     }
 
     /// Altitude that a flight from this state has lost at the plan's end, since the release [m].
     fn altitude_lost_m(&self, start: &BodyState, flight: &MeasuredFlight) -> f64 {
         let t = self.delay_s;
-        let fall_m = start.v_ned.z * t - 0.5 * self.environment.gravity_m_s2 * t * t;
+        let fall_m = start.v_ned.z * t - 0.5 * self.scenario.environment.gravity_m_s2 * t * t;
         fall_m + flight.outcome.altitude_lost_m
     }
 
@@ -109,7 +94,7 @@ impl DesignFlights {
         let j_tpf = finite_j_tpf(flight);
         let altitude_lost_m = self.altitude_lost_m(start, flight);
         let flown = Outcome { j_tpf, altitude_lost_m, ..flight.outcome };
-        let objections = judge_trial(&flown, &self.limits);
+        let objections = judge_trial(&flown, &self.scenario.limits);
         let within_limits = objections.iter().all(Objection::is_of_the_course);
         JudgedFlight { j_tpf, safe: objections.is_empty(), within_limits }
     }
@@ -181,7 +166,7 @@ impl<'a> DesignJudge<'a> {
     /// Plans a design; `None` when it cannot be planned or the solve does not converge.
     pub fn plan(&self, design: &PlanDesign) -> Option<Plan> {
         let mut problem = self.problem.clone();
-        design.apply(&mut problem, &self.flights.limits.safety);
+        design.apply(&mut problem, &self.flights.scenario.limits.safety);
         let options = SolverOptions::default();
         let planned = plan(&problem, &Guess::StraightLine, &options, &mut |_| ControlFlow::Continue(()));
         planned.ok().filter(|plan| plan.status == Status::Converged)
@@ -201,7 +186,7 @@ impl<'a> DesignJudge<'a> {
         let plan = self.plan(&design.plan)?.trajectory;
         let problem = &self.problem;
         let peak = plan.nodes().iter().max_by(|a, b| {
-            let j_state = |node| StateCost::of(&body_of(node), &self.flights.limits.safety).max();
+            let j_state = |node| StateCost::of(&body_of(node), &self.flights.scenario.limits.safety).max();
             j_state(a).total_cmp(&j_state(b))
         })?;
         let of_weight_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2

@@ -1,5 +1,6 @@
 //! How plan and gains of a mission are designed together: judge and search of its settings.
 
+use crate::assess::Scenario;
 use crate::config::Mission;
 use crate::design::{
     Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, FlyPortions, FreshResults,
@@ -17,15 +18,14 @@ const LEAST_MODULUS: f64 = 0.3;
 /// The flights of a design of a mission.
 pub fn design_flights(mission: &Mission) -> DesignFlights {
     DesignFlights {
-        vehicle: mission.vehicle.clone(),
-        environment: mission.site.environment.clone(),
-        wind: mission.design.wind(&mission.site.wind, mission.seed),
+        scenario: Scenario {
+            wind: mission.design.wind(&mission.site.wind, mission.seed),
+            ..mission.scenario()
+        },
         control_limits: mission.control.limits,
         yaw: mission.control.gains,
-        target_v_ned: mission.target_v_ned,
         settle_s: mission.design.settle_s.unwrap_or(mission.plan.horizon_s),
         delay_s: mission.release.parachute.delay_s,
-        limits: mission.limits,
         cases: mission.study.cases.clone(),
         releases: mission.releases(),
         seed: mission.seed,

@@ -1,7 +1,5 @@
 //! A mission's releases about a point of its safe-release envelope, and their flights.
 
-use std::sync::Arc;
-
 use nalgebra::Vector3;
 
 use super::controller::along_plan;
@@ -9,13 +7,13 @@ use crate::assess::envelope::flights::{EnvelopeStart, GROUP};
 use crate::assess::envelope::{
     AxisRange, Edge, EdgeSearch, EnvelopeAxis, EnvelopeFlights, EnvelopePoint, Ray, RayFlights, Stopped,
 };
-use crate::assess::{OneAtATime, ReleaseDistribution};
+use crate::assess::{OneAtATime, ReleaseDistribution, Scenario};
 use crate::config::Mission;
 use crate::control::ControlError;
 use crate::frames::{pitch, quaternion_from_euler};
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::{Turbulence, TurbulenceScale, Wind};
-use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
+use crate::model::{MAX_ROTORS, Parachute};
 use crate::sim::plant::Plant;
 use crate::sim::{PlantKind, PlantState, Start};
 use crate::trajectory::Trajectory;
@@ -42,11 +40,7 @@ pub struct MissionEnvelope {
     /// The distribution at the release: without a delay, which is the point's.
     releases: ReleaseDistribution,
     start: Start,
-    vehicle: Arc<Vehicle>,
-    environment: Environment,
-    wind: Wind,
     seed: u64,
-    target_m_s: f64,
     flights: EnvelopeFlights,
 }
 
@@ -56,7 +50,6 @@ impl MissionEnvelope {
     /// # Errors
     /// [`ControlError`] for a vehicle that cannot be controlled.
     pub fn new(mission: &Mission, plan: &Trajectory) -> Result<Self, ControlError> {
-        let environment = &mission.site.environment;
         let entry = along_plan(mission, "envelope")?;
         let of_t0 = mission.releases();
         let delay_s = of_t0.parachute.delay_s;
@@ -66,11 +59,7 @@ impl MissionEnvelope {
             ranges: ranges(mission, &releases.state(0.0, 0.0), delay_s),
             releases,
             start: mission.release.start,
-            vehicle: mission.vehicle.clone(),
-            environment: environment.clone(),
-            wind: mission.site.wind.clone(),
             seed: mission.seed,
-            target_m_s: mission.target_v_ned.norm(),
             flights: EnvelopeFlights::new(mission.safety_study(plan), entry),
         })
     }
@@ -142,21 +131,23 @@ impl MissionEnvelope {
             ..drawn
         };
         let state = self.fallen(release, value(EnvelopeAxis::Delay), wind_m_s);
-        let g = self.environment.gravity_m_s2;
-        let (state, mut variation) = unknowns::varied(&state, self.seed, number, g, self.target_m_s);
+        let Scenario { environment, target_v_ned, .. } = self.flights.scenario();
+        let g = environment.gravity_m_s2;
+        let (state, mut variation) = unknowns::varied(&state, self.seed, number, g, target_v_ned.norm());
         variation.wind_m_s[0] += wind_m_s;
         (state, variation)
     }
 
     /// The state at t = 0 after a release, as the mission's drops come there (`release.start`).
     fn fallen(&self, mut release: BodyState, delay_s: f64, wind_m_s: f64) -> BodyState {
+        let Scenario { vehicle, environment, .. } = self.flights.scenario();
         if self.start == Start::T0 {
-            release.v_ned.z += self.environment.gravity_m_s2 * delay_s;
+            release.v_ned.z += environment.gravity_m_s2 * delay_s;
             return release;
         }
-        let mut environment = self.environment.clone();
+        let mut environment = environment.clone();
         environment.wind_ned_m_s.x += wind_m_s;
-        let mut plant = Plant::new(self.vehicle.clone(), environment, PlantKind::Actuator);
+        let mut plant = Plant::new(vehicle.clone(), environment, PlantKind::Actuator);
         let mut state = PlantState::rotors_at_rest(release);
         let steps = (delay_s / FALL_STEP_S).ceil();
         for _ in 0..steps as u64 {
@@ -175,7 +166,7 @@ impl MissionEnvelope {
             noise: None,
         };
         let turbulence = Some(turbulence).filter(|_| sigma_m_s > 0.0);
-        self.flights.clone().in_wind(Wind { turbulence, ..self.wind.clone() })
+        self.flights.clone().in_wind(Wind { turbulence, ..self.flights.scenario().wind.clone() })
     }
 }
 
@@ -316,8 +307,12 @@ mod tests {
         let costs: Vec<f64> = starts
             .iter()
             .map(|(state, off)| {
-                let (vehicle, environment) = off.applied(&study.vehicle, &study.environment).unwrap();
-                let varied = SafetyStudy { vehicle, environment, ..study.clone() };
+                let (vehicle, environment) =
+                    off.applied(&study.scenario.vehicle, &study.scenario.environment).unwrap();
+                let varied = SafetyStudy {
+                    scenario: Scenario { vehicle, environment, ..study.scenario.clone() },
+                    ..study.clone()
+                };
                 varied.outcome(&entry, StudyStart { state: *state, air: off.air.unwrap() }).j_tpf
             })
             .collect();

@@ -47,18 +47,13 @@ pub fn guessed_gains(vehicle: &Vehicle, density_kg_m3: f64, share: f64) -> Gains
 pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains> {
     let (vehicle, environment) = (&mission.vehicle, &mission.site.environment);
     let setting = Setting {
-        vehicle: vehicle.clone(),
-        environment: environment.clone(),
-        wind: mission.site.wind.clone(),
+        scenario: mission.scenario(),
         control_limits: mission.control.limits,
         plant: PlantKind::Actuator,
         yaw: mission.control.gains,
         plan,
         feed_forward: mission.control.feed_forward,
-        target_v_ned: mission.target_v_ned,
-        steady_within_m_s: mission.limits.steady_within_m_s,
         settle_s: 0.0,
-        safety: mission.limits.safety,
     };
     let guessed = SHARES.map(|share| {
         let about = format!(

@@ -107,18 +107,13 @@ impl Tuning {
     /// The vehicle, the site and the plan that gains are judged on.
     pub fn setting<'a>(&self, mission: &Mission, plan: &'a Trajectory) -> Setting<'a> {
         Setting {
-            vehicle: mission.vehicle.clone(),
-            environment: mission.site.environment.clone(),
-            wind: mission.site.wind.clone(),
+            scenario: mission.scenario(),
             control_limits: mission.control.limits,
             plant: self.plant,
             yaw: mission.control.gains,
             plan,
             feed_forward: mission.control.feed_forward,
-            target_v_ned: mission.target_v_ned,
-            steady_within_m_s: mission.limits.steady_within_m_s,
             settle_s: mission.settle_s(plan),
-            safety: mission.limits.safety,
         }
     }
 

@@ -8,23 +8,19 @@
 //! variations of a robust tuning.
 
 use std::fmt;
-use std::sync::Arc;
 
 use nalgebra::Vector3;
 
 use super::objective::{Evaluation, Objective};
 use super::unknowns::{self, APART, one_at_a_time, tipped};
 use super::{Longitudinal, ReleaseCase};
+use crate::assess::Scenario;
 use crate::assess::safety::FlightWatch;
 use crate::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S, control_period_s};
-use crate::assess::{
-    BatchFlight, BatchMeasure, Outcome, ReleaseDistribution, SafetyLimits, TrackingError, judge_flights,
-};
+use crate::assess::{BatchFlight, BatchMeasure, Outcome, ReleaseDistribution, TrackingError, judge_flights};
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
 use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
-use crate::model::wind::Wind;
-use crate::model::{Environment, Vehicle};
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
 use crate::trajectory::Trajectory;
@@ -38,12 +34,8 @@ const UNREST_LEAST: f64 = 0.01;
 /// Vehicle, site, plan and limits of the flights that gains are judged by.
 #[derive(Clone, Debug)]
 pub struct Setting<'a> {
-    /// The vehicle as the controller knows it.
-    pub vehicle: Arc<Vehicle>,
-    /// The site as the controller knows it.
-    pub environment: Environment,
-    /// Gusts and turbulence, which the controller does not know.
-    pub wind: Wind,
+    /// Vehicle, site, air, target and limits.
+    pub scenario: Scenario,
     /// Limits of the cascade.
     pub control_limits: ControlLimits,
     /// The actuators.
@@ -54,15 +46,8 @@ pub struct Setting<'a> {
     pub plan: &'a Trajectory,
     /// Whether its acceleration is fed forward.
     pub feed_forward: bool,
-    /// Velocity after the plan's end, NED [m/s].
-    pub target_v_ned: Vector3<f64>,
-    /// How close to that velocity is steady [m/s]: [`crate::assess::steady_within_m_s`], or what the mission
-    /// says.
-    pub steady_within_m_s: f64,
     /// How long a flight goes on after the plan's end [s].
     pub settle_s: f64,
-    /// Limits that J_state is measured by.
-    pub safety: SafetyLimits,
 }
 
 /// One of the flights that gains are judged by.
@@ -177,7 +162,7 @@ impl<'a> GainJudge<'a> {
     /// # Errors
     /// [`ControlError`] when the rotors cannot be flown.
     pub fn new(setting: Setting<'a>) -> Result<Self, ControlError> {
-        let airframe = Airframe::new(&setting.vehicle, &setting.environment)?;
+        let airframe = Airframe::new(&setting.scenario.vehicle, &setting.scenario.environment)?;
         let planar = planar(&setting);
         Ok(Self { setting, airframe, planar, trials: Vec::new() })
     }
@@ -199,9 +184,10 @@ impl<'a> GainJudge<'a> {
     /// judged by J_TPF.
     pub fn with_variations(mut self, cases: &[ReleaseCase]) -> Self {
         let setting = &self.setting;
-        let (g, target_m_s) = (setting.environment.gravity_m_s2, setting.target_v_ned.norm());
+        let (g, target_m_s) =
+            (setting.scenario.environment.gravity_m_s2, setting.scenario.target_v_ned.norm());
         let states: Vec<BodyState> = cases.iter().map(ReleaseCase::state).collect();
-        let trials = one_at_a_time(&states, g, target_m_s, setting.wind.changes());
+        let trials = one_at_a_time(&states, g, target_m_s, setting.scenario.wind.changes());
         self.trials.extend(trials.iter().map(untracked));
         self
     }
@@ -215,7 +201,8 @@ impl<'a> GainJudge<'a> {
     /// Adds random releases with everything that the controller does not know of at once, a pitch that is off
     /// and the mission's air, judged by J_TPF: draws that no campaign of the seed has among its trials.
     pub fn with_draws(mut self, releases: &ReleaseDistribution, seed: u64, draws: usize) -> Self {
-        let (g, target_m_s) = (self.setting.environment.gravity_m_s2, self.setting.target_v_ned.norm());
+        let (g, target_m_s) =
+            (self.setting.scenario.environment.gravity_m_s2, self.setting.scenario.target_v_ned.norm());
         let drawn = (APART..).take(draws).map(|number| {
             let release = releases.draw(seed, number).state;
             untracked(&unknowns::varied(&release, seed, number, g, target_m_s))
@@ -347,7 +334,7 @@ impl<'a> GainJudge<'a> {
     }
 
     fn measured(&self, trial: &Trial, rms: f64, outcome: Outcome) -> MeasuredFlight {
-        let end_error_m_s = (outcome.final_v_ned() - self.setting.target_v_ned).norm();
+        let end_error_m_s = (outcome.final_v_ned() - self.setting.scenario.target_v_ned).norm();
         MeasuredFlight {
             evaluation: self.evaluation(trial, rms, &outcome, end_error_m_s),
             outcome,
@@ -361,25 +348,26 @@ impl<'a> GainJudge<'a> {
             return Evaluation { rms: 0.0, j_tpf, unrest: 0.0 };
         }
         let at_rest = steady_after_s.is_some_and(|t| t <= duration_s(&self.setting) - STEADY_FOR_S);
-        let Setting { target_v_ned, steady_within_m_s, .. } = &self.setting;
-        let away = end_error_m_s / target_v_ned.norm().max(*steady_within_m_s);
+        let Scenario { target_v_ned, limits, .. } = &self.setting.scenario;
+        let away = end_error_m_s / target_v_ned.norm().max(limits.steady_within_m_s);
         Evaluation { rms, j_tpf, unrest: if at_rest { 0.0 } else { away.max(UNREST_LEAST) } }
     }
 
     /// One flight in six degrees of freedom.
     fn fly_alone(&self, controller: &dyn Controller, trial: &Trial) -> Result<MeasuredFlight, Loss> {
         let setting = &self.setting;
-        let varied = trial.variation.applied(&setting.vehicle, &setting.environment);
+        let varied = trial.variation.applied(&setting.scenario.vehicle, &setting.scenario.environment);
         let Some((vehicle, environment)) = varied else { return Err(Loss::NoVehicle) };
         let air = trial.variation.air;
-        let course = air.and_then(|number| setting.wind.uniform(&environment).course(&environment, number));
+        let course =
+            air.and_then(|number| setting.scenario.wind.uniform(&environment).course(&environment, number));
         let mut sim = DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant).in_wind(course);
         let mut controller = controller.clone_controller();
         if trial.variation.delayed {
             controller = Box::new(WithDelay::new(controller));
         }
         let mut tracking = TrackingError::new(setting.plan);
-        let mut watch = FlightWatch::new(&setting.safety);
+        let mut watch = FlightWatch::new(&setting.scenario.limits.safety);
         let (mut way_ned_m, mut steady_after_s) = (Vector3::zeros(), None);
         let plan_end_s = setting.plan.end_s() + 0.5 * control_period_s(setting.plan);
         let flown = fly(&mut sim, &mut *controller, &flight_plan(setting), &mut |sample| {
@@ -388,9 +376,9 @@ impl<'a> GainJudge<'a> {
                 way_ned_m = body.p_ned - trial.start.p_ned;
             }
             watch.observe(sample);
-            let away = (body.v_ned - setting.target_v_ned).norm();
-            steady_after_s =
-                (away <= setting.steady_within_m_s).then(|| steady_after_s.unwrap_or(sample.t_s));
+            let away = (body.v_ned - setting.scenario.target_v_ned).norm();
+            steady_after_s = (away <= setting.scenario.limits.steady_within_m_s)
+                .then(|| steady_after_s.unwrap_or(sample.t_s));
             tracking.observe(sample)
         });
         let end = &sim.state().body;
@@ -418,7 +406,7 @@ fn flight_plan<'a>(setting: &Setting<'a>) -> FlightPlan<'a> {
     FlightPlan::new(
         Reference::Plan {
             trajectory: setting.plan,
-            then_v_ned: Some(setting.target_v_ned),
+            then_v_ned: Some(setting.scenario.target_v_ned),
             feed_forward: setting.feed_forward,
         },
         control_period_s(setting.plan),
@@ -427,7 +415,8 @@ fn flight_plan<'a>(setting: &Setting<'a>) -> FlightPlan<'a> {
 }
 
 fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
-    let Setting { vehicle, environment, wind, control_limits, plant, target_v_ned: v, .. } = setting;
+    let Setting { scenario, control_limits, plant, .. } = setting;
+    let Scenario { vehicle, environment, wind, target_v_ned: v, limits } = scenario;
     if v.y != 0.0 {
         return Err(NotPlanar::Sideways { what: "the target velocity" });
     }
@@ -435,9 +424,9 @@ fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
     let measure = BatchMeasure::new(
         &flight_plan(setting),
         Some(setting.plan),
-        setting.safety,
+        limits.safety,
         [v.x, v.z],
-        setting.steady_within_m_s,
+        limits.steady_within_m_s,
     )?;
     Ok((model, measure.to_plans_end(setting.plan.end_s())))
 }

@@ -96,9 +96,9 @@ enum Stage {
 /// # Errors
 /// [`NearHoverError`] when a loop does not swing or the vehicle cannot be flown.
 pub fn near_hover(setting: &Setting<'_>) -> Result<NearHover, NearHoverError> {
-    let airframe = Airframe::new(&setting.vehicle, &setting.environment)?;
+    let airframe = Airframe::new(&setting.scenario.vehicle, &setting.scenario.environment)?;
     let g = airframe.gravity_m_s2;
-    let arm_m = setting.vehicle.rotors.iter().map(|r| r.position_body_m.x.abs()).fold(0.0, f64::max);
+    let arm_m = setting.scenario.vehicle.rotors.iter().map(|r| r.position_body_m.x.abs()).fold(0.0, f64::max);
     // A fifth of the hover thrust up and down on each rotor; the other relays stay well within what the
     // rotors give.
     let angular = 0.2 * airframe.mass_kg * g * arm_m / airframe.inertia_kg_m2[(1, 1)];
@@ -142,7 +142,7 @@ fn swing(
         v_ned: Vector3::zeros(),
         omega_body: Vector3::zeros(),
     };
-    let (vehicle, environment) = (setting.vehicle.clone(), setting.environment.clone());
+    let (vehicle, environment) = (setting.scenario.vehicle.clone(), setting.scenario.environment.clone());
     let mut sim = DropSimulation::at_t0(vehicle, environment, hover, PlantKind::Actuator);
     let mut cascade = Cascade::new(airframe.clone(), Gains::longitudinal(*k), setting.control_limits);
     let mut relay_now = 0.0;

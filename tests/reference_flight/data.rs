@@ -101,3 +101,17 @@ pub fn gains(name: &str) -> Gains {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("params/gains/{name}.json"));
     load_gains(&path).unwrap().gains
 }
+
+/// The lander over Titan in still air, to the study's target.
+pub fn scenario() -> samara::assess::Scenario {
+    samara::assess::Scenario {
+        vehicle: TITAN.clone(),
+        environment: site(),
+        wind: samara::model::wind::Wind::default(),
+        target_v_ned: target_ned(),
+        limits: samara::assess::Limits::of_j_state(
+            limits(),
+            samara::assess::steady_within_m_s(&target_ned()),
+        ),
+    }
+}

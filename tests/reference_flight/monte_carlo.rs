@@ -13,19 +13,14 @@ use samara::model::parachute::{Pendulum, TipOff};
 use samara::units::RAD_PER_DEG;
 use serde_json::Value;
 
-use super::data::{TITAN, cascade, flight_reference, limits, number, numbers, rows, site, target_ned};
+use super::data::{cascade, flight_reference, number, numbers, rows, scenario};
 
 static NUMBERS: LazyLock<Value> =
     LazyLock::new(|| serde_json::from_str(include_str!("../data/reference_monte_carlo.json")).unwrap());
 
 fn study() -> SafetyStudy {
     SafetyStudy {
-        vehicle: TITAN.clone(),
-        environment: site(),
-        wind: samara::model::wind::Wind::default(),
-        limits: limits(),
-        target_v_ned: target_ned(),
-        steady_within_m_s: samara::assess::steady_within_m_s(&target_ned()),
+        scenario: scenario(),
         plan: flight_reference(),
         feed_forward: false,
         settle_s: 0.0,

@@ -47,7 +47,7 @@ impl Cases {
     }
 
     fn with(&mut self, change: impl FnOnce(&mut Vehicle)) {
-        change(Arc::make_mut(&mut self.study.vehicle));
+        change(Arc::make_mut(&mut self.study.scenario.vehicle));
     }
 
     /// Side by side, after a look that they are what flights in space are.
@@ -82,10 +82,10 @@ fn faster_first_order(vehicle: &mut Vehicle, up_s: f64, down_s: f64) {
 fn closed_form_the_shipped_vehicles_take_one_step() {
     let (titan, x500) = (Cases::of("mission/titan_paper.json"), Cases::of("mission/x500_drop.json"));
     let tau_s = 0.2 * 0.09 / (0.9 * 2.9);
-    assert!((titan.study.vehicle.motor.fastest_rate_per_s() * tau_s - 1.0).abs() < 1e-12);
-    assert!((titan.study.vehicle.longest_step_s() / (1.6 * tau_s) - 1.0).abs() < 1e-12);
-    assert!((x500.study.vehicle.longest_step_s() / (1.6 * 0.0125) - 1.0).abs() < 1e-12);
-    assert!(titan.study.vehicle.longest_step_s() > 0.0108);
+    assert!((titan.study.scenario.vehicle.motor.fastest_rate_per_s() * tau_s - 1.0).abs() < 1e-12);
+    assert!((titan.study.scenario.vehicle.longest_step_s() / (1.6 * tau_s) - 1.0).abs() < 1e-12);
+    assert!((x500.study.scenario.vehicle.longest_step_s() / (1.6 * 0.0125) - 1.0).abs() < 1e-12);
+    assert!(titan.study.scenario.vehicle.longest_step_s() > 0.0108);
 }
 
 /// As the time constants go to zero, J_TPF and the speed at the end go to those of rotors that follow at

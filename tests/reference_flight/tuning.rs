@@ -18,22 +18,17 @@ use samara::tune::near_hover::near_hover;
 use samara::tune::{CandidateSearch as _, Evaluation, GainJudge, Method, Objective, Search, SearchSettings};
 use samara::units::RAD_PER_DEG;
 
-use super::data::{NUMBERS, TABLE_3, TITAN, gains, limits, number, numbers, plan, site, target_ned};
+use super::data::{NUMBERS, TABLE_3, gains, number, numbers, plan, scenario};
 
 fn setting(plan: &Trajectory, plant: PlantKind, settle_s: f64) -> Setting<'_> {
     Setting {
-        vehicle: TITAN.clone(),
-        environment: site(),
-        wind: samara::model::wind::Wind::default(),
+        scenario: scenario(),
         control_limits: ControlLimits::default(),
         plant,
         yaw: Gains::near_hover(),
         plan,
         feed_forward: false,
-        target_v_ned: target_ned(),
-        steady_within_m_s: samara::assess::steady_within_m_s(&target_ned()),
         settle_s,
-        safety: limits(),
     }
 }
 
@@ -87,7 +82,7 @@ fn prop_the_bench_in_space_is_the_planar_one() {
     let plan = plan();
     let planar = setting(&plan, PlantKind::Actuator, 4.5);
     let mut in_space = planar.clone();
-    in_space.environment.wind_ned_m_s = Vector3::new(0.0, 1e-12, 0.0);
+    in_space.scenario.environment.wind_ned_m_s = Vector3::new(0.0, 1e-12, 0.0);
     let case = [TABLE_3[2].clone()];
     let [planar, in_space] =
         [planar, in_space].map(|s| GainJudge::new(s).unwrap().with_cases(&case).with_variations(&case));
@@ -116,8 +111,8 @@ fn prop_a_hover_target_is_judged_like_any_other() {
     let k = gains("safety").as_longitudinal();
     let evaluated = |settle_s: f64, side_wind_m_s: f64| {
         let mut hover = setting(&plan, PlantKind::Actuator, settle_s);
-        (hover.target_v_ned, hover.steady_within_m_s) = (Vector3::zeros(), 0.1);
-        hover.environment.wind_ned_m_s = Vector3::new(0.0, side_wind_m_s, 0.0);
+        (hover.scenario.target_v_ned, hover.scenario.limits.steady_within_m_s) = (Vector3::zeros(), 0.1);
+        hover.scenario.environment.wind_ned_m_s = Vector3::new(0.0, side_wind_m_s, 0.0);
         GainJudge::new(hover).unwrap().with_cases(&case).evaluate(&k)
     };
     for (settle_s, rested) in [(25.0, true), (2.0, false)] {

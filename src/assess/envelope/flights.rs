@@ -10,6 +10,7 @@
 
 use std::ops::ControlFlow;
 
+use crate::assess::Scenario;
 use crate::assess::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
 use crate::control::{Gains, WithDelay};
 use crate::math;
@@ -56,8 +57,13 @@ impl EnvelopeFlights {
         if let Ok(plane) = &mut self.planar {
             plane.model = plane.model.clone().in_wind(&wind);
         }
-        self.study.wind = wind;
+        self.study.scenario.wind = wind;
         self
+    }
+
+    /// Vehicle, site, air, target and limits of the flights.
+    pub fn scenario(&self) -> &Scenario {
+        &self.study.scenario
     }
 
     /// Why the flights are flown one at a time; `None` where they are flown side by side.
@@ -80,7 +86,7 @@ impl EnvelopeFlights {
         {
             // A last, smaller group fills its lanes with its first flight.
             let lanes: [Flight; LANES] = std::array::from_fn(|i| *flights.get(i).unwrap_or(&filler));
-            let mut watch = Watch::new(&self.study.limits, limit);
+            let mut watch = Watch::new(&self.study.scenario.limits.safety, limit);
             fly(&plane.model, &plane.setpoints, &lanes, &mut watch);
             return watch.reached_by;
         }
@@ -90,10 +96,15 @@ impl EnvelopeFlights {
     /// Whether a flight in six degrees of freedom stays below the limit.
     fn is_safe_in_space(&self, (state, variation): &EnvelopeStart, limit: f64) -> bool {
         let study = &self.study;
-        let Some((vehicle, environment)) = variation.applied(&study.vehicle, &study.environment) else {
+        let Some((vehicle, environment)) =
+            variation.applied(&study.scenario.vehicle, &study.scenario.environment)
+        else {
             return false;
         };
-        let varied = SafetyStudy { vehicle, environment, ..study.clone() };
+        let varied = SafetyStudy {
+            scenario: Scenario { vehicle, environment, ..study.scenario.clone() },
+            ..study.clone()
+        };
         let mut entry = self.entry.clone();
         if variation.delayed {
             entry.controller = Box::new(WithDelay::new(entry.controller));
@@ -101,7 +112,7 @@ impl EnvelopeFlights {
         let start = StudyStart { state: *state, air: variation.air.unwrap_or_default() };
         let mut safe = true;
         varied.fly(&entry, start, CONTROL_PERIOD_S, &mut |sample| {
-            safe = StateCost::of_sample(sample, &study.limits).max() < limit;
+            safe = StateCost::of_sample(sample, &study.scenario.limits.safety).max() < limit;
             if safe { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });
         safe

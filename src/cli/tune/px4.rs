@@ -55,15 +55,11 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let (defaults, missions) = (of(Some(&untouched))?, of(None)?);
     let setting = Px4Setting {
         law,
-        vehicle: mission.vehicle.clone(),
-        environment: mission.site.environment.clone(),
-        wind: mission.site.wind.clone(),
+        scenario: mission.scenario(),
         air: mission.site.wind_number,
         similarity: purpose.factors(mission.site.environment.gravity_m_s2).k,
-        limits: mission.limits,
         plan,
         feed_forward: mission.control.feed_forward,
-        target_v_ned: mission.target_v_ned,
         settle_s: mission.settle_s(plan),
         start: mission.release.start,
         v_error_ned: Vector3::zeros(),

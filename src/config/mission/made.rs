@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 
 use super::{Mission, PlanInitial, Px4Clock, Release, UnfitReplan, contradictions, load_mission, release};
+use crate::assess::Scenario;
 use crate::assess::free_fall::{FallCircumstances, FreeFallStudy};
 use crate::assess::{IntegratedPlan, RandomDrop, ReleaseDistribution, SafetyStudy, nodes_enough};
 use crate::config::error::ConfigError;
@@ -305,15 +306,21 @@ impl Mission {
         (self.duration_s - plan_begins_s - plan.end_s()).max(0.0)
     }
 
-    /// The study of controllers along a plan: flights from t = 0 to the mission's end.
-    pub fn safety_study(&self, plan: &Trajectory) -> SafetyStudy {
-        SafetyStudy {
+    /// Vehicle, site, air, target and limits.
+    pub fn scenario(&self) -> Scenario {
+        Scenario {
             vehicle: self.vehicle.clone(),
             environment: self.site.environment.clone(),
             wind: self.site.wind.clone(),
-            limits: self.limits.safety,
             target_v_ned: self.target_v_ned,
-            steady_within_m_s: self.limits.steady_within_m_s,
+            limits: self.limits,
+        }
+    }
+
+    /// The study of controllers along a plan: flights from t = 0 to the mission's end.
+    pub fn safety_study(&self, plan: &Trajectory) -> SafetyStudy {
+        SafetyStudy {
+            scenario: self.scenario(),
             plan: plan.clone(),
             feed_forward: self.control.feed_forward,
             settle_s: self.settle_s(plan),

@@ -8,12 +8,11 @@ use nalgebra::Vector3;
 
 use super::Measures;
 use super::measures::Tracking;
-use crate::assess::Limits;
+use crate::assess::Scenario;
 use crate::assess::{ReleaseDistribution, VerdictBuilder};
 use crate::control::WithVelocityError;
 use crate::control::px4::{Law, Parameters, Px4Controller, output};
-use crate::model::wind::Wind;
-use crate::model::{Environment, Parachute, Vehicle};
+use crate::model::Parachute;
 use crate::sim::{DropSimulation, FlightPlan, Reference, Start, fly};
 use crate::trajectory::Trajectory;
 
@@ -29,26 +28,18 @@ const ESTIMATE_OFF: f64 = 1.0 / 3.0;
 /// Vehicle, site, plan and limits of the drops that PX4's gains are judged by.
 #[derive(Clone, Debug)]
 pub struct Px4Setting<'a> {
+    /// Vehicle, site, air, target and limits.
+    pub scenario: Scenario,
     /// The law of PX4's version.
     pub law: Law,
-    /// The vehicle.
-    pub vehicle: Arc<Vehicle>,
-    /// The site.
-    pub environment: Environment,
-    /// Wind by altitude, gusts and turbulence.
-    pub wind: Wind,
     /// Number of the flight whose turbulence is met.
     pub air: u64,
     /// Froude's k: how much slower PX4's clock runs than the site's.
     pub similarity: f64,
-    /// Limits that a drop is judged by.
-    pub limits: Limits,
     /// The plan to follow.
     pub plan: &'a Trajectory,
     /// Whether its acceleration is sent with its velocity.
     pub feed_forward: bool,
-    /// Velocity after the plan's end, NED [m/s].
-    pub target_v_ned: Vector3<f64>,
     /// How long a flight goes on after the plan's end [s].
     pub settle_s: f64,
     /// How the vehicle comes from the release to t = 0.
@@ -71,27 +62,28 @@ impl Px4Setting<'_> {
     /// Flies a drop from a swing and judges it.
     pub fn fly(&self, parameters: &Parameters, parachute: Parachute) -> Measures {
         let (similarity, hang_s) = (self.similarity, self.hang_s());
-        let (vehicle, environment) = (self.vehicle.clone(), self.environment.clone());
-        let course = self.wind.course(&environment, self.air);
+        let (vehicle, environment) = (self.scenario.vehicle.clone(), self.scenario.environment.clone());
+        let course = self.scenario.wind.course(&environment, self.air);
         let mut sim =
             DropSimulation::new(vehicle, environment, parachute, hang_s, self.start).in_wind(course);
         sim.schedule_release(hang_s);
         let reference = Reference::Plan {
             trajectory: self.plan,
-            then_v_ned: Some(self.target_v_ned),
+            then_v_ned: Some(self.scenario.target_v_ned),
             feed_forward: self.feed_forward,
         };
         let duration_s = hang_s + parachute.delay_s + self.flight_s();
         let plan = FlightPlan::under_px4(reference, &self.law, similarity, duration_s);
-        let thrust_limit_n = self.vehicle.static_thrust_n(self.environment.density_kg_m3);
+        let thrust_limit_n = self.scenario.vehicle.static_thrust_n(self.scenario.environment.density_kg_m3);
         let controller = Px4Controller::new(parameters.clone(), similarity, thrust_limit_n).with_law(
             self.law,
-            &self.vehicle,
-            self.environment.density_kg_m3,
+            &self.scenario.vehicle,
+            self.scenario.environment.density_kg_m3,
         );
         let mut controller =
             WithVelocityError { controller: Box::new(controller), v_error_ned: self.v_error_ned };
-        let mut verdict = VerdictBuilder::judging(self.limits, self.target_v_ned).along(self.plan);
+        let mut verdict =
+            VerdictBuilder::judging(self.scenario.limits, self.scenario.target_v_ned).along(self.plan);
         let mut tracking = Tracking::new(self.plan.end_s());
         let flown = fly(&mut sim, &mut controller, &plan, &mut |sample| {
             verdict.observe(sample);
@@ -140,7 +132,7 @@ pub fn drops<'a>(
         parachute.pendulum.phase_rad = drawn.phase_rad;
         parachute.tip_off = parachute.tip_off.with(&drawn.tip_off);
         let mut setting = varied(setting, trial);
-        setting.environment.wind_ned_m_s += drawn.wind_ned_m_s;
+        setting.scenario.environment.wind_ned_m_s += drawn.wind_ned_m_s;
         setting.air = trial + 1;
         Px4Drop { setting, parachute }
     };
@@ -202,8 +194,8 @@ impl<'a> Px4Judge<'a> {
 
 fn varied<'a>(setting: &Px4Setting<'a>, trial: u64) -> Px4Setting<'a> {
     let mut setting = setting.clone();
-    let off_m_s = ESTIMATE_OFF * setting.limits.steady_within_m_s;
-    let vehicle = Arc::make_mut(&mut setting.vehicle);
+    let off_m_s = ESTIMATE_OFF * setting.scenario.limits.steady_within_m_s;
+    let vehicle = Arc::make_mut(&mut setting.scenario.vehicle);
     match trial % 8 {
         1 => setting.v_error_ned.z += off_m_s,
         5 => setting.v_error_ned.z -= off_m_s,
@@ -220,12 +212,14 @@ fn varied<'a>(setting: &Px4Setting<'a>, trial: u64) -> Px4Setting<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::Limits;
     use crate::assess::SafetyLimits;
     use crate::control::test_vehicles::{
         ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, quadrotor, site,
     };
     use crate::model::VehicleOptions;
     use crate::model::parachute::{Pendulum, TipOff};
+    use crate::model::wind::Wind;
     use crate::trajectory::Node;
 
     /// From 4 m/s down to the target in 2 s.
@@ -238,23 +232,25 @@ mod tests {
     fn setting(plan: &Trajectory) -> (Px4Setting<'_>, ReleaseDistribution) {
         let setting = Px4Setting {
             law: Law::V1_12,
-            vehicle: Arc::new(quadrotor([ARM_M; 2], [J_YY; 3], [0.0; 3], VehicleOptions::default())),
-            environment: site(),
-            wind: Wind::default(),
+            scenario: Scenario {
+                vehicle: Arc::new(quadrotor([ARM_M; 2], [J_YY; 3], [0.0; 3], VehicleOptions::default())),
+                environment: site(),
+                wind: Wind::default(),
+                target_v_ned: Vector3::new(1.0, 0.0, 1.0),
+                limits: Limits::of_j_state(
+                    SafetyLimits {
+                        speed_m_s: 12.0,
+                        pitch_rad: 0.8,
+                        pitch_rate_rad_s: 0.8,
+                        vertical_acceleration_m_s2: 3.0,
+                    },
+                    0.1,
+                ),
+            },
             air: 0,
             similarity: (crate::units::STANDARD_GRAVITY_M_S2 / GRAVITY_M_S2).sqrt(),
-            limits: Limits::of_j_state(
-                SafetyLimits {
-                    speed_m_s: 12.0,
-                    pitch_rad: 0.8,
-                    pitch_rate_rad_s: 0.8,
-                    vertical_acceleration_m_s2: 3.0,
-                },
-                0.1,
-            ),
             plan,
             feed_forward: false,
-            target_v_ned: Vector3::new(1.0, 0.0, 1.0),
             settle_s: 60.0,
             start: Start::Release,
             v_error_ned: Vector3::zeros(),
