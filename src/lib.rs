@@ -29,32 +29,26 @@
 //!
 //! The command line is the program's own (`src/cli`), not part of this library.
 
-pub mod assess;
 pub mod autopilot;
-pub mod checksum;
 #[cfg(feature = "files")]
 pub mod config;
-pub mod control;
-pub mod design;
-pub mod frames;
 #[cfg(feature = "link")]
 pub mod link;
-pub mod math;
-pub mod model;
-pub mod params;
-pub mod plan;
-pub mod printable;
-pub mod random;
-pub mod real;
-pub mod replan;
 #[cfg(feature = "files")]
 pub mod report;
-pub mod sim;
-pub mod simd;
 #[cfg(feature = "files")]
 pub mod study;
-pub mod time;
-pub mod trajectory;
-pub mod tune;
-pub mod units;
-pub mod verify;
+
+pub use samara_core::{
+    assess, checksum, control, design, frames, math, model, params, plan, printable, random, real, replan,
+    sim, simd, time, trajectory, tune, units, verify,
+};
+
+#[cfg(test)]
+#[path = "../crates/core/src/sim/test_site.rs"]
+#[allow(dead_code, reason = "what the core's tests use")]
+mod test_site;
+#[cfg(test)]
+#[path = "../crates/core/src/control/test_vehicles.rs"]
+#[allow(dead_code, reason = "what the core's tests use")]
+mod test_vehicles;

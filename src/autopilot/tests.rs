@@ -12,9 +12,10 @@ mod sticks;
 use nalgebra::Vector3;
 
 use super::*;
-use crate::control::{Setpoint, test_vehicles};
+use crate::control::Setpoint;
 use crate::frames::{LEVEL, quaternion_from_euler};
 use crate::model::{MAX_ROTORS, PerRotor};
+use crate::test_vehicles;
 
 const STEP_US: u64 = 4_000;
 

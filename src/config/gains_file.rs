@@ -9,7 +9,7 @@ use super::error::ConfigError;
 use super::number::{Name, NonNegative};
 use super::source::{InputHash, Source};
 use crate::control::Gains;
-use crate::control::gains::table_of_gains;
+use samara_core::table_of_gains;
 
 /// Gains as their file gives them.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use super::encoder::Encoder;
 use super::hil::{HilConfig, HilSession};
 use super::session::{Link, Session};
 use super::streamer::{StreamerConfig, StreamerSession};
-use crate::sim::test_site;
+use crate::test_site;
 use crate::trajectory::{Node, Trajectory};
 
 /// Messages that a session looks at: HEARTBEAT, SET_MODE, ATTITUDE, COMMAND_INT, _LONG, _ACK,

@@ -1,6 +1,8 @@
 //! Exports, checks and differences of PX4 parameter files, for the terminal and as JSON, and the text of the
 //! file itself.
 
+use std::collections::BTreeMap;
+
 use serde::{Serialize, Serializer};
 
 use super::json::{VERSION, head, object, text};
@@ -102,11 +104,14 @@ pub fn diff_text(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Di
     out
 }
 
-impl Serialize for Value {
+/// A parameter's value as a number.
+struct Number(Value);
+
+impl Serialize for Number {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Int(i) => serializer.serialize_i32(*i),
-            Self::Real(x) => serializer.serialize_f32(*x),
+        match self.0 {
+            Value::Int(i) => serializer.serialize_i32(i),
+            Value::Real(x) => serializer.serialize_f32(x),
         }
     }
 }
@@ -115,7 +120,7 @@ fn finding_objects(check: &Check) -> Vec<impl Serialize> {
     let findings = check.findings.iter().map(|f| {
         object! {
             name: &f.name,
-            value: f.value,
+            value: Number(f.value),
             class: f.class.name(),
             range: &f.range,
             unit: f.unit,
@@ -127,13 +132,14 @@ fn finding_objects(check: &Check) -> Vec<impl Serialize> {
 
 /// The object of `samara params export --json`.
 pub fn export_json(mission: &Mission, file: &str, export: &Export) -> String {
+    let parameters = export.parameters.iter().map(|(name, value)| (name, Number(*value)));
     text(&object! {
         #[serde(flatten)] head: head(mission),
         gains: &mission.control.gains_name,
         file: file,
         r#for: export.purpose.name(),
         gravity_m_s2: export.gravity_m_s2,
-        parameters: &export.parameters,
+        parameters: parameters.collect::<BTreeMap<_, _>>(),
         findings: finding_objects(&export.check),
         remarks: &export.remarks,
     })
@@ -159,7 +165,7 @@ pub fn diff_json(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Di
     let objects = |rounding: bool| -> Vec<_> {
         let of = differences.iter().filter(|d| d.rounding == rounding);
         of.map(|d| {
-            object! { component: d.component, name: &d.name, a: d.a, b: d.b }
+            object! { component: d.component, name: &d.name, a: d.a.map(Number), b: d.b.map(Number) }
         })
         .collect()
     };

@@ -1,5 +1,5 @@
 //! The declaration: every parameter that the autopilot has, and what it is to it. Type, unit, default, range,
-//! decimals and description are PX4's (`params/px4/parameters.csv`) unless a row says otherwise; a `#` stands
+//! decimals and description are PX4's (`params::metadata`) unless a row says otherwise; a `#` stands
 //! for a rotor's number.
 
 use crate::params::Value;

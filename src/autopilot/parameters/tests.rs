@@ -3,10 +3,10 @@
 use super::table::table;
 use super::*;
 use crate::autopilot::Autopilot;
-use crate::control::test_vehicles::{quadrotor, site};
 use crate::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use crate::model::VehicleOptions;
 use crate::params::ParameterFile;
+use crate::test_vehicles::{quadrotor, site};
 use crate::units::RAD_PER_DEG;
 use proptest::prelude::*;
 

@@ -13,10 +13,6 @@ fn every_shipped_file_is_inside_the_program() {
     for folder in ["mission", "params/gains", "params/px4", "params/vehicles", "params/schema"] {
         for entry in std::fs::read_dir(shipped(folder)).unwrap() {
             let path = format!("{folder}/{}", entry.unwrap().file_name().to_str().unwrap());
-            // PX4's own metadata, which the program has compiled in.
-            if path == "params/px4/parameters.csv" {
-                continue;
-            }
             let on_disk = std::fs::read_to_string(shipped(&path)).unwrap();
             let inside = match path.strip_prefix("params/schema/") {
                 Some(name) => schemas().into_iter().find(|(n, _)| *n == name).map(|(_, text)| text),

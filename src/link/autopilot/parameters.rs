@@ -294,7 +294,7 @@ mod tests {
     use crate::control::{ControlLimits, Gains};
     use crate::link::{Link, PeerId};
     use crate::params::Subject;
-    use crate::sim::test_site;
+    use crate::test_site;
 
     /// Peers are renewed for nothing: a list that nobody hears has no end of its own.
     #[test]

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 use super::tests::{Hand, config};
 use super::*;
 use crate::sim::faults::{Fault, FaultKind, Sensor, SensorFault};
-use crate::sim::test_site::drop_simulation;
+use crate::test_site::drop_simulation;
 
 const OFF: f32 = 1.0;
 const STUCK: f32 = 2.0;

@@ -274,7 +274,7 @@ mod tests {
     use super::*;
     use crate::model::MAX_ROTORS;
     use crate::model::supply::{Pack, PackLimits, Throttle};
-    use crate::sim::test_site;
+    use crate::test_site;
 
     fn ideal(sim: &DropSimulation, seed: u64) -> HilSensors {
         HilSensors::new(sim.environment(), SensorSettings::default(), seed, 4_000)

@@ -4,7 +4,8 @@ use mavlink::dialects::common::*;
 
 use super::tests::{Hand, config, config_by};
 use super::*;
-use crate::sim::{FlightRecord, ReleaseTrigger, test_site};
+use crate::sim::{FlightRecord, ReleaseTrigger};
+use crate::test_site;
 
 const RELEASE: [f32; 2] = [1.0, 0.0];
 const OFFBOARD: u32 = 6 << 16;

@@ -6,7 +6,8 @@ use mavlink::dialects::common::*;
 
 use super::super::decoder::Decoder;
 use super::*;
-use crate::sim::{DropRunConfig, ReleaseTrigger, test_site};
+use crate::sim::{DropRunConfig, ReleaseTrigger};
+use crate::test_site;
 
 pub(super) struct Hand {
     pub(super) session: HilSession,

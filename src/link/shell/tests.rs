@@ -21,7 +21,8 @@ use super::*;
 use crate::autopilot::parameters::Parameters;
 use crate::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use crate::params::Subject;
-use crate::sim::{DropEvent, DropRunConfig, test_site};
+use crate::sim::{DropEvent, DropRunConfig};
+use crate::test_site;
 use crate::time::Timed;
 use crate::trajectory::{Node, Trajectory};
 

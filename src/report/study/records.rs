@@ -8,8 +8,8 @@ use super::findings::findings;
 use super::{Assessed, Assessment, CaseResult};
 use crate::assess::{CONFIDENCE, StudyReference, paper};
 use crate::control::Gains;
-use crate::control::gains::table_of_gains;
 use crate::report::json::{VERSION, object, text};
+use samara_core::table_of_gains;
 
 macro_rules! gains_row {
     ([$($(#[$doc:meta])* $name:ident $key:literal)*] [$($yaw:tt)*]) => {

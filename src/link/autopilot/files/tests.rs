@@ -2,10 +2,10 @@
 
 use super::*;
 use crate::autopilot::parameters::component_metadata::GENERAL;
-use crate::control::test_vehicles::{lander, site};
 use crate::control::{ControlLimits, Gains};
 use crate::link::{Link, PeerId};
 use crate::params::Subject;
+use crate::test_vehicles::{lander, site};
 use proptest::prelude::*;
 
 const GROUND: Peer = Peer { link: Link::GroundStation, id: PeerId(1), system: 255, component: 190 };

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use crate::frames::{Quaternion, quaternion_rate};
-use crate::model::PerRotor;
+use crate::model::{MAX_ROTORS, PerRotor};
 
 /// A node of a trajectory.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -27,16 +27,15 @@ pub struct Node {
     pub a_ned: Vector3<f64>,
 }
 
-#[cfg(test)]
 impl Node {
-    /// Level, turning nowhere, without thrust, at a velocity that does not change.
-    pub(crate) fn level(t_s: f64, v_ned: Vector3<f64>) -> Self {
+    /// A node that is level, turns nowhere and has no thrust, at a velocity that does not change.
+    pub fn level(t_s: f64, v_ned: Vector3<f64>) -> Self {
         Self {
             t_s,
             q_ned_from_body: crate::frames::LEVEL,
             v_ned,
             omega_body: Vector3::zeros(),
-            thrust_n: [0.0; 8],
+            thrust_n: [0.0; MAX_ROTORS],
             a_ned: Vector3::zeros(),
         }
     }

@@ -105,16 +105,18 @@ pub enum ModelError {
 }
 
 /// Refuses a `value` for which what is `expected` does not hold.
-pub(crate) fn check(
-    holds: bool,
-    what: &'static str,
-    expected: &'static str,
-    value: f64,
-) -> Result<(), ModelError> {
+///
+/// # Errors
+/// [`ModelError::OutOfRange`], which names what the value is of.
+pub fn check(holds: bool, what: &'static str, expected: &'static str, value: f64) -> Result<(), ModelError> {
     if holds { Ok(()) } else { Err(ModelError::OutOfRange { what, expected, value }) }
 }
 
-pub(crate) fn check_positive(what: &'static str, value: f64) -> Result<(), ModelError> {
+/// Refuses a `value` that is not finite and positive.
+///
+/// # Errors
+/// [`ModelError::OutOfRange`], which names what the value is of.
+pub fn check_positive(what: &'static str, value: f64) -> Result<(), ModelError> {
     check(value.is_finite() && value > 0.0, what, "positive", value)
 }
 

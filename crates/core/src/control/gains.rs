@@ -7,6 +7,8 @@ use crate::units::RAD_PER_DEG;
 
 /// Hands the table of gains to a macro: in Table 4's order the longitudinal gains `[..]`, then those of yaw
 /// `[..]`; each with its meaning, its name and its key in files.
+#[doc(hidden)]
+#[macro_export]
 macro_rules! table_of_gains {
     ($callback:ident) => {
         $callback! {
@@ -35,8 +37,6 @@ macro_rules! table_of_gains {
         }
     };
 }
-#[cfg(feature = "files")]
-pub(crate) use table_of_gains;
 
 macro_rules! gains {
     (

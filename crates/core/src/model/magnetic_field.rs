@@ -218,7 +218,7 @@ mod tests {
     /// Another implementation in single precision: sines that differ in the last bit leave 0.1 nT.
     #[test]
     fn reference_the_field_is_that_of_another_implementation() {
-        let rows = include_str!("../../tests/data/world_magnetic_model.csv").lines().skip(3);
+        let rows = include_str!("../../../../tests/data/world_magnetic_model.csv").lines().skip(3);
         let mut places = 0;
         for row in rows {
             let numbers: Vec<f64> = row.split(',').map(|x| x.parse().unwrap()).collect();

@@ -1,10 +1,10 @@
 //! PX4's own description of its parameters: type, default, unit, range, decimals. The table is
-//! `params/px4/parameters.csv`; a `#` in a name stands for a rotor's number, 0 to 11. `release` is `current`
+//! `parameters.csv`; a `#` in a name stands for a rotor's number, 0 to 11. `release` is `current`
 //! (the main branch), `v1.16` (known up to that release at least, no longer in the main branch), `v1.12`
 //! (known there, later renamed or dropped, or not looked up later) or `older` (known to older releases only).
 
-/// The table `params/px4/parameters.csv`.
-const TABLE: &str = include_str!("../../params/px4/parameters.csv");
+/// The table `parameters.csv`.
+const TABLE: &str = include_str!("parameters.csv");
 
 /// Type of a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,7 +11,7 @@ use crate::control::test_vehicles::quadrotor;
 use crate::control::{Controller as _, Measurement, Setpoint};
 use crate::model::VehicleOptions;
 
-const RECORDED: &str = include_str!("../../../tests/data/px4_law.csv");
+const RECORDED: &str = include_str!("../../../../../tests/data/px4_law.csv");
 const DT_S: f64 = 0.004;
 /// How long that PX4 was in HOLD.
 const RECORDED_HOLD_S: f64 = 0.06;
@@ -156,14 +156,14 @@ fn worst(recorded: &str, law: Law) -> [f64; 4] {
 
 #[test]
 fn px4_v1_16s_own_loops_allocator_and_outputs_give_the_same_in_the_same_sample() {
-    let off = worst(include_str!("../../../tests/data/px4_law_v1_16.csv"), Law::V1_16);
+    let off = worst(include_str!("../../../../../tests/data/px4_law_v1_16.csv"), Law::V1_16);
     // Its derivative's filter is set to an interval that PX4 has measured, which the log does not have.
     assert!(off[0] < 3e-4 && off[1] < 1e-4 && off[2] < SEVEN_DIGITS && off[3] < 1.5, "{off:?}");
 }
 
 #[test]
 fn px4_v1_14s_own_loops_allocator_and_outputs_give_the_same_in_the_same_sample() {
-    let off = worst(include_str!("../../../tests/data/px4_law_v1_14.csv"), Law::V1_14);
+    let off = worst(include_str!("../../../../../tests/data/px4_law_v1_14.csv"), Law::V1_14);
     assert!(off[0] < OF_A_SMALL_TILT[0] && off[1] < OF_A_SMALL_TILT[1] && off[2] < SEVEN_DIGITS, "{off:?}");
     assert!(off[3] < 0.5, "{off:?}");
 }

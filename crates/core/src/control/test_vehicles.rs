@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Airframe, Cascade, ControlLimits, Gains, Measurement};
+use crate::control::{Airframe, Cascade, ControlLimits, Gains, Measurement};
 use crate::frames::quaternion_from_euler;
 use crate::math;
 use crate::model::environment::GeoPoint;

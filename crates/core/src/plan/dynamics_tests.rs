@@ -1,7 +1,6 @@
 //! The hand-written derivatives against dual numbers run through the code that flies.
 use std::f64::consts::PI;
 
-use num_dual::HyperDual64;
 use proptest::prelude::*;
 
 use super::dynamics::*;
@@ -10,6 +9,8 @@ use crate::model::environment::GeoPoint;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{BodyAero, Environment, Vehicle};
 use crate::model::{Interference, Motor, RotationSense, Rotor, RotorMount, VehicleOptions};
+use crate::real::Real as _;
+use crate::real::dual::HyperDual;
 use nalgebra::{Matrix3, SVector, Vector3};
 
 /// A vehicle that is symmetric about nothing, with a side force or without.
@@ -70,17 +71,17 @@ fn dual_flight(
     x: &[f64; 10],
     u: &[f64; 4],
     (i, j): (usize, usize),
-) -> [HyperDual64; 10] {
+) -> [HyperDual; 10] {
     let seeded = |k: usize, value: f64| {
-        let mut z = HyperDual64::from(value);
+        let mut z = HyperDual::from_f64(value);
         z.eps1 = if k == i { 1.0 } else { 0.0 };
         z.eps2 = if k == j { 1.0 } else { 0.0 };
         z
     };
-    let z: [HyperDual64; 10] = std::array::from_fn(|k| seeded(k, x[k]));
-    let thrust: [HyperDual64; 4] = std::array::from_fn(|k| seeded(10 + k, u[k]));
+    let z: [HyperDual; 10] = std::array::from_fn(|k| seeded(k, x[k]));
+    let thrust: [HyperDual; 4] = std::array::from_fn(|k| seeded(10 + k, u[k]));
     let state = BodyState {
-        p_ned: Vector3::from_element(HyperDual64::from(0.0)),
+        p_ned: Vector3::from_element(HyperDual::from_f64(0.0)),
         q_ned_from_body: [z[0], z[1], z[2], z[3]],
         v_ned: Vector3::new(z[4], z[5], z[6]),
         omega_body: Vector3::new(z[7], z[8], z[9]),

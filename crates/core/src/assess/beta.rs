@@ -99,7 +99,7 @@ mod tests {
     /// Shapes from 0.5 to 1000, two standard deviations about the mean, by mpmath at 50 digits.
     #[test]
     fn reference_beta_distribution_is_that_of_another_library() {
-        let rows: Vec<&str> = include_str!("../../tests/data/beta.csv").lines().skip(2).collect();
+        let rows: Vec<&str> = include_str!("../../../../tests/data/beta.csv").lines().skip(2).collect();
         assert_eq!(rows.len(), 108);
         for row in rows {
             let numbers: Vec<f64> = row.split(',').map(|number| number.parse().unwrap()).collect();

@@ -3,7 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | [`mod@file`] | QGroundControl's `.params`, read and written |
-//! | [`metadata`] | type, default, unit, range of PX4's parameters (`params/px4/parameters.csv`) |
+//! | [`metadata`] | type, default, unit, range of PX4's parameters (`parameters.csv`) |
 //! | [`purpose`] | purposes of a file, and the factors between samara's gains and theirs |
 //! | [`normalised`] | PX4's normalised torque and thrust in N m and N, for any rotor set |
 //! | [`mod@export`] | gains, limits and vehicle to parameters |

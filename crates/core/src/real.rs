@@ -55,24 +55,4 @@ impl Real for f64 {
 }
 
 #[cfg(test)]
-mod dual {
-    //! Second-order dual numbers, for exact derivatives in tests.
-    use num_dual::{DualNum, HyperDual64};
-
-    use super::Real;
-
-    impl Real for HyperDual64 {
-        fn from_f64(x: f64) -> Self {
-            x.into()
-        }
-        fn value(self) -> f64 {
-            self.re
-        }
-        fn sqrt(self) -> Self {
-            DualNum::sqrt(&self)
-        }
-        fn atan2(self, x: Self) -> Self {
-            DualNum::atan2(&self, x)
-        }
-    }
-}
+pub(crate) mod dual;

@@ -9,7 +9,7 @@ use super::law::Law;
 use super::velocity::VelocityLoop;
 use crate::frames::{conjugate, product, rotation_vector};
 
-const RECORDED: &str = include_str!("../../../tests/data/px4_replay.csv");
+const RECORDED: &str = include_str!("../../../../../tests/data/px4_replay.csv");
 
 /// The numbers of the rows of a kind; NaN where there is none.
 pub(super) fn rows<'a>(recorded: &'a str, kind: &'a str) -> impl Iterator<Item = Vec<f64>> + 'a {

@@ -1,0 +1,46 @@
+//! Flight dynamics of a multirotor that is dropped from a parachute: what flies, how it is planned and flown,
+//! and how safe a flight was.
+//!
+//! It implements T. I. Opazo and J. W. Langelaan, "Longitudinal control of transition to powered flight for a
+//! parachute-dropped multirotor" ("the paper"; its equations are cited as "(33)"). Nothing here reads a file,
+//! a clock or a socket, or starts a thread. The modules stand on floors: each imports only what is listed above
+//! it.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`math`] | elementary functions, the same on every machine |
+//! | [`real`], [`simd`] | the scalar of the dynamics, wider registers |
+//! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
+//! | [`printable`] | texts of others made fit to be printed |
+//! | [`frames`], [`time`] | rotations; simulated time |
+//! | [`model`] | what flies: vehicle, air, parachute |
+//! | [`trajectory`] | a planned trajectory |
+//! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
+//! | [`sim`] | the drop in simulated time |
+//! | [`assess`] | how safe it was |
+//! | [`replan`] | plans that are renewed during a drop |
+//! | [`verify`] | whether all this is right: NASA's check cases, closed forms |
+//! | [`tune`] | gains by search |
+//! | [`design`] | plan and gains by one search |
+//! | [`params`] | PX4 parameter files, and gains in PX4's terms |
+
+pub mod assess;
+pub mod checksum;
+pub mod control;
+pub mod design;
+pub mod frames;
+pub mod math;
+pub mod model;
+pub mod params;
+pub mod plan;
+pub mod printable;
+pub mod random;
+pub mod real;
+pub mod replan;
+pub mod sim;
+pub mod simd;
+pub mod time;
+pub mod trajectory;
+pub mod tune;
+pub mod units;
+pub mod verify;
