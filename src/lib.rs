@@ -29,7 +29,6 @@
 //!
 //! The command line is the program's own (`src/cli`), not part of this library.
 
-pub mod autopilot;
 #[cfg(feature = "files")]
 pub mod config;
 #[cfg(feature = "link")]
@@ -43,12 +42,4 @@ pub use samara_core::{
     assess, checksum, control, design, frames, math, model, params, plan, printable, random, real, replan,
     sim, simd, time, trajectory, tune, units, verify,
 };
-
-#[cfg(test)]
-#[path = "../crates/core/src/sim/test_site.rs"]
-#[allow(dead_code, reason = "what the core's tests use")]
-mod test_site;
-#[cfg(test)]
-#[path = "../crates/core/src/control/test_vehicles.rs"]
-#[allow(dead_code, reason = "what the core's tests use")]
-mod test_vehicles;
+pub use samara_link::autopilot;

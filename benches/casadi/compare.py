@@ -2,7 +2,7 @@
 
 The NLP is built from the same mission and vehicle files: rigid body, body aerodynamics by periodic cubic splines, Hermite-Simpson
 defects (33)-(37), trapezoidal cost (38)-(39), 38 nodes, thrust and rate bounds, the first node fixed, and starts from the same
-straight line as `src/plan/vehicle.rs`. Its functions are SX and built beforehand; what is timed is the call of the solver, in
+straight line as `crates/core/src/plan/vehicle.rs`. Its functions are SX and built beforehand; what is timed is the call of the solver, in
 CPU time of the process. Rotors without reaction torque, as the Titan vehicle has them.
 """
 

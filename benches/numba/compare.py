@@ -1,7 +1,7 @@
 """The tuning problem's flights on the ideal plant in numba, timed beside samara's batch engine.
 
 One flight is a scalar function, compiled; `prange` spreads flights over two threads. Model, control law, integration and costs are those
-of `src/sim/planar`, written as one would in the plane: v_N, v_D, theta, Q, classical Runge-Kutta, thrusts that run linearly within
+of `crates/core/src/sim/planar`, written as one would in the plane: v_N, v_D, theta, Q, classical Runge-Kutta, thrusts that run linearly within
 a control period, J_RMS (45) and J_TPF (51) on the way. The body's coefficients are the same splines, evaluated from coefficients per
 interval. Both programs fly the same gains and releases, and their costs are compared before anything is timed.
 """

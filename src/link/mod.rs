@@ -1,80 +1,63 @@
-//! The wire: MAVLink frames, and the sans-IO sessions that speak them.
+//! The wire: MAVLink frames, the sans-IO sessions that speak them (`samara_link::link`), and the parties of a
+//! drop, built from a mission ([`parties`], feature `files`).
 //!
-//! | file | holds |
-//! |---|---|
-//! | [`session`] | the contract between a session and its host; links |
-//! | [`frame`] | a frame as received; what a strict message enum refuses stays readable |
-//! | [`decoder`] | bytes to frames: stream and datagram, MAVLink 1 and 2 |
-//! | [`encoder`] | messages to bytes |
-//! | [`faults`] | what came and was not as it should be, by kind |
-//! | [`signing`] | MAVLink 2 signatures |
-//! | [`stamps`] | their time stamps, as they survive a restart |
-//! | [`hub`] | many peers: who gets what, numbering, signing, forwarding, counts |
-//! | [`peer`] | who is at the other end of a link |
-//! | [`froude`] | PX4 under another gravity: the wire's scale |
-//! | [`tlog`] | the record of what went over the wire, written and read |
-//! | [`mod@replay`] | a drop flown again from its recorded actuators |
-//! | [`parachute`] | the parachute component: release by command |
-//! | [`hil`] | the simulator's side of PX4's HIL link: lockstep, sensors as messages |
-//! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
-//! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
-//! | `parties` | the parties of a drop, built from a mission (feature `files`) |
-//! | [`lockstep`] | all of them on a wire in memory |
-//! | `injection` | MAV_CMD_INJECT_FAILURE as orders about faults |
-//! | `statustext` | long texts in pieces |
-//! | `wire` | the wire's units; messages of more than one sender |
+//! A session owns no socket and no clock: [`session`] has the contract. This is a whole host, with an
+//! autopilot that answers and leaves the motors at rest:
 //!
-//! A session owns no socket and no clock: [`session`] has the contract. The sockets and the only clock are in
-//! `shell`.
+//! ```
+//! # #[cfg(feature = "files")]
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavMessage};
+//! use samara::link::{Decoder, Encoder, Frame, HilConfig, HilSession, Link, Session, TimeUs, Transmit};
+//!
+//! struct Idle {
+//!     encoder: Encoder,
+//!     answer: Option<Transmit>,
+//! }
+//!
+//! impl Session for Idle {
+//!     fn handle_input(&mut self, link: Link, frame: &Frame) {
+//!         if let Some(MavMessage::HIL_SENSOR(m)) = frame.known() {
+//!             let controls = HIL_ACTUATOR_CONTROLS_DATA { time_usec: m.time_usec, ..Default::default() };
+//!             let bytes = self.encoder.encode(&MavMessage::HIL_ACTUATOR_CONTROLS(controls));
+//!             self.answer = Some(Transmit::to_all(link, bytes));
+//!         }
+//!     }
+//!     fn handle_time(&mut self, _now: TimeUs) {}
+//!     fn next_wake(&self) -> Option<TimeUs> {
+//!         None
+//!     }
+//!     fn poll_output(&mut self) -> Option<Transmit> {
+//!         self.answer.take()
+//!     }
+//! }
+//!
+//! let mission = samara::config::load_mission("mission/titan_drop.json".as_ref())?;
+//! let mut simulator = HilSession::new(mission.simulation(), HilConfig::default());
+//! let mut autopilot = Idle { encoder: Encoder::new(1, 1), answer: None };
+//! let mut wire = Decoder::new();
+//! simulator.peer_connected();
+//! while let Some(at) = simulator.next_wake().filter(|at| *at <= 1_000_000) {
+//!     simulator.handle_time(at);
+//!     autopilot.handle_time(at);
+//!     while let Some(sent) = simulator.poll_output() {
+//!         wire.datagram(&sent.bytes, |frame| autopilot.handle_input(sent.link, &frame));
+//!     }
+//!     while let Some(sent) = autopilot.poll_output() {
+//!         wire.datagram(&sent.bytes, |frame| simulator.handle_input(sent.link, &frame));
+//!     }
+//!     while let Some(event) = simulator.poll_event() {
+//!         println!("{event}");
+//!     }
+//! }
+//! assert_eq!(simulator.run().log().len(), 250);
+//! # Ok(())
+//! # }
+//! # #[cfg(not(feature = "files"))]
+//! # fn main() {}
+//! ```
 
-pub mod autopilot;
-pub mod decoder;
-pub mod encoder;
-pub mod faults;
-pub mod frame;
-pub mod froude;
-pub mod hil;
-pub mod hub;
-mod injection;
-pub mod lockstep;
-pub mod parachute;
 #[cfg(feature = "files")]
 pub mod parties;
-pub mod peer;
-pub mod px4_events;
-pub mod replay;
-pub mod session;
-#[cfg(feature = "cli")]
-pub mod shell;
-pub mod signing;
-pub mod stamps;
-mod statustext;
-pub mod streamer;
-pub mod tlog;
-mod wire;
 
-#[cfg(test)]
-mod codec_tests;
-#[cfg(test)]
-mod junk_tests;
-#[cfg(test)]
-mod parachute_tests;
-
-pub use autopilot::{AutopilotSession, AutopilotSetup};
-pub use decoder::Decoder;
-pub use encoder::Encoder;
-pub use faults::Faults;
-pub use frame::{Command, CommandAck, Frame, Payload, SetMode};
-pub use froude::Froude;
-pub use hil::{HilConfig, HilEvent, HilSession, Pace};
-pub use hub::{EndpointId, Hub, HubConfig, HubEvent};
-pub use lockstep::{Lockstep, LockstepError, Party};
-pub use parachute::ParachuteComponent;
-pub use peer::{PeerId, Recipient};
-pub use replay::{Difference, ReplayError, Replayed, replay};
-pub use session::{Link, Session, Transmit};
-pub use streamer::{StreamerConfig, StreamerEvent, StreamerSession};
-pub use tlog::{Tlog, TlogError, TlogFault, TlogReader, TlogRecord};
-
-pub use crate::autopilot::flight_log::{FlightLog, LogEntry};
-pub use crate::time::{TimeUs, Timed, microseconds, seconds};
+pub use samara_link::link::*;

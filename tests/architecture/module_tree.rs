@@ -24,15 +24,20 @@ struct Module {
 /// A path such as `crate::model::Vehicle`, piece by piece.
 type Segments = Vec<String>;
 
-/// The crate's modules by their path from the root; the program's stand under `main`, the integration tests'
-/// under `tests`.
+/// The library's modules by their path from the root; the program's stand under `main`, those of the crates
+/// under `samara_NAME`, the integration tests' under `tests`.
 pub struct Tree(BTreeMap<Segments, Module>);
 
 impl Tree {
-    /// Reads `src/lib.rs`, `src/main.rs`, `tests/main.rs` and every file that they reach.
+    /// Reads `src/lib.rs`, `src/main.rs`, `tests/main.rs`, the `lib.rs` of each crate, and every file that
+    /// they reach.
     pub fn read() -> Self {
         let mut tree = Self(BTreeMap::new());
         tree.add(Vec::new(), Path::new("src/lib.rs"), false);
+        for folder in fs::read_dir("crates").unwrap().map(|entry| entry.unwrap().path()) {
+            let name = format!("samara_{}", folder.file_name().unwrap().to_str().unwrap());
+            tree.add(vec![name], &folder.join("src/lib.rs"), false);
+        }
         tree.add(vec!["main".to_owned()], Path::new("src/main.rs"), false);
         tree.add(vec!["tests".to_owned()], Path::new("tests/main.rs"), true);
         tree
@@ -72,6 +77,11 @@ impl Tree {
         }
     }
 
+    /// Whether the program or a crate stands under this name.
+    fn is_root(&self, name: &str) -> bool {
+        (name == "main" || name.starts_with("samara_")) && self.0.contains_key(&[name.to_owned()][..])
+    }
+
     /// The files of all modules.
     pub fn files(&self) -> BTreeSet<&Path> {
         self.0.values().map(|module| module.file.as_path()).collect()
@@ -83,8 +93,11 @@ impl Tree {
         let module = self.0.get(at)?;
         let (first, mut rest) = path.split_first()?;
         let mut here: Segments = match first.as_str() {
-            "crate" if at.first().is_some_and(|top| top == "main") => vec!["main".to_owned()],
-            "crate" | "samara" => Vec::new(),
+            "crate" => at.first().filter(|top| self.is_root(top)).cloned().into_iter().collect(),
+            "samara" => Vec::new(),
+            of_a_crate if of_a_crate.starts_with("samara_") && self.is_root(of_a_crate) => {
+                vec![first.clone()]
+            }
             "self" => at.to_owned(),
             "super" => at[..at.len().checked_sub(1)?].to_owned(),
             child if module.children.contains(child) => [at, &[child.to_owned()]].concat(),

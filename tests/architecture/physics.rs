@@ -38,7 +38,7 @@ fn the_page_of_the_physics_names_every_equation_where_it_is() {
             wrong.push(format!("{file} says nothing of {word}"));
         }
     }
-    for folder in ["src/model", "src/sim/sensors"] {
+    for folder in ["crates/core/src/model", "crates/core/src/sim/sensors"] {
         for path in sources(Path::new(folder)) {
             let name = path.to_string_lossy().replace('\\', "/");
             let plumbing = ["/mod.rs", "/tests.rs", "_tests.rs"].iter().any(|end| name.ends_with(end));

@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::sources;
+use super::{all_sources, sources};
 
 /// Columns of a line, `rustfmt.toml`'s `max_width`, which rustfmt does not apply to comments.
 const WIDTH: usize = 110;
@@ -13,7 +13,8 @@ const WIDTH: usize = 110;
 const POINTS_ELSEWHERE: &[&str] = &["Its", "The same", "Who", "What it"];
 
 fn files() -> Vec<PathBuf> {
-    ["src", "tests", "python/src"].iter().flat_map(|folder| sources(Path::new(folder))).collect()
+    let tests = ["tests", "python/src"].iter().flat_map(|folder| sources(Path::new(folder)));
+    all_sources().into_iter().chain(tests).collect()
 }
 
 /// For each line whether a string literal stands on it, in part or whole.

@@ -2,9 +2,9 @@
 //! and how safe a flight was.
 //!
 //! It implements T. I. Opazo and J. W. Langelaan, "Longitudinal control of transition to powered flight for a
-//! parachute-dropped multirotor" ("the paper"; its equations are cited as "(33)"). Nothing here reads a file,
-//! a clock or a socket, or starts a thread. The modules stand on floors: each imports only what is listed above
-//! it.
+//! parachute-dropped multirotor" ("the paper"; its equations are cited as "(33)"). Nothing here reads a
+//! file, a clock or a socket, or starts a thread. The modules stand on floors: each imports only what is
+//! listed above it.
 //!
 //! | module | holds |
 //! |---|---|

@@ -57,7 +57,7 @@ impl CommandAck {
 }
 
 /// The message id of a MAVLink 2 frame given by its bytes; `None` when they are too few.
-#[cfg(feature = "cli")]
+#[cfg(feature = "shell")]
 pub(super) fn message_id(frame: &[u8]) -> Option<u32> {
     let [a, b, c] = *frame.get(7..HEADER_LEN_V2)? else { return None };
     Some(u32::from_le_bytes([a, b, c, 0]))

@@ -7,64 +7,11 @@
 //!
 //! One of the parties makes the time of the others: [`HilSession`](super::hil::HilSession), whose `next_wake`
 //! is its next step as soon as that may be made, and `None` as long as it waits for its autopilot. A host in
-//! simulated time calls `handle_time` at once; one in wall time waits until that time has come. This is a
-//! whole host, with an autopilot that answers and leaves the motors at rest:
+//! simulated time calls `handle_time` at once; one in wall time waits until that time has come. (The head of
+//! `samara::link` is a whole host.)
 //!
-//! ```
-//! # #[cfg(feature = "files")]
-//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! use mavlink::dialects::common::{HIL_ACTUATOR_CONTROLS_DATA, MavMessage};
-//! use samara::link::{Decoder, Encoder, Frame, HilConfig, HilSession, Link, Session, TimeUs, Transmit};
-//!
-//! struct Idle {
-//!     encoder: Encoder,
-//!     answer: Option<Transmit>,
-//! }
-//!
-//! impl Session for Idle {
-//!     fn handle_input(&mut self, link: Link, frame: &Frame) {
-//!         if let Some(MavMessage::HIL_SENSOR(m)) = frame.known() {
-//!             let controls = HIL_ACTUATOR_CONTROLS_DATA { time_usec: m.time_usec, ..Default::default() };
-//!             let bytes = self.encoder.encode(&MavMessage::HIL_ACTUATOR_CONTROLS(controls));
-//!             self.answer = Some(Transmit::to_all(link, bytes));
-//!         }
-//!     }
-//!     fn handle_time(&mut self, _now: TimeUs) {}
-//!     fn next_wake(&self) -> Option<TimeUs> {
-//!         None
-//!     }
-//!     fn poll_output(&mut self) -> Option<Transmit> {
-//!         self.answer.take()
-//!     }
-//! }
-//!
-//! let mission = samara::config::load_mission("mission/titan_drop.json".as_ref())?;
-//! let mut simulator = HilSession::new(mission.simulation(), HilConfig::default());
-//! let mut autopilot = Idle { encoder: Encoder::new(1, 1), answer: None };
-//! let mut wire = Decoder::new();
-//! simulator.peer_connected();
-//! while let Some(at) = simulator.next_wake().filter(|at| *at <= 1_000_000) {
-//!     simulator.handle_time(at);
-//!     autopilot.handle_time(at);
-//!     while let Some(sent) = simulator.poll_output() {
-//!         wire.datagram(&sent.bytes, |frame| autopilot.handle_input(sent.link, &frame));
-//!     }
-//!     while let Some(sent) = autopilot.poll_output() {
-//!         wire.datagram(&sent.bytes, |frame| simulator.handle_input(sent.link, &frame));
-//!     }
-//!     while let Some(event) = simulator.poll_event() {
-//!         println!("{event}");
-//!     }
-//! }
-//! assert_eq!(simulator.run().log().len(), 250);
-//! # Ok(())
-//! # }
-//! # #[cfg(not(feature = "files"))]
-//! # fn main() {}
-//! ```
-//!
-//! [`Lockstep`](super::lockstep::Lockstep) is that host for simulator, autopilot and streamer; `shell` has
-//! those with sockets.
+//! [`Lockstep`](super::lockstep::Lockstep) is a host in simulated time for simulator, autopilot and streamer;
+//! `shell` has those with sockets.
 //!
 //! **Wall time** reaches a session as a length only: a session whose peer may fall silent while simulated
 //! time stands still has a `handle_silence(waited)`, which its host calls every now and then with the time

@@ -49,9 +49,9 @@ mod tests {
     use super::*;
 
     /// One event, packed by `xz -9 --check=crc32` (liblzma).
-    const PACKED: &[u8] = include_bytes!("../../../tests/data/events.json.xz");
+    const PACKED: &[u8] = include_bytes!("../../../../../tests/data/events.json.xz");
     /// 2 096 914 zeros as one chunk of LZMA2 that depends on nothing before it (liblzma).
-    const ZEROS: &[u8] = include_bytes!("../../../tests/data/zeros.lzma2");
+    const ZEROS: &[u8] = include_bytes!("../../../../../tests/data/zeros.lzma2");
     /// Heads of stream and block of [`PACKED`].
     const HEADS: usize = 24;
 

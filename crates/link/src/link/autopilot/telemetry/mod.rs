@@ -358,7 +358,7 @@ mod tests {
             let hz = |hz: f64| if hz > 0.0 { hz.to_string() } else { "on request".to_owned() };
             table += &format!("| {name} | {} | {} |\n", hz(ground_hz), hz(api_hz));
         }
-        let page = std::fs::read_to_string("docs/px4_differences.md").unwrap();
+        let page = std::fs::read_to_string("../../docs/px4_differences.md").unwrap();
         assert!(page.contains(&table), "docs/px4_differences.md is to have\n{table}");
     }
 
