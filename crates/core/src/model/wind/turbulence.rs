@@ -102,21 +102,26 @@ impl<const N: usize> Eddies<N> {
     /// Goes on by distances through the air, along, across and vertical, each in units of that scale.
     #[inline(always)]
     pub fn advance(&mut self, distances: [[f64; N]; 3]) {
-        // Scales are often the same.
         let mut last: Option<Step<N>> = None;
-        let mut over = |distance: [f64; N]| match last {
-            Some(step) if step.is_over(&distance) => step,
-            _ => *last.insert(Step::over(distance)),
-        };
         if let Some(filter) = &mut self.along {
-            filter.advance(&over(distances[0]));
+            filter.advance(&step_over(distances[0], &mut last));
         }
         if let Some(filter) = &mut self.across {
-            filter.advance(&over(distances[1]));
+            filter.advance(&step_over(distances[1], &mut last));
         }
         if let Some(filter) = &mut self.vertical {
-            filter.advance(&over(distances[2]));
+            filter.advance(&step_over(distances[2], &mut last));
         }
+    }
+}
+
+/// The step over a distance, taken from the last one where it is the same: scales often are. (Not a closure,
+/// which the compiler leaves out of what it makes for wider registers.)
+#[inline(always)]
+fn step_over<const N: usize>(distance: [f64; N], last: &mut Option<Step<N>>) -> Step<N> {
+    match last {
+        Some(step) if step.is_over(&distance) => *step,
+        _ => *last.insert(Step::over(distance)),
     }
 }
 
