@@ -6,7 +6,7 @@ use std::path::Path;
 
 use samara::assess::free_fall::rules::{Rule, RuleKind};
 use samara::assess::free_fall::{FallCircumstances, FreeFallStudy};
-use samara::config::{Mission, NoFreeFall};
+use samara::config::Mission;
 use samara::control::FreeFallSettings;
 use samara::link::parties::{self, StreamerChoice};
 use samara::link::streamer::Clock;
@@ -17,11 +17,12 @@ use samara::report::figure::free_fall_figure;
 use samara::report::free_fall::FreeFallReport;
 use samara::report::{FlownDrop, judge_drop};
 use samara::sim::{DropSimulation, Phase, SensorSettings, Start};
+use samara::study::free_fall::{NoFreeFall, free_fall_study};
 
 const MISSIONS: [&str; 2] = ["titan_no_wire", "x500_no_wire"];
 
 fn study(name: &str) -> FreeFallStudy {
-    Mission::shipped(name).unwrap().free_fall_study().unwrap()
+    free_fall_study(&Mission::shipped(name).unwrap()).unwrap()
 }
 
 /// In the steady descent riser and air carry the vehicle together: what the air carries after the release is
@@ -125,10 +126,10 @@ fn the_report_counts_what_was_flown() {
 /// A rule's level under what the air carries, no canopy, the ground: nothing to study.
 #[test]
 fn missions_without_a_descent_have_no_study() {
-    let refused = |name: &str| Mission::shipped(name).unwrap().free_fall_study().unwrap_err();
+    let refused = |name: &str| free_fall_study(&Mission::shipped(name).unwrap()).unwrap_err();
     assert_eq!(refused("titan_drop"), NoFreeFall::NoCanopy);
     assert_eq!(refused("x500_ground"), NoFreeFall::Standing);
-    assert!(Mission::shipped("x500_real_air").unwrap().free_fall_study().is_ok());
+    assert!(free_fall_study(&Mission::shipped("x500_real_air").unwrap()).is_ok());
     let usual = study("x500_no_wire");
     let g = usual.environment.gravity_m_s2;
     let of = FreeFallSettings::of(g, FreeFallSettings::LEVEL, usual.fall_m_s2, FreeFallSettings::TIME_S);

@@ -13,7 +13,7 @@ use samara::config::{Mission, UnplannedError, decode_plan_grid, encode_plan_grid
 use samara::plan::grid::{AXES, GridAxes, PlanGrid, check_size, solve_grid_point};
 use samara::plan::{Plan, SolverOptions, Status};
 use samara::report::plan_grid::{GridJudgement, PlanGridReport, grid_state_words};
-use samara::study::plan_grid::{GridJudge, JudgedRelease};
+use samara::study::plan_grid::{GridJudge, JudgedRelease, grid_ranges};
 use samara::units::RAD_PER_DEG;
 
 /// Files of a grid: those of an earlier one go where there is none.
@@ -113,7 +113,7 @@ pub fn axes_of(args: &GridArgs, mission: &Mission) -> Result<Option<GridAxes>, F
         );
     }
     mission.faults.check_from_t0().bad_input()?;
-    let mut spanned = mission.grid_ranges();
+    let mut spanned = grid_ranges(mission);
     for (range, given) in spanned.iter_mut().zip(args.grid_range.unwrap_or(Ranges([None; AXES])).0) {
         *range = given.unwrap_or(*range);
     }

@@ -60,15 +60,14 @@ pub use error::ConfigError;
 pub use estimated::Estimated;
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{
-    CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, NoFreeFall,
-    PlanInitial, PlanSettings, Px4, Px4Clock, Release, Replan, Site, Study, UnfitFault, UnfitReplan,
-    UnplannedError, load_mission, mission_text, parse_mission,
+    CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, PlanInitial,
+    PlanSettings, Px4, Px4Clock, Release, Replan, Site, Study, UnfitFault, UnfitReplan, UnplannedError,
+    load_mission, mission_text, parse_mission,
 };
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
 pub use params_file::load_parameters;
 pub use plan_grid::{
-    GRID_COLUMNS, GridFileError, JUDGED_FROM, PlanGridFile, decode_plan_grid, encode_plan_grid,
-    write_plan_grid_csv,
+    GRID_COLUMNS, GridFileError, PlanGridFile, decode_plan_grid, encode_plan_grid, write_plan_grid_csv,
 };
 pub use rare_failure::{RareFailureFile, load_rare_failure};
 pub use source::{NamedFile, input_text};

@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn a_loss_above_the_bar_is_exceeded() {
         let mission = Mission::shipped("titan_drop").unwrap();
-        let axes = GridAxes::even(&mission.grid_ranges(), [2, 1, 3, 3]).unwrap();
+        let axes = GridAxes::even(&crate::study::plan_grid::grid_ranges(&mission), [2, 1, 3, 3]).unwrap();
         let flown = |interpolated: f64, misread: f64| {
             let state = [0.0, 3.67, 1.0, 0.0];
             let flight = Some(GridFlight { solved: 0.5, interpolated, misread, nominal: 0.6 });

@@ -8,7 +8,8 @@
 //! | [`effects`] | drops with and without each effect |
 //! | [`replan`] | drops along one plan and along renewed ones |
 //! | [`envelope`] | releases about a point of the safe-release envelope |
-//! | [`plan_grid`] | what interpolated plans cost |
+//! | [`free_fall`] | how well the fall is found by the accelerometer alone |
+//! | [`plan_grid`] | the releases that a grid of plans spans, and what interpolated plans cost |
 //! | [`first_gains`] | gains that fly a drafted mission |
 //! | [`tuning`] | how gains are tuned |
 //! | [`designing`] | how plan and gains are designed together |
@@ -18,6 +19,7 @@ pub mod designing;
 pub mod effects;
 pub mod envelope;
 pub mod first_gains;
+pub mod free_fall;
 pub mod own;
 pub mod plan_grid;
 pub mod replan;

@@ -1,15 +1,58 @@
-//! What interpolated plans cost: flights from fresh releases along plans of a grid and along solved ones.
+//! The release states that a mission's grid of plans spans, and what interpolated plans cost: flights from
+//! fresh releases along plans of the grid and along solved ones.
 
 use std::ops::ControlFlow;
 
 use super::controller::along_plan;
 use crate::assess::{GridFlight, MISREAD_RATE_RAD_S, RandomRelease, StudyEntry};
-use crate::config::{JUDGED_FROM, Mission, UnplannedError};
+use crate::config::{Mission, UnplannedError};
 use crate::control::ControlError;
 use crate::model::rigid_body::BodyState;
-use crate::plan::grid::{GridPlace, GridState, PlanGrid, grid_state};
+use crate::plan::grid::{AXES, GridPlace, GridState, PlanGrid, grid_state};
 use crate::plan::{Guess, PlanProblem, PlanState, SolverOptions, Status, plan};
+use crate::sim::DropSimulation;
 use crate::trajectory::Trajectory;
+
+/// Draws that the ranges of the axes hold.
+const SPANNED: u64 = 1000;
+/// What is added to a range at each end, as a share of it.
+const MARGIN: f64 = 0.05;
+/// The draws of grids are apart from those of campaigns, of searches and of envelopes.
+const APART: u64 = 1 << 53;
+/// The first of the draws that a grid is judged by, apart from those that it spans.
+pub const JUDGED_FROM: u64 = APART + (1 << 40);
+
+/// The smallest box that holds the states at t = 0 of 1000 releases drawn as `monte_carlo` says, the
+/// state that the plan begins in and that of the nominal drop, with a margin of 5 % at each end: low and
+/// high of each axis of a plan grid, in SI.
+pub fn grid_ranges(mission: &Mission) -> [[f64; 2]; AXES] {
+    let releases = mission.releases();
+    let drawn = (APART..).take(SPANNED as usize).map(|k| grid_state(&releases.draw(mission.seed, k).state));
+    let dropped = DropSimulation::nominal_state_at_t0(
+        mission.vehicle.clone(),
+        mission.site.environment.clone(),
+        mission.release.parachute,
+        mission.release.start,
+    );
+    let [q0, q1, q2, q3, v_north, v_east, v_down, p, q, r] = mission.plan_initial_state();
+    let planned = BodyState {
+        q_ned_from_body: [q0, q1, q2, q3],
+        v_ned: nalgebra::Vector3::new(v_north, v_east, v_down),
+        omega_body: nalgebra::Vector3::new(p, q, r),
+        ..dropped
+    };
+    let nominal = [grid_state(&dropped), grid_state(&planned)];
+    let mut ranges = [[f64::INFINITY, f64::NEG_INFINITY]; AXES];
+    for state in nominal.into_iter().chain(drawn) {
+        for ([low, high], value) in ranges.iter_mut().zip(state) {
+            (*low, *high) = (low.min(value), high.max(value));
+        }
+    }
+    ranges.map(|[low, high]| {
+        let margin = MARGIN * (high - low);
+        [low - margin, high + margin]
+    })
+}
 
 /// Flights of the mission's own cascade from fresh releases along four plans each: solved for the release,
 /// interpolated for it, solved for a pitch rate that is off, and the nominal one.
@@ -93,12 +136,13 @@ mod tests {
     use super::*;
     use crate::assess::GridLoss;
     use crate::config::{decode_plan_grid, encode_plan_grid};
-    use crate::plan::grid::{AXES, GridAxes, solve_grid_point};
+    use crate::frames::pitch;
+    use crate::plan::grid::{GridAxes, solve_grid_point};
 
     fn solved(mission: &Mission, shape: [usize; AXES]) -> (Trajectory, PlanGrid) {
         let options = SolverOptions::default();
         let nominal = mission.solve(&options, &mut |_| ControlFlow::Continue(())).unwrap();
-        let axes = GridAxes::even(&mission.grid_ranges(), shape).unwrap();
+        let axes = GridAxes::even(&grid_ranges(&mission), shape).unwrap();
         let problem = mission.plan_problem();
         let plans = (0..axes.count()).map(|number| {
             let plan = solve_grid_point((&problem, &nominal), &axes.state(number), &options).unwrap();
@@ -107,6 +151,24 @@ mod tests {
         });
         let plans = plans.collect();
         (nominal.trajectory, PlanGrid::new(axes, plans).unwrap())
+    }
+
+    /// By the definition of the box: the drop's own states and nearly all fresh draws lie within.
+    #[test]
+    fn prop_the_ranges_hold_the_releases() {
+        for name in ["titan_drop", "x500_drop"] {
+            let mission = Mission::shipped(name).unwrap();
+            let ranges = grid_ranges(&mission);
+            let within = |state: &GridState| {
+                state.iter().zip(&ranges).all(|(x, [low, high])| (low..=high).contains(&x))
+            };
+            let [q0, q1, q2, q3, v_north, _, v_down, ..] = mission.plan_initial_state();
+            assert!(within(&[v_north, v_down, pitch([q0, q1, q2, q3]), 0.0]), "{ranges:?}");
+            let releases = mission.releases();
+            let fresh =
+                (0..500).filter(|k| within(&grid_state(&releases.draw(mission.seed, JUDGED_FROM + k).state)));
+            assert!(fresh.count() > 490, "{ranges:?}");
+        }
     }
 
     /// Flights along solved plans are the reference: those along the interpolated ones of a small grid lose

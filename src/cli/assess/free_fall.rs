@@ -15,6 +15,7 @@ use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::report::figure::free_fall_figure;
 use samara::report::free_fall::FreeFallReport;
+use samara::study::free_fall::free_fall_study;
 
 /// Releases unless it is said otherwise.
 const RELEASES: u64 = 10_000;
@@ -24,8 +25,7 @@ const BLOCKS: (u64, u64) = (256, 8);
 /// Flies releases and descents, writes and reports them.
 pub fn run(args: &AssessArgs, hours: u64, stop: &AtomicBool) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    let study = mission
-        .free_fall_study()
+    let study = free_fall_study(&mission)
         .map_err(|e| Failure::input(format!("{}: --free-fall: {e}", mission.file.display())))?;
     let trials = trials_of(args.trials, RELEASES, "--free-fall")?;
     let narrator = Narrator::alone(args.mission.json);

@@ -47,9 +47,8 @@ pub fn mission(args: &AssessArgs, narrator: &Narrator) -> Result<Mission, Failur
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     mission.faults.check_from_t0().bad_input()?;
     narrator.say(&origin(&args.mission.mission, &mission));
-    mission.two_bodies_remark().into_iter().for_each(|remark| narrator.say(&remark));
-    mission.rotor_start_remark().into_iter().for_each(|remark| narrator.say(remark));
-    mission.battery_remark().into_iter().for_each(|remark| narrator.say(&format!("{remark}\n")));
+    let remarks = mission.t0_remarks().into_iter().chain(mission.battery_remark().map(str::to_owned));
+    remarks.for_each(|remark| narrator.say(&format!("{remark}\n")));
     Ok(mission)
 }
 

@@ -53,8 +53,7 @@ fn remark(mission: &Mission) {
         );
     }
     remarks.extend(mission.battery_remark().map(str::to_owned));
-    remarks.extend(mission.two_bodies_remark().map(|remark| remark.trim_end().to_owned()));
-    remarks.extend(mission.rotor_start_remark().map(|remark| remark.trim_end().to_owned()));
+    remarks.extend(mission.t0_remarks());
     if mission.px4.params.is_some() {
         remarks.push("px4_params: a design is samara's cascade's; a PX4 keeps the file's gains".to_owned());
     }

@@ -54,11 +54,8 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
             "--ask has no meaning with --method near-hover: it searches nothing".to_owned(),
         ));
     }
-    if let Some(remark) = mission.two_bodies_remark().filter(|_| !for_px4) {
-        print_err(&format!("samara: {remark}"));
-    }
-    if let Some(remark) = mission.rotor_start_remark().filter(|_| !for_px4) {
-        print_err(&format!("samara: {remark}"));
+    if !for_px4 {
+        mission.t0_remarks().iter().for_each(|remark| print_err(&format!("samara: {remark}\n")));
     }
     let timed = plan_mission(&mission, false)?;
     if timed.plan.status != Status::Converged {

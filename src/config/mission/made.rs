@@ -6,14 +6,12 @@ use std::path::PathBuf;
 
 use nalgebra::Vector3;
 
-use super::{Mission, PlanInitial, Px4Clock, Release, UnfitReplan, contradictions, load_mission, release};
+use super::{Mission, PlanInitial, Px4Clock, Release, UnfitReplan, contradictions, load_mission};
 use crate::assess::Scenario;
-use crate::assess::free_fall::{FallCircumstances, FreeFallStudy};
 use crate::assess::{IntegratedPlan, RandomDrop, ReleaseDistribution, SafetyStudy, nodes_enough};
 use crate::config::error::ConfigError;
 use crate::config::shipped::{MISSIONS, built_in};
 use crate::config::trajectory_csv::Stamp;
-use crate::control::FreeFallSettings;
 use crate::model::{MAX_ROTORS, Parachute};
 use crate::params::{Purpose, Subject};
 use crate::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, Progress, SolverOptions, plan};
@@ -31,25 +29,6 @@ pub struct UnplannedError {
     pub target_v_ned: Vector3<f64>,
     /// Reason.
     pub source: PlanError,
-}
-
-/// Why a mission has no study of its free fall.
-#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
-pub enum NoFreeFall {
-    /// There is no fall.
-    #[error("this mission begins on the ground: a release is expected")]
-    Standing,
-    /// The descent is prescribed.
-    #[error("parachute.canopy and parachute.riser are expected: without them nothing disturbs the descent")]
-    NoCanopy,
-    /// The fall cannot be told from a descent.
-    #[error(
-        "the air carries {share:.3} of the weight right after the release: release.free_fall.level_share is expected above that"
-    )]
-    Carried {
-        /// Share of the weight.
-        share: f64,
-    },
 }
 
 impl PlanSource for Mission {
@@ -122,24 +101,22 @@ impl Mission {
         self.release.parachute.linearised(&self.vehicle, &self.site.environment)
     }
 
-    /// Where flights from t = 0 begin otherwise than drops, in a sentence; `None` where they do not.
-    pub fn two_bodies_remark(&self) -> Option<String> {
-        let two = self.linearised_parachute();
-        self.release.parachute.suspension.map(|_| {
+    /// What flights from t = 0 have otherwise than drops, a sentence each.
+    pub fn t0_remarks(&self) -> Vec<String> {
+        let canopy = self.release.parachute.suspension.map(|_| {
+            let two = self.linearised_parachute();
             format!(
                 "flights from t = 0 begin as (40)-(44) prescribe, without the canopy, which drops have (descent {:.2} m/s, swing \
-                 {:.2} rad/s): assess --autopilot flies those\n",
+                 {:.2} rad/s): assess --autopilot flies those",
                 two.descent_m_s, two.pendulum.omega_rad_s
             )
-        })
-    }
-
-    /// A sentence on what flights from t = 0 leave out of the rotors' start; `None` where it is not modelled.
-    pub fn rotor_start_remark(&self) -> Option<&'static str> {
-        self.vehicle.start.map(|_| {
+        });
+        let rotor_start = self.vehicle.start.map(|_| {
             "rotor_start: flights from t = 0 begin with rotors at rest that are driven at once; drops have the start: assess \
-             --autopilot flies those\n"
-        })
+             --autopilot flies those"
+                .to_owned()
+        });
+        canopy.into_iter().chain(rotor_start).collect()
     }
 
     /// Where a battery with a voltage does not act, in a sentence; `None` where there is none.
@@ -265,39 +242,6 @@ impl Mission {
     /// The random releases, (40)-(44).
     pub fn releases(&self) -> ReleaseDistribution {
         self.study.monte_carlo.releases(self.release.parachute, &self.site.environment)
-    }
-
-    /// Releases and descents that show how well a fall is found from the accelerometer: by the mission's
-    /// detector, or by that of a mission that says nothing of it.
-    ///
-    /// # Errors
-    /// [`NoFreeFall`] for a mission that begins on the ground, without a canopy that is a body of its own,
-    /// or whose vehicle the air carries too well.
-    pub fn free_fall_study(&self) -> Result<FreeFallStudy, NoFreeFall> {
-        let Release { parachute, standing, free_fall, .. } = &self.release;
-        if *standing {
-            return Err(NoFreeFall::Standing);
-        }
-        if parachute.suspension.is_none() {
-            return Err(NoFreeFall::NoCanopy);
-        }
-        let environment = &self.site.environment;
-        let (g, fall_m_s2) =
-            (environment.gravity_m_s2, release::fall_m_s2(parachute, &self.vehicle, environment));
-        let usual = || {
-            FreeFallSettings::of(g, FreeFallSettings::LEVEL, fall_m_s2, FreeFallSettings::TIME_S)
-                .ok_or(NoFreeFall::Carried { share: fall_m_s2 / g })
-        };
-        Ok(FreeFallStudy {
-            vehicle: self.vehicle.clone(),
-            environment: environment.clone(),
-            parachute: *parachute,
-            sensors: self.sensors,
-            settings: free_fall.map_or_else(usual, Ok)?,
-            fall_m_s2,
-            circumstances: FallCircumstances::default(),
-            seed: self.seed,
-        })
     }
 
     /// How long the mission goes on after the end of a plan [s].

@@ -58,7 +58,7 @@ pub use control::Control;
 pub use effects::Effect;
 pub use faults::{Faults, UnfitFault};
 pub use inputs::Inputs;
-pub use made::{NoFreeFall, UnplannedError};
+pub use made::UnplannedError;
 pub use plan::{PlanInitial, PlanSettings};
 pub use px4::{Px4, Px4Clock};
 pub use release::Release;

@@ -8,9 +8,7 @@ use crate::config::error::ConfigError;
 use crate::config::number::{AngleDeg, DelayS, Exactly, NonNegative, Positive, Within};
 use crate::config::source::Source;
 use crate::control::FreeFallSettings;
-use crate::model::canopy::{
-    Canopy, Opening, Riser, Suspension, apparent_mass_kg, inflated_radius_m, sinking_v_dot_ned,
-};
+use crate::model::canopy::{Canopy, Opening, Riser, Suspension, apparent_mass_kg, inflated_radius_m};
 use crate::model::parachute::{Hook, Pendulum, TipOff};
 use crate::model::{Environment, ModelError, Parachute, Vehicle};
 use crate::sim::{ReleaseTrigger, Start};
@@ -358,14 +356,6 @@ fn under_a_canopy(
     Ok(parachute.on_hook(Hook { lets_go_before_s: hang_s - hook_s }))
 }
 
-/// What the air carries of a vehicle that has just been released, level and its rotors at rest: its specific
-/// force at the rate of descent, the steady one of a canopy that is a body of its own [m/s^2].
-pub(super) fn fall_m_s2(parachute: &Parachute, vehicle: &Vehicle, environment: &Environment) -> f64 {
-    let steady = parachute.suspension.and_then(|s| s.steady_descent(vehicle, environment).ok());
-    let descent_m_s = steady.map_or(parachute.descent_m_s, |steady| steady.speed_m_s);
-    (sinking_v_dot_ned(vehicle, environment, descent_m_s) - environment.gravity_ned()).norm()
-}
-
 /// The detector of the free fall that a mission asks for.
 fn found_by(
     source: &Source,
@@ -383,7 +373,7 @@ fn found_by(
         );
         return Err(source.refuse("release.free_fall.time_s", message));
     }
-    let (g, fall_m_s2) = (environment.gravity_m_s2, fall_m_s2(parachute, vehicle, environment));
+    let (g, fall_m_s2) = (environment.gravity_m_s2, parachute.fall_m_s2(vehicle, environment));
     FreeFallSettings::of(g, level, fall_m_s2, time_s).ok_or_else(|| {
         let message = format!(
             "expected more than {:.3}, the share of gravity that the air carries right after the release, found {level}",

@@ -248,14 +248,17 @@ fn a_canopy_is_a_body_of_its_own() {
     let two = m.linearised_parachute();
     assert!((two.pendulum.omega_rad_s - 1.151).abs() < 1e-3 && two.suspension.is_none(), "{two:?}");
     assert_eq!(two.pendulum.amplitude_rad, m.release.parachute.pendulum.amplitude_rad);
-    assert!(m.two_bodies_remark().unwrap().contains("descent 3.01 m/s, swing 1.15 rad/s"));
+    assert!(m.t0_remarks()[0].contains("descent 3.01 m/s, swing 1.15 rad/s"));
     assert_eq!(m.contradictions(), Vec::<String>::new());
     let mut long = load("200");
     long.release.hang_s = 300.0;
     let odd = long.contradictions().join("\n");
     assert!(odd.contains("parachute.descent_m_s 3 m/s: vehicle and canopy sink at 3.33"), "{odd}");
     assert!(odd.contains("release.hang_s 300 s: the canopy's drag leaves "), "{odd}");
-    assert_eq!(titan("\"delay_s\": 0.5,", "\"delay_s\": 0.5,").loaded.unwrap().two_bodies_remark(), None);
+    assert_eq!(
+        titan("\"delay_s\": 0.5,", "\"delay_s\": 0.5,").loaded.unwrap().t0_remarks(),
+        Vec::<String>::new()
+    );
 
     let tip_off = "\"monte_carlo\": { \"tip_off\": { \"rate_sigma_deg_s\": [0, 10, 0] },";
     let m = titan("\"monte_carlo\": {", tip_off).loaded.unwrap();

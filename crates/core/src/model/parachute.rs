@@ -16,7 +16,7 @@
 
 use nalgebra::Vector3;
 
-use super::canopy::Suspension;
+use super::canopy::{Suspension, sinking_v_dot_ned};
 use super::rigid_body::BodyState;
 use super::{Environment, ModelError, Vehicle, check};
 use crate::frames::{quaternion_from_euler, rotate_ned_from_body};
@@ -146,6 +146,14 @@ pub struct Parachute {
 }
 
 impl Parachute {
+    /// What the air carries of a vehicle that has just been released, level and its rotors at rest: its
+    /// specific force at the rate of descent, the steady one of a canopy that is a body of its own [m/s^2].
+    pub fn fall_m_s2(&self, vehicle: &Vehicle, environment: &Environment) -> f64 {
+        let steady = self.suspension.and_then(|s| s.steady_descent(vehicle, environment).ok());
+        let descent_m_s = steady.map_or(self.descent_m_s, |steady| steady.speed_m_s);
+        (sinking_v_dot_ned(vehicle, environment, descent_m_s) - environment.gravity_ned()).norm()
+    }
+
     /// Checks descent rate [m/s], delay [s] and pendulum.
     ///
     /// # Errors
