@@ -193,6 +193,25 @@ fn the_map_names_every_module() {
     }
 }
 
+/// The table of where to start reading is short, and what it names is there.
+#[test]
+fn where_to_start_reading_fits_a_screen_and_is_there() {
+    let page = fs::read_to_string("ARCHITECTURE.md").unwrap();
+    let table = page.split("## ").find(|part| part.starts_with("Where to start")).unwrap();
+    let rows: Vec<&str> = table.lines().filter(|line| line.starts_with("| ")).skip(1).collect();
+    assert!((1..=15).contains(&rows.len()), "{} rows", rows.len());
+    for row in rows {
+        for name in row.split('`').skip(1).step_by(2).filter(|name| name.contains('/')) {
+            let path = match name.split_once('/') {
+                Some(("C", inside)) => format!("crates/core/src/{inside}"),
+                Some(("L", inside)) => format!("crates/link/src/{inside}"),
+                _ => name.to_owned(),
+            };
+            assert!(Path::new(&path).exists(), "{path} is gone");
+        }
+    }
+}
+
 /// A file that no `mod` declares is never compiled, and nobody sees that.
 #[test]
 fn every_source_file_is_compiled() {

@@ -6,7 +6,7 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
-use samara::assess::coordinates::{Part, Quantity, TrialSpace};
+use samara::assess::coordinates::{DrawnQuantity, Part, TrialSpace};
 use samara::assess::rare::{PER_LEVEL, RareSearch};
 use samara::assess::{RandomRelease, SafetyStudy, StudyEntry};
 use samara::config::Mission;
@@ -62,19 +62,19 @@ fn coordinates_of(mission: &Mission, space: &TrialSpace, release: &RandomRelease
         let of_pairs =
             |stream, place: usize| pairs(seed, stream, count).into_iter().map(move |pair| pair[place]);
         match part.quantity {
-            Quantity::Amplitude => {
+            DrawnQuantity::Amplitude => {
                 point.push(release.amplitude_rad / mission.releases().amplitude_sigma_rad);
             }
-            Quantity::Phase => point.push(normal_of(release.phase_rad / std::f64::consts::PI)),
-            Quantity::Turbulence(0) => {
+            DrawnQuantity::Phase => point.push(normal_of(release.phase_rad / std::f64::consts::PI)),
+            DrawnQuantity::Turbulence(0) => {
                 point.extend(pairs(seed, 3 * air, count).into_iter().flatten().take(count));
             }
-            Quantity::Turbulence(k @ (3 | 4)) => point.extend(of_pairs(3 * air + 2, k - 3)),
-            Quantity::Ring(rotor) => {
+            DrawnQuantity::Turbulence(k @ (3 | 4)) => point.extend(of_pairs(3 * air + 2, k - 3)),
+            DrawnQuantity::Ring(rotor) => {
                 let numbers = pairs(seed ^ RING, 8 * air + rotor as u64, count);
                 point.extend(numbers.into_iter().flatten().take(count));
             }
-            Quantity::TipOffRate(axis) => {
+            DrawnQuantity::TipOffRate(axis) => {
                 let swung = mission.releases().state(release.amplitude_rad, release.phase_rad);
                 let more = release.state.omega_body[axis] - swung.omega_body[axis];
                 point.push(more / mission.releases().tip_off_sigma.omega_body[axis]);
@@ -225,21 +225,21 @@ fn reference_unknowns_are_those_of_robust_tuning() {
     for k in 0..50 {
         let (state, variation): (BodyState, Variation) = varied(&still, 3, k, g, speed);
         let coordinate = |part: &Part| match part.quantity {
-            Quantity::Amplitude | Quantity::Phase => 0.0,
-            Quantity::Mass => normal_of((variation.mass - 1.0) / most.mass),
-            Quantity::Inertia => normal_of((variation.inertia - 1.0) / most.inertia),
-            Quantity::Drag => normal_of((variation.aero[0] - 1.0) / most.aero),
-            Quantity::PitchingMoment => normal_of((variation.aero[2] - 1.0) / most.aero),
-            Quantity::Density => normal_of((variation.density - 1.0) / most.density),
-            Quantity::Wind => normal_of(variation.wind_m_s[0] / most.wind_m_s),
-            Quantity::Lateness => {
+            DrawnQuantity::Amplitude | DrawnQuantity::Phase => 0.0,
+            DrawnQuantity::Mass => normal_of((variation.mass - 1.0) / most.mass),
+            DrawnQuantity::Inertia => normal_of((variation.inertia - 1.0) / most.inertia),
+            DrawnQuantity::Drag => normal_of((variation.aero[0] - 1.0) / most.aero),
+            DrawnQuantity::PitchingMoment => normal_of((variation.aero[2] - 1.0) / most.aero),
+            DrawnQuantity::Density => normal_of((variation.density - 1.0) / most.density),
+            DrawnQuantity::Wind => normal_of(variation.wind_m_s[0] / most.wind_m_s),
+            DrawnQuantity::Lateness => {
                 if variation.delayed {
                     0.3
                 } else {
                     -0.3
                 }
             }
-            Quantity::Delay => normal_of((state.v_ned.z - still.v_ned.z) / most.fall_m_s),
+            DrawnQuantity::Delay => normal_of((state.v_ned.z - still.v_ned.z) / most.fall_m_s),
             other => panic!("{other:?} is not drawn"),
         };
         let point: Vec<f64> = space.parts().iter().map(coordinate).collect();
@@ -272,7 +272,7 @@ fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
         point[part.range.start] = -1.3;
         let (flown, air) = space.vehicle_flown(&space.drawn(&point));
         // A uniform quantity is 2 Phi(z) - 1 of its range away.
-        let off = |quantity: Quantity, most: f64| {
+        let off = |quantity: DrawnQuantity, most: f64| {
             let z = if quantity == part.quantity { -1.3 } else { 0.1f64 };
             most * (1.0 - erfc(z * std::f64::consts::FRAC_1_SQRT_2))
         };
@@ -280,24 +280,24 @@ fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
         let load = |v: &samara::model::Vehicle| v.aero.load(nalgebra::Vector3::new(5.0, 0.0, 2.0), 1.0);
         let drag = |v: &samara::model::Vehicle| v.aero.coefficients()[0].eval(0.3);
         for (found, expected) in [
-            (flown.mass.mass_kg / vehicle.mass.mass_kg, 1.0 + off(Quantity::Mass, most.mass)),
+            (flown.mass.mass_kg / vehicle.mass.mass_kg, 1.0 + off(DrawnQuantity::Mass, most.mass)),
             (
                 flown.mass.inertia_kg_m2[(1, 1)] / vehicle.mass.inertia_kg_m2[(1, 1)],
-                1.0 + off(Quantity::Inertia, most.inertia),
+                1.0 + off(DrawnQuantity::Inertia, most.inertia),
             ),
-            (drag(&flown) / drag(&vehicle), 1.0 + off(Quantity::Drag, most.aero)),
+            (drag(&flown) / drag(&vehicle), 1.0 + off(DrawnQuantity::Drag, most.aero)),
             (
                 load(&flown).moment_body.y,
-                load(&vehicle).moment_body.y * (1.0 + off(Quantity::PitchingMoment, most.aero)),
+                load(&vehicle).moment_body.y * (1.0 + off(DrawnQuantity::PitchingMoment, most.aero)),
             ),
-            (air.density_kg_m3 / site.density_kg_m3, 1.0 + off(Quantity::Density, most.density)),
-            (air.wind_ned_m_s.x - site.wind_ned_m_s.x, off(Quantity::Wind, most.wind_m_s)),
+            (air.density_kg_m3 / site.density_kg_m3, 1.0 + off(DrawnQuantity::Density, most.density)),
+            (air.wind_ned_m_s.x - site.wind_ned_m_s.x, off(DrawnQuantity::Wind, most.wind_m_s)),
         ] {
             assert!((found - expected).abs() < 1e-12, "{part:?}: {found} {expected}");
         }
         let moved = space.fly(&[point])[0];
         // A vehicle without a pitching moment of the air has none at any factor.
-        let idle = part.quantity == Quantity::PitchingMoment && load(&vehicle).moment_body.y == 0.0;
+        let idle = part.quantity == DrawnQuantity::PitchingMoment && load(&vehicle).moment_body.y == 0.0;
         assert!(idle || moved.final_v_ned() != unmoved.final_v_ned(), "{part:?} changes nothing");
     }
 }

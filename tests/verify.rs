@@ -12,13 +12,13 @@ use samara::verify::blades;
 use samara::verify::momentum::{self, Blades};
 use samara::verify::nasa::wind::{WINDS_FT_S, cases_6_to_8};
 use samara::verify::nasa::{Brick, Earth, case_2, case_3, case_4};
-use samara::verify::{Group, verify};
+use samara::verify::{CheckGroup, verify};
 
 fn missions() -> [Mission; 2] {
     ["mission/titan_paper.json", "mission/x500_drop.json"].map(|path| load_mission(Path::new(path)).unwrap())
 }
 
-fn failures(group: &Group) -> Vec<&str> {
+fn failures(group: &CheckGroup) -> Vec<&str> {
     group.checks.iter().filter(|check| !check.holds()).map(|check| check.what.as_str()).collect()
 }
 
@@ -27,7 +27,7 @@ fn paper_every_error_is_within_its_bar() {
     let [lander, quadrotor] = missions();
     let groups = verify(&lander.plan_problem(), &quadrotor.plan_problem()).unwrap();
     let table = verify_text(&groups);
-    assert!(groups.iter().all(Group::holds), "{table}");
+    assert!(groups.iter().all(CheckGroup::holds), "{table}");
     assert_eq!(groups.iter().map(|group| group.checks.len()).sum::<usize>(), 115);
     assert!(table.lines().all(|line| line.len() <= 100), "wider than 100 columns:\n{table}");
 }
@@ -125,7 +125,7 @@ fn the_verb_prints_one_object_and_a_spoilt_lander_fails_a_check() {
     let [lander, quadrotor] =
         [path, spoilt.path().join("mission/x500_drop.json")].map(|mission| load_mission(&mission).unwrap());
     let groups = verify(&lander.plan_problem(), &quadrotor.plan_problem()).unwrap();
-    assert!(!groups.iter().all(Group::holds));
+    assert!(!groups.iter().all(CheckGroup::holds));
     let table = verify_text(&groups);
     assert!(table.contains("FAILED\n") && table.ends_with("1 of 115 checks FAILED\n"), "{table}");
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::whole;
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::results::OutputFolder;
 use super::system::{Stopwatch, thread_pool};
 use super::terminal::{print, print_err};
@@ -182,7 +182,7 @@ fn solved(
     options: &SolverOptions,
 ) -> Result<Vec<Plan>, Failure> {
     let problem = mission.plan_problem();
-    let progress = Progress::new("plan", "grid points", axes.count() as u64);
+    let progress = ProgressLine::new("plan", "grid points", axes.count() as u64);
     let solve = |point: usize| {
         let plan = solve_grid_point((&problem, nominal), &axes.state(point), options);
         progress.inc(1);
@@ -206,7 +206,7 @@ fn judged(
         return Ok(None);
     }
     let judge = GridJudge::new(mission, &nominal.trajectory, *options).bad_input()?;
-    let progress = Progress::new("plan", "fresh releases", u64::from(releases));
+    let progress = ProgressLine::new("plan", "fresh releases", u64::from(releases));
     let fly = |number: u32| {
         let judged = judge.judge(grid, u64::from(number));
         progress.inc(1);

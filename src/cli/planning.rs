@@ -15,7 +15,7 @@ use samara::config::{Mission, write_trajectory_csv};
 use samara::frames::normalized;
 use samara::math;
 use samara::model::trim;
-use samara::plan::{Plan, Progress, SolverOptions, Status};
+use samara::plan::{Plan, SolveProgress, SolverOptions, Status};
 use samara::replan::{Cadence, ReplanSetup};
 use samara::report::{plan_figure, plan_json, plan_shortfall, plan_text};
 use samara::trajectory::Trajectory;
@@ -91,7 +91,7 @@ pub fn solve(
         ));
     }
     let watch = Stopwatch::start();
-    let mut observer = |progress: &Progress| {
+    let mut observer = |progress: &SolveProgress| {
         if verbose {
             show(progress);
         }
@@ -221,7 +221,7 @@ impl Planned {
     }
 }
 
-fn show(p: &Progress) {
+fn show(p: &SolveProgress) {
     if p.iteration == 0 {
         print_err("iter      objective     defect   gradient         mu     step\n");
     }

@@ -15,7 +15,7 @@ use super::terminal::print_err;
 const LINE_EVERY_MS: f64 = 10_000.0;
 
 /// Work of many pieces. Pieces may be done on any thread.
-pub struct Progress {
+pub struct ProgressLine {
     /// What is done, for a line; `None` where there is a bar.
     lines: Option<Lines>,
     bar: ProgressBar,
@@ -38,7 +38,7 @@ struct State {
     last_line_ms: f64,
 }
 
-impl Progress {
+impl ProgressLine {
     /// Work of `whole` pieces, counted in `unit`s.
     pub fn new(what: &str, unit: &'static str, whole: u64) -> Self {
         if std::io::stderr().is_terminal() {

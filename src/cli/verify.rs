@@ -6,7 +6,7 @@ use super::answer::{Answer, BadInput as _, Failure};
 use super::terminal::print;
 use samara::config::Mission;
 use samara::report::{verify_json, verify_text};
-use samara::verify::{Group, verify};
+use samara::verify::{CheckGroup, verify};
 
 /// `samara verify`.
 #[derive(Args, Debug)]
@@ -22,5 +22,5 @@ pub fn run(args: &VerifyArgs) -> Result<Answer, Failure> {
         (Mission::shipped("titan_paper").bad_input()?, Mission::shipped("x500_drop").bad_input()?);
     let groups = verify(&lander.plan_problem(), &quadrotor.plan_problem()).bad_input()?;
     print(&if args.json { verify_json(&groups) } else { verify_text(&groups) })?;
-    Ok(Answer::from(groups.iter().all(Group::holds)))
+    Ok(Answer::from(groups.iter().all(CheckGroup::holds)))
 }

@@ -20,7 +20,7 @@ const C_PER_AH: f64 = 3600.0;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Derived {
     /// Groups of quantities, in the order in which they are read.
-    pub groups: Vec<Group>,
+    pub groups: Vec<DerivedGroup>,
     /// Sentences about what is odd, each with its key: [`Mission::contradictions`] and what is found here. A
     /// mission without any is fine.
     pub odd: Vec<String>,
@@ -28,16 +28,16 @@ pub struct Derived {
 
 /// Quantities that belong together.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Group {
+pub struct DerivedGroup {
     /// Name: "rotors", "release", ..
     pub name: &'static str,
     /// The quantities.
-    pub rows: Vec<Row>,
+    pub rows: Vec<DerivedRow>,
 }
 
 /// A quantity.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct DerivedRow {
     /// Key in JSON, which ends in the unit.
     pub key: &'static str,
     /// Name for the reader.
@@ -50,8 +50,14 @@ pub struct Row {
     pub note: String,
 }
 
-fn row(key: &'static str, label: &'static str, unit: &'static str, values: &[f64], note: String) -> Row {
-    Row { key, label, unit, values: values.to_vec(), note }
+fn row(
+    key: &'static str,
+    label: &'static str,
+    unit: &'static str,
+    values: &[f64],
+    note: String,
+) -> DerivedRow {
+    DerivedRow { key, label, unit, values: values.to_vec(), note }
 }
 
 /// The derived quantities of a mission.
@@ -83,7 +89,7 @@ pub fn derived(mission: &Mission) -> Derived {
     Derived { groups, odd }
 }
 
-fn of_the_vehicle(mission: &Mission) -> Group {
+fn of_the_vehicle(mission: &Mission) -> DerivedGroup {
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
     let weight_n = vehicle.mass.mass_kg * site.gravity_m_s2;
     let arms = vehicle.rotors.iter().map(|r| r.position_body_m.xy().norm());
@@ -108,10 +114,10 @@ fn of_the_vehicle(mission: &Mission) -> Group {
             disc_loading.map_or_else(unknown, |_| String::new()),
         ),
     ];
-    Group { name: "vehicle", rows }
+    DerivedGroup { name: "vehicle", rows }
 }
 
-fn of_the_rotors(mission: &Mission, rotors: &RotorLimits) -> Group {
+fn of_the_rotors(mission: &Mission, rotors: &RotorLimits) -> DerivedGroup {
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
     let density = site.density_kg_m3;
     let weight_n = vehicle.mass.mass_kg * site.gravity_m_s2;
@@ -144,11 +150,11 @@ fn of_the_rotors(mission: &Mission, rotors: &RotorLimits) -> Group {
             "from rest or to none, the slower".to_owned(),
         ),
     ];
-    Group { name: "rotors", rows }
+    DerivedGroup { name: "rotors", rows }
 }
 
 /// The battery at the start: in rest, in hover, and with all rotors at full throttle in still air.
-fn of_the_battery(mission: &Mission, battery: &ElectricBattery, odd: &mut Vec<String>) -> Group {
+fn of_the_battery(mission: &Mission, battery: &ElectricBattery, odd: &mut Vec<String>) -> DerivedGroup {
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
     let (pack, charge, n) = (battery.pack(), battery.charge(), vehicle.rotors.len() as f64);
     let limits = pack.limits();
@@ -195,11 +201,11 @@ fn of_the_battery(mission: &Mission, battery: &ElectricBattery, odd: &mut Vec<St
             row(current_key, "its current of the pack", "A", &[current_a], lasts),
         ]);
     }
-    Group { name: "battery", rows }
+    DerivedGroup { name: "battery", rows }
 }
 
 /// The wind where the vehicle is released.
-fn of_the_wind(mission: &Mission) -> Group {
+fn of_the_wind(mission: &Mission) -> DerivedGroup {
     let (site, wind) = (&mission.site.environment, &mission.site.wind);
     let mean = site.wind_ned_m_s;
     let mut rows = vec![row("wind_ned_m_s", "mean wind, NED", "m/s", mean.as_slice(), String::new())];
@@ -218,11 +224,11 @@ fn of_the_wind(mission: &Mission) -> Group {
             row("eddies_s", "time in which they pass", "s", &passing_s, at_target),
         ]);
     }
-    Group { name: "wind at the release", rows }
+    DerivedGroup { name: "wind at the release", rows }
 }
 
 /// How thrusts fluctuate in the vortex ring, where they do.
-fn of_the_vortex_ring(mission: &Mission) -> Option<Group> {
+fn of_the_vortex_ring(mission: &Mission) -> Option<DerivedGroup> {
     let ring = mission.site.wind.ring?;
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
     let mut rows = vec![
@@ -243,7 +249,7 @@ fn of_the_vortex_ring(mission: &Mission) -> Option<Group> {
         let relative = ring.frequency_hz * 2.0 * radius_m / v_h_m_s;
         rows.push(row("frequency_2r_per_v_h", "the same, over v_h/(2 R)", "", &[relative], String::new()));
     }
-    Some(Group { name: "fluctuation in the vortex ring", rows })
+    Some(DerivedGroup { name: "fluctuation in the vortex ring", rows })
 }
 
 /// The state that a plan starts from.
@@ -257,7 +263,7 @@ fn start(mission: &Mission) -> BodyState {
     }
 }
 
-fn of_the_release(mission: &Mission) -> Group {
+fn of_the_release(mission: &Mission) -> DerivedGroup {
     let (release, random) = (&mission.release, &mission.study.monte_carlo);
     let begin = start(mission);
     let cost = StateCost::of(&begin, &mission.limits.safety);
@@ -323,7 +329,7 @@ fn of_the_release(mission: &Mission) -> Group {
             ),
         ]);
     }
-    Group { name: "release", rows }
+    DerivedGroup { name: "release", rows }
 }
 
 /// A number in three digits.
@@ -335,7 +341,7 @@ fn short(x: f64) -> f64 {
 const LONGEST_START_S: f64 = 60.0;
 
 /// The start of the rotors in the flow at t = 0.
-fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<String>) -> Group {
+fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<String>) -> DerivedGroup {
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
     let begin = start(mission);
     let descent_m_s = mission.linearised_parachute().descent_m_s;
@@ -394,10 +400,10 @@ fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<Strin
             ));
         }
     }
-    Group { name: "start of the rotors", rows }
+    DerivedGroup { name: "start of the rotors", rows }
 }
 
-fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> Group {
+fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> DerivedGroup {
     let mut rows = vec![row(
         "target_v_ned_m_s",
         "target velocity, NED",
@@ -434,10 +440,10 @@ fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>)
             ]);
         }
     }
-    Group { name: "steady flight at the target", rows }
+    DerivedGroup { name: "steady flight at the target", rows }
 }
 
-fn of_the_plan(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> Group {
+fn of_the_plan(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> DerivedGroup {
     let plan = &mission.plan;
     let begins_s = mission.release.hang_s + mission.release.parachute.delay_s;
     let left_s = mission.duration_s - begins_s - plan.horizon_s;
@@ -479,10 +485,10 @@ fn of_the_plan(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -
         // The rotors' acceleration bounds it instead (plan.rotor_acceleration_rad_s2).
         rows.retain(|row| row.key != "plan_thrust_slew_n_s");
     }
-    Group { name: "plan", rows }
+    DerivedGroup { name: "plan", rows }
 }
 
-fn of_the_studies(mission: &Mission) -> Group {
+fn of_the_studies(mission: &Mission) -> DerivedGroup {
     let study = &mission.study;
     let cost = |case: &ReleaseCase| StateCost::of(&case.state(), &mission.limits.safety).max();
     let worst = study.cases.iter().map(|case| (cost(case), case.name.as_str()));
@@ -502,5 +508,5 @@ fn of_the_studies(mission: &Mission) -> Group {
         ));
     }
     rows.push(row("trials", "trials of a campaign", "", &[study.monte_carlo.trials as f64], String::new()));
-    Group { name: "studies", rows }
+    DerivedGroup { name: "studies", rows }
 }

@@ -54,7 +54,7 @@ mod vehicle_file;
 pub use checkpoint::{
     Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_asked, load_checkpoint,
 };
-pub use derived::{Derived, Group, Row, derived};
+pub use derived::{Derived, DerivedGroup, DerivedRow, derived};
 pub use designing::{DesignError, designed_mission_json};
 pub use error::ConfigError;
 pub use estimated::Estimated;

@@ -3,7 +3,7 @@
 
 use super::error::ConfigError;
 use super::source::Source;
-use super::table::{self, Row};
+use super::table::{self, NumberedLine};
 use crate::model::RotorTable;
 use crate::units::RAD_PER_DEG;
 
@@ -43,7 +43,7 @@ struct Grid {
 }
 
 impl Grid {
-    fn of(source: &Source, rows: &[Row]) -> Result<Self, ConfigError> {
+    fn of(source: &Source, rows: &[NumberedLine]) -> Result<Self, ConfigError> {
         let mut grid = Self::default();
         // Whether an axis has come to its end once, and the place in each axis.
         let mut complete = [false; 3];

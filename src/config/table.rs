@@ -5,7 +5,7 @@ use super::error::ConfigError;
 use super::source::Source;
 
 /// A line of numbers and the number of the line in its file, from 1.
-pub(super) struct Row {
+pub(super) struct NumberedLine {
     pub(super) line: usize,
     pub(super) values: Vec<f64>,
 }
@@ -29,7 +29,12 @@ pub(super) fn refuse(source: &Source, line: usize, column: usize, message: Strin
 const MOST: f64 = 1e9;
 
 /// The numbers of a line; `columns` are the header's names.
-pub(super) fn row(source: &Source, line: usize, text: &str, columns: &[&str]) -> Result<Row, ConfigError> {
+pub(super) fn row(
+    source: &Source,
+    line: usize,
+    text: &str,
+    columns: &[&str],
+) -> Result<NumberedLine, ConfigError> {
     let found = text.split(',').count();
     if found != columns.len() {
         let message = format!("expected {} numbers separated by commas, found {found}", columns.len());
@@ -47,7 +52,7 @@ pub(super) fn row(source: &Source, line: usize, text: &str, columns: &[&str]) ->
         values.push(x);
         column += field.chars().count() + 1;
     }
-    Ok(Row { line, values })
+    Ok(NumberedLine { line, values })
 }
 
 /// A field as a message may quote it.

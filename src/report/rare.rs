@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::columns::{probability, probability_at_least, probability_at_most, short};
 use super::json::{head, object, text};
 use super::study::grid::Grid;
-use crate::assess::coordinates::{DrawnTrial, Part, Quantity};
+use crate::assess::coordinates::{DrawnQuantity, DrawnTrial, Part};
 use crate::assess::rare::{Estimate, Level, Nearest, RareFound};
 use crate::config::Mission;
 use crate::units::DEG_PER_RAD;
@@ -32,19 +32,21 @@ pub struct RareReport<'a> {
 }
 
 /// What a quantity of a trial is, where it is a number, with its unit.
-fn value(quantity: Quantity, drawn: &DrawnTrial) -> Option<String> {
+fn value(quantity: DrawnQuantity, drawn: &DrawnTrial) -> Option<String> {
     let variation = &drawn.variation;
     let percent = |factor: f64| Some(format!("{:+.2} %", 100.0 * (factor - 1.0)));
     match quantity {
-        Quantity::Amplitude => Some(format!("{:.3} deg", drawn.release.amplitude_rad * DEG_PER_RAD)),
-        Quantity::Phase => Some(format!("{:.2} deg", drawn.release.phase_rad * DEG_PER_RAD)),
-        Quantity::Mass => percent(variation.mass),
-        Quantity::Inertia => percent(variation.inertia),
-        Quantity::Drag => percent(variation.aero[0]),
-        Quantity::PitchingMoment => percent(variation.aero[2]),
-        Quantity::Density => percent(variation.density),
-        Quantity::Wind => Some(format!("{:+.3} m/s", variation.wind_m_s[0])),
-        Quantity::Lateness => Some(if variation.delayed { "a period late" } else { "in time" }.to_owned()),
+        DrawnQuantity::Amplitude => Some(format!("{:.3} deg", drawn.release.amplitude_rad * DEG_PER_RAD)),
+        DrawnQuantity::Phase => Some(format!("{:.2} deg", drawn.release.phase_rad * DEG_PER_RAD)),
+        DrawnQuantity::Mass => percent(variation.mass),
+        DrawnQuantity::Inertia => percent(variation.inertia),
+        DrawnQuantity::Drag => percent(variation.aero[0]),
+        DrawnQuantity::PitchingMoment => percent(variation.aero[2]),
+        DrawnQuantity::Density => percent(variation.density),
+        DrawnQuantity::Wind => Some(format!("{:+.3} m/s", variation.wind_m_s[0])),
+        DrawnQuantity::Lateness => {
+            Some(if variation.delayed { "a period late" } else { "in time" }.to_owned())
+        }
         _ => None,
     }
 }

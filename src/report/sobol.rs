@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use super::columns::short;
 use super::json::{head, object, text};
 use super::study::grid::Grid;
-use crate::assess::coordinates::Group;
+use crate::assess::coordinates::CoordinateGroup;
 use crate::assess::outcome::{ALTITUDE_LOST, J_TPF, STEADY_AFTER};
 use crate::assess::sobol::{Index, Sensitivity, SobolStudy};
 use crate::assess::{Outcome, Quantity};
@@ -50,7 +50,7 @@ pub struct SobolReport<'a> {
     /// How they were estimated.
     pub study: SobolStudy,
     /// The groups of what is drawn.
-    pub groups: Vec<Group>,
+    pub groups: Vec<CoordinateGroup>,
     /// What decides each of [`OUTPUTS`].
     pub found: [Sensitivity; 3],
     /// Flights without an output of their own.
@@ -61,7 +61,7 @@ pub struct SobolReport<'a> {
 
 impl SobolReport<'_> {
     /// Groups of which no output knows anything.
-    fn idle(&self) -> Vec<&Group> {
+    fn idle(&self) -> Vec<&CoordinateGroup> {
         let still =
             |k: usize| self.found.iter().all(|of| of.total.get(k).is_none_or(|index| index.value == 0.0));
         self.groups.iter().enumerate().filter(|(k, _)| still(*k)).map(|(_, group)| group).collect()
@@ -115,7 +115,7 @@ impl SobolReport<'_> {
                 output.words, found.mean, found.deviation
             );
             let mut grid = Grid::new(&title, ["share of the variance", "alone", "with interactions"]);
-            let mut rows: Vec<(&Group, &Index, &Index)> =
+            let mut rows: Vec<(&CoordinateGroup, &Index, &Index)> =
                 self.groups.iter().zip(&found.first).zip(&found.total).map(|((g, f), t)| (g, f, t)).collect();
             rows.sort_by(|a, b| b.2.value.total_cmp(&a.2.value));
             for (group, first, total) in rows {
@@ -205,8 +205,11 @@ mod tests {
     fn what_was_replaced_and_what_hangs_on_few_is_told() {
         let mission = load_mission(std::path::Path::new("mission/x500_drop.json")).unwrap();
         let study = SobolStudy { points: 64, seed: 1 };
-        let group =
-            |key, words, place| Group { key, words, ranges: std::iter::once(place..place + 1).collect() };
+        let group = |key, words, place| CoordinateGroup {
+            key,
+            words,
+            ranges: std::iter::once(place..place + 1).collect(),
+        };
         let groups = vec![group("swing_amplitude", "swing, amplitude", 0), group("mass", "mass", 1)];
         let ranges: Vec<_> = groups.iter().map(|group| group.ranges.clone()).collect();
         let (mut replaced, mut flown) = (Replaced::default(), 0);

@@ -3,18 +3,18 @@
 
 use super::json::{VERSION, object, text};
 use crate::math;
-use crate::verify::{Check, Group};
+use crate::verify::{Check, CheckGroup};
 
-fn all(groups: &[Group]) -> impl Iterator<Item = (&Group, &Check)> {
+fn all(groups: &[CheckGroup]) -> impl Iterator<Item = (&CheckGroup, &Check)> {
     groups.iter().flat_map(|group| group.checks.iter().map(move |check| (group, check)))
 }
 
-fn failed(groups: &[Group]) -> usize {
+fn failed(groups: &[CheckGroup]) -> usize {
     all(groups).filter(|(_, check)| !check.holds()).count()
 }
 
 /// The object of `samara verify --json`. Values that are not numbers are `null`.
-pub fn verify_json(groups: &[Group]) -> String {
+pub fn verify_json(groups: &[CheckGroup]) -> String {
     let finite = |x: f64| x.is_finite().then_some(x);
     let checks = all(groups).map(|(group, check)| {
         object! {
@@ -34,7 +34,7 @@ pub fn verify_json(groups: &[Group]) -> String {
 }
 
 /// The checks as a table, group by group, with their sources and a summary. Ends with a line end.
-pub fn verify_text(groups: &[Group]) -> String {
+pub fn verify_text(groups: &[CheckGroup]) -> String {
     let name = |check: &Check| match check.unit {
         "" => check.what.clone(),
         unit => format!("{} [{unit}]", check.what),
@@ -91,7 +91,7 @@ mod tests {
     #[test]
     fn a_check_that_fails_is_reported() {
         let checks = vec![Check::new("x", "m", 1.0, 2.0, 0.5), Check::new("y", "", f64::NAN, 2.0, 0.5)];
-        let groups = [Group { title: "Group", source: "Source", checks }];
+        let groups = [CheckGroup { title: "Group", source: "Source", checks }];
         let table = verify_text(&groups);
         assert!(table.contains("x [m]") && table.ends_with("2 of 2 checks FAILED\n"), "{table}");
         let object = verify_json(&groups);

@@ -13,7 +13,7 @@ use samara::model::inflow::vortex_ring;
 use samara::model::{Environment, Vehicle};
 use samara::plan::dynamics::{Dynamics, VehicleDynamics};
 use samara::plan::extended::{EXTENDED_STATES, ExtendedDynamics, PEAK, STRETCH};
-use samara::plan::path::{PathConstraint, Place, Point, PointCurvature};
+use samara::plan::path::{PathConstraint, PathPlace, Point, PointCurvature};
 use samara::plan::{Demands, FreeHorizon, MotionBounds, PeakCost, RingBounds};
 
 type X = SVector<f64, EXTENDED_STATES>;
@@ -64,7 +64,7 @@ fn constraints(
 }
 
 fn middle<'a>(x: &'a X, u: &'a U, u_dot: U) -> Point<'a, EXTENDED_STATES, 4> {
-    Point { place: Place { interval: 3, middle: true, t_s: 3.0, last: false }, x, u, u_dot }
+    Point { place: PathPlace { interval: 3, middle: true, t_s: 3.0, last: false }, x, u, u_dot }
 }
 
 prop_compose! {

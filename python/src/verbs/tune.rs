@@ -197,7 +197,7 @@ fn search(
 
 /// The columns of `convergence.csv`; what is empty there is not finite here.
 fn history(search: &Search) -> SearchColumns {
-    let of = |f: fn(&samara::tune::search::Progress) -> f64| search.history().iter().map(f).collect();
+    let of = |f: fn(&samara::tune::search::SearchProgress) -> f64| search.history().iter().map(f).collect();
     vec![
         ("objective", of(|p| p.objective as f64)),
         ("evaluations", of(|p| p.evaluations as f64)),

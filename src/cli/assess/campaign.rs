@@ -13,7 +13,7 @@ use rayon::prelude::*;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
 #[cfg(feature = "shards")]
 use samara::assess::BlockError;
@@ -88,7 +88,7 @@ impl TrialRunner<'_> {
 }
 
 /// A campaign that is done.
-pub struct Campaign {
+pub struct FlownCampaign {
     /// The controller that is judged, and what it follows.
     pub entry: StudyEntry,
     /// The statistics of J_TPF.
@@ -103,7 +103,7 @@ pub struct Campaign {
     values: MeasureValues,
 }
 
-impl Campaign {
+impl FlownCampaign {
     /// A campaign of no trials yet.
     pub fn new(entry: StudyEntry) -> Self {
         let (tally, summary) = (Tally::default(), CampaignSummary::default());
@@ -183,7 +183,7 @@ impl Campaign {
     }
 
     /// Flies what is missing and appends it to the campaign's file; whether it came to the end.
-    fn run(&mut self, kept: u64, runner: &TrialRunner<'_>, progress: &Progress) -> Result<bool, Failure> {
+    fn run(&mut self, kept: u64, runner: &TrialRunner<'_>, progress: &ProgressLine) -> Result<bool, Failure> {
         let name = file_name(&self.entry);
         let mut file =
             (runner.keep != Keep::Summary).then(|| runner.folder.continued(&name, kept)).transpose()?;
@@ -269,9 +269,9 @@ pub fn run_all<const N: usize>(
     entries: &[StudyEntry; N],
     resume: bool,
     narrator: &Narrator,
-) -> Result<Option<[Campaign; N]>, Failure> {
+) -> Result<Option<[FlownCampaign; N]>, Failure> {
     let TrialRunner { mission, folder, trials, .. } = *runner;
-    let mut campaigns = entries.clone().map(Campaign::new);
+    let mut campaigns = entries.clone().map(FlownCampaign::new);
     if resume {
         if runner.keep != Keep::All {
             return Err(Failure::input(format!(
@@ -308,7 +308,7 @@ pub fn run_all<const N: usize>(
     if let Some(last) = entries.last() {
         runner.warn_of(last, left);
     }
-    let progress = Progress::new("assess", "flights", N as u64 * trials);
+    let progress = ProgressLine::new("assess", "flights", N as u64 * trials);
     for (campaign, kept) in campaigns.iter_mut().zip(kept) {
         if !campaign.run(kept, runner, &progress)? {
             progress.finish();
@@ -326,7 +326,10 @@ pub fn run_all<const N: usize>(
 }
 
 /// J_TPF of `campaigns[1]` less that of `campaigns[0]`, release by release, read from their files.
-pub fn paired_difference(runner: &TrialRunner<'_>, campaigns: [&Campaign; 2]) -> Result<Summary, Failure> {
+pub fn paired_difference(
+    runner: &TrialRunner<'_>,
+    campaigns: [&FlownCampaign; 2],
+) -> Result<Summary, Failure> {
     let mut difference = Summary::default();
     let (mut less, mut more) = (campaigns[0].lines(runner)?, campaigns[1].lines(runner)?);
     for trial in 0..campaigns[0].summary.end() {
@@ -339,7 +342,7 @@ pub fn paired_difference(runner: &TrialRunner<'_>, campaigns: [&Campaign; 2]) ->
 
 /// J_TPF of a campaign by the release, and its velocities at release and end, read from its file. Releases
 /// are counted apart beyond the pitch of figure 10, and beyond the rate of a swing of that amplitude.
-pub fn trends(runner: &TrialRunner<'_>, campaign: &Campaign) -> Result<ReleaseTrends, Failure> {
+pub fn trends(runner: &TrialRunner<'_>, campaign: &FlownCampaign) -> Result<ReleaseTrends, Failure> {
     let omega_rad_s = runner.mission.study.monte_carlo.omega_rad_s;
     let beyond_rad = paper::FIGURE_10_PITCH_RAD;
     let mut trends = ReleaseTrends::new(beyond_rad, omega_rad_s * beyond_rad);

@@ -8,7 +8,7 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
@@ -81,7 +81,7 @@ fn fly_all(
 ) -> Result<Option<Vec<EffectCampaign>>, Failure> {
     let pool = thread_pool(args.threads)?;
     let all = EffectsOn::campaigns(effects);
-    let progress = Progress::new("assess", "drops", all.len() as u64 * trials);
+    let progress = ProgressLine::new("assess", "drops", all.len() as u64 * trials);
     let mut campaigns = Vec::new();
     for on in all {
         let flights = EffectFlights::new(mission, &on.kept(effects), plan).bad_input()?;

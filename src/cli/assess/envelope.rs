@@ -12,7 +12,7 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
@@ -60,7 +60,7 @@ struct Searched<'a> {
     search: EdgeSearch,
     pool: rayon::ThreadPool,
     stop: &'a AtomicBool,
-    progress: Progress,
+    progress: ProgressLine,
     /// By which limits the nominal release is safe: in the mission's own turbulence, or in the point's.
     nominal: Vec<(bool, [bool; 2])>,
     rays: Vec<Ray>,
@@ -147,7 +147,7 @@ fn searched<'a>(
         search: EdgeSearch::default(),
         pool: thread_pool(args.threads)?,
         stop,
-        progress: Progress::new("assess", "rays", rays.len() as u64),
+        progress: ProgressLine::new("assess", "rays", rays.len() as u64),
         nominal: Vec::new(),
         rays: Vec::new(),
         edges: Vec::new(),

@@ -2,7 +2,7 @@
 
 use anyhow::Context;
 
-use super::campaign::{Campaign, TrialRunner};
+use super::campaign::{FlownCampaign, TrialRunner};
 use crate::cli::answer::Failure;
 use samara::assess::{StudyEntry, StudyReference, TraceInstant};
 use samara::frames::pitch;
@@ -26,7 +26,7 @@ struct Shown {
 }
 
 /// Flies what is to be shown of a mission's own campaign: velocities, and J_TPF by release.
-pub fn of_own(runner: &TrialRunner<'_>, campaign: &Campaign) -> Result<[Figure; 2], Failure> {
+pub fn of_own(runner: &TrialRunner<'_>, campaign: &FlownCampaign) -> Result<[Figure; 2], Failure> {
     let shown = shown(runner, campaign);
     let flights = shown.flights.iter().map(Vec::as_slice);
     let style =
@@ -40,7 +40,7 @@ pub fn of_own(runner: &TrialRunner<'_>, campaign: &Campaign) -> Result<[Figure; 
 }
 
 /// Flies the first trials of a campaign again, to be drawn.
-fn shown(runner: &TrialRunner<'_>, campaign: &Campaign) -> Shown {
+fn shown(runner: &TrialRunner<'_>, campaign: &FlownCampaign) -> Shown {
     let trials = &campaign.shown[..campaign.shown.len().min(VELOCITY_TRIALS)];
     let releases: Vec<_> = trials.iter().map(|(release, _)| *release).collect();
     let study = runner.study.in_trials_air(&campaign.entry, &releases);
@@ -57,7 +57,7 @@ fn shown(runner: &TrialRunner<'_>, campaign: &Campaign) -> Shown {
 pub fn draw(
     assessment: &Assessment<'_>,
     runner: &TrialRunner<'_>,
-    campaigns: &[Campaign; 4],
+    campaigns: &[FlownCampaign; 4],
 ) -> Result<Vec<Figure>, Failure> {
     let study = &runner.study;
     let cases: Vec<BodyState> = assessment.mission.study.cases.iter().map(ReleaseCase::state).collect();
@@ -111,7 +111,7 @@ fn paths(
 fn of_campaign(
     runner: &TrialRunner<'_>,
     style: &StudyStyle,
-    campaign: &Campaign,
+    campaign: &FlownCampaign,
     shown: &Shown,
     number: usize,
 ) -> Result<[Figure; 2], Failure> {
@@ -129,7 +129,7 @@ fn of_campaign(
 fn figures_of(
     runner: &TrialRunner<'_>,
     style: &StudyStyle,
-    campaign: &Campaign,
+    campaign: &FlownCampaign,
     shown: &Shown,
     titles: &[String; 2],
     files: &[&str; 2],

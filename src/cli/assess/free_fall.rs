@@ -9,7 +9,7 @@ use super::rows::{fly_row, trials_of};
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
@@ -32,7 +32,7 @@ pub fn run(args: &AssessArgs, hours: u64, stop: &AtomicBool) -> Result<Answer, F
     narrator.say(&origin(&args.mission.mission, &mission));
     let folder = OutputFolder::create("free_fall", args.mission.out.as_deref(), &mission.name)?;
     let pool = thread_pool(args.threads)?;
-    let progress = Progress::new("assess", "releases and hours", trials + hours);
+    let progress = ProgressLine::new("assess", "releases and hours", trials + hours);
     progress.set_message("releases");
     let releases = fly_row(&pool, &progress, (trials, BLOCKS.0), stop, |trial| study.release(trial));
     progress.set_message("descents");

@@ -4,7 +4,7 @@
 use anyhow::Context as _;
 
 use super::args::AssessArgs;
-use super::campaign::{self, Campaign, TrialRunner};
+use super::campaign::{self, FlownCampaign, TrialRunner};
 use super::command::{self, Command, finish, stopped};
 use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
@@ -46,7 +46,7 @@ pub fn report(
     args: &AssessArgs,
     plan: &Plan,
     runner: &TrialRunner<'_>,
-    campaigns: &[Campaign; 2],
+    campaigns: &[FlownCampaign; 2],
     flown: Option<(u64, &Stopwatch)>,
 ) -> Result<Answer, Failure> {
     let mission = runner.mission;

@@ -2,7 +2,7 @@
 //! controllers, tables, figures, one page - beside what the paper prints.
 
 use super::args::AssessArgs;
-use super::campaign::{self, Campaign, TrialRunner};
+use super::campaign::{self, FlownCampaign, TrialRunner};
 use super::command::{self, Command, finish, stopped};
 use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
@@ -66,7 +66,7 @@ fn assessment<'a>(
     args: &AssessArgs,
     plan: &Plan,
     runner: &TrialRunner<'a>,
-    campaigns: &[Campaign; 4],
+    campaigns: &[FlownCampaign; 4],
 ) -> Result<Assessment<'a>, Failure> {
     let (mission, study) = (runner.mission, &runner.study);
     let cases = |entry: &StudyEntry| {
@@ -80,7 +80,7 @@ fn assessment<'a>(
         })
     };
     let [step, near_hover, pso, ours] = campaigns;
-    let assessed = |c: &Campaign| {
+    let assessed = |c: &FlownCampaign| {
         Ok::<_, Failure>(Assessed {
             entry: c.entry.clone(),
             cases: cases(&c.entry),
@@ -107,7 +107,7 @@ fn assessment<'a>(
 fn write(
     assessment: &Assessment<'_>,
     runner: &TrialRunner<'_>,
-    campaigns: &[Campaign; 4],
+    campaigns: &[FlownCampaign; 4],
 ) -> Result<(), Failure> {
     let drawn = figures::draw(assessment, runner, campaigns)?;
     let files = [

@@ -11,7 +11,7 @@ use super::study;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::estimate::warn_one_at_a_time;
 use crate::cli::narrator::Narrator;
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::assess::Outcome;
@@ -36,7 +36,7 @@ pub struct Stopped;
 pub struct Flights<'a> {
     space: &'a TrialSpace,
     pool: ThreadPool,
-    progress: Progress,
+    progress: ProgressLine,
     stop: &'a AtomicBool,
 }
 
@@ -53,7 +53,7 @@ impl<'a> Flights<'a> {
             let nominal = [vec![0.0; space.dimensions()]];
             warn_one_at_a_time(reason, most, pool.current_num_threads(), || space.fly(&nominal));
         }
-        Ok(Self { space, pool, progress: Progress::new("assess", "flights", most), stop })
+        Ok(Self { space, pool, progress: ProgressLine::new("assess", "flights", most), stop })
     }
 
     /// The outcomes at some points.

@@ -13,9 +13,9 @@ use crate::cli::args::ChoiceArgs;
 use crate::cli::conclusion::Conclusion;
 use crate::cli::mission::{check_replan, chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::pilot::{Flight, Pilot, pilot_and_mission};
+use crate::cli::pilot::{Pilot, PilotedDrop, pilot_and_mission};
 use crate::cli::planning::{Planned, plan_to_fly};
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
@@ -128,7 +128,7 @@ fn fly_all(
     stop: &AtomicBool,
 ) -> Result<Option<Vec<ReplanCampaign>>, Failure> {
     let pool = thread_pool(wire.map_or(args.threads, |wire| Some(side_by_side(args, wire.pilot))))?;
-    let progress = Progress::new("assess", "drops", rows.len() as u64 * trials);
+    let progress = ProgressLine::new("assess", "drops", rows.len() as u64 * trials);
     let mut campaigns = Vec::new();
     for row in rows {
         progress.set_message(&row.name());
@@ -192,7 +192,7 @@ impl Wire<'_> {
         // The planner does not know what is drawn.
         let replan = row.cadence.and_then(|cadence| planned.renewed(mission, cadence));
         let mission = mission.with_drop(&mission.draw_drop(trial));
-        let flown = self.pilot.fly(&Flight {
+        let flown = self.pilot.fly(&PilotedDrop {
             mission: &mission,
             trajectory: &planned.trajectory,
             replan: replan.as_ref(),

@@ -6,7 +6,7 @@ use rayon::ThreadPool;
 use rayon::prelude::*;
 
 use crate::cli::answer::Failure;
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 
 /// Most trials of a row: all are kept, for what they differ by.
 const MOST_TRIALS: u64 = 100_000;
@@ -25,7 +25,7 @@ pub fn trials_of(asked: Option<u64>, usual: u64, option: &str) -> Result<u64, Fa
 /// stopped them.
 pub fn fly_row<T: Send>(
     pool: &ThreadPool,
-    progress: &Progress,
+    progress: &ProgressLine,
     (trials, block): (u64, u64),
     stop: &AtomicBool,
     fly: impl Fn(u64) -> T + Sync,

@@ -46,7 +46,7 @@ pub fn of_folders(
             .with_context(|| format!("--evidence {}: a folder of results is expected", folder.display()))
             .bad_input()?;
         if seen.insert(place) {
-            let place = Place { args, present, folder, card: card.path() };
+            let place = EvidenceFolder { args, present, folder, card: card.path() };
             found.extend(place.evidence()?);
         }
     }
@@ -56,7 +56,7 @@ pub fn of_folders(
     if let Some(folder) = beside.filter(|_| !named)
         && fs::canonicalize(folder).is_ok_and(|place| seen.insert(place))
     {
-        let of_design = Place { args, present, folder, card: card.path() }.evidence()?;
+        let of_design = EvidenceFolder { args, present, folder, card: card.path() }.evidence()?;
         found.extend(of_design.into_iter().filter(|evidence| evidence.kind == Kind::Design));
     }
     found.sort_by_key(|evidence| evidence.kind);
@@ -64,7 +64,7 @@ pub fn of_folders(
 }
 
 /// A folder of results.
-struct Place<'a> {
+struct EvidenceFolder<'a> {
     args: &'a CardArgs,
     present: &'a Present<'a>,
     folder: &'a Path,
@@ -72,7 +72,7 @@ struct Place<'a> {
     card: &'a Path,
 }
 
-impl Place<'_> {
+impl EvidenceFolder<'_> {
     fn evidence(&self) -> Result<Vec<Evidence>, Failure> {
         let folder = self.folder;
         let entries = fs::read_dir(folder)

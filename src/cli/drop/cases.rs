@@ -9,7 +9,7 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
-use crate::cli::pilot::{Flight, Pilot, Reference};
+use crate::cli::pilot::{Pilot, PilotedDrop, Reference};
 use crate::cli::planning::Planned;
 use crate::cli::system::interrupt_flag;
 use crate::cli::terminal::print;
@@ -31,9 +31,9 @@ pub fn run(
     args: &DropArgs,
     pilot: &dyn Pilot,
     planned: &Planned,
-    nominal: &Flight<'_>,
+    nominal: &PilotedDrop<'_>,
 ) -> Result<Answer, Failure> {
-    let Flight { mission, folder, narrator, .. } = *nominal;
+    let PilotedDrop { mission, folder, narrator, .. } = *nominal;
     let beside = Reference::default();
     let pilots = match args.autopilot {
         AutopilotArg::Reference => vec![("reference", pilot)],
@@ -57,8 +57,12 @@ pub fn run(
             }
             let place = folder.part("drop", Path::new(case).join(name))?;
             planned.write_to(&place, &swinging)?;
-            let flown =
-                pilot.fly(&Flight { mission: &swinging, folder: &place, narrator: &quiet, ..*nominal })?;
+            let flown = pilot.fly(&PilotedDrop {
+                mission: &swinging,
+                folder: &place,
+                narrator: &quiet,
+                ..*nominal
+            })?;
             let mut conclusion = Conclusion::new(&swinging, Some(planned), &flown).with_page(&args.page);
             conclusion.write("drop", &args.circumstances(), &place)?;
             conclusion.report(&quiet, &place)?;

@@ -15,7 +15,7 @@ use super::answer::{Answer, Failure};
 use super::conclusion::{Conclusion, FLIGHT_FILES, GIVEN_PARAMETERS};
 use super::mission::{origin, use_replan};
 use super::narrator::Narrator;
-use super::pilot::{Flight, pilot_and_mission};
+use super::pilot::{PilotedDrop, pilot_and_mission};
 use super::planning::Planned;
 use super::results::OutputFolder;
 use super::terminal::print;
@@ -58,7 +58,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     };
     pilot.check(&mission, &planned.trajectory, args.net.instance)?;
     let replan = args.replan.and_then(|cadence| planned.renewed(&mission, cadence));
-    let flight = Flight {
+    let flight = PilotedDrop {
         mission: &mission,
         trajectory: &planned.trajectory,
         replan: replan.as_ref(),

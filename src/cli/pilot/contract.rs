@@ -43,11 +43,11 @@ pub trait Pilot: Sync {
     }
 
     /// Flies the drop to its end, or until the autopilot leaves or refuses.
-    fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure>;
+    fn fly(&self, flight: &PilotedDrop<'_>) -> Result<Flown, Failure>;
 }
 
 /// A drop to be flown.
-pub struct Flight<'a> {
+pub struct PilotedDrop<'a> {
     pub mission: &'a Mission,
     pub trajectory: &'a Trajectory,
     /// Renewals of the plan, where they are asked for.

@@ -17,7 +17,7 @@ use std::path::Path;
 
 use super::answer::Failure;
 use super::args::{AutopilotArg, ChoiceArgs, StateArgs};
-pub use contract::{Flight, Flown, Pilot, PilotOption};
+pub use contract::{Flown, Pilot, PilotOption, PilotedDrop};
 pub use px4::Px4Settings;
 pub use reference::Reference;
 use samara::config::Mission;

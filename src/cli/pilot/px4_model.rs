@@ -3,7 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use super::contract::{Flight, Flown, Pilot, PilotOption};
+use super::contract::{Flown, Pilot, PilotOption, PilotedDrop};
 use super::px4::upload::{preparation, site_suits, whole};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::{AutopilotArg, ChoiceArgs};
@@ -60,8 +60,8 @@ impl Pilot for Px4Model {
     }
 
     /// Flies the mission, the release at the end of the hang.
-    fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure> {
-        let Flight { mission, trajectory, .. } = *flight;
+    fn fly(&self, flight: &PilotedDrop<'_>) -> Result<Flown, Failure> {
+        let PilotedDrop { mission, trajectory, .. } = *flight;
         let (parameters, _) = parameters_for(mission, trajectory, &self.law, self.parameters.as_ref())?;
         // k of Froude's scaling: PX4's clock is slower than the site's by it.
         let similarity = mission.px4_purpose().factors(mission.site.environment.gravity_m_s2).k;

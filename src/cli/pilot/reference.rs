@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
 
-use super::contract::{Flight, Flown, Pilot, PilotOption};
+use super::contract::{Flown, Pilot, PilotOption, PilotedDrop};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::{ChoiceArgs, EstimatorChoice, StateArgs};
 use crate::cli::mission::{mission_with_a_drop, note_estimator};
@@ -77,8 +77,8 @@ impl Pilot for Reference {
     }
 
     /// Flies the drop; at a speed to watch the ground links are open.
-    fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure> {
-        let Flight { mission, folder, narrator, wiring, .. } = *flight;
+    fn fly(&self, flight: &PilotedDrop<'_>) -> Result<Flown, Failure> {
+        let PilotedDrop { mission, folder, narrator, wiring, .. } = *flight;
         let system = system_of_instance(flight.instance).bad_input()?;
         let ports = Ports::of_instance(flight.instance).bad_input()?;
         let (autopilot, _) =

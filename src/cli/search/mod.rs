@@ -19,7 +19,7 @@ use rayon::prelude::*;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::ParentArgs;
-use super::progress::Progress;
+use super::progress::ProgressLine;
 use super::results::{OutputFolder, place_of};
 use super::system;
 use super::terminal::{print, print_err};
@@ -138,7 +138,7 @@ where
         search.update(&judged[used..used + n]);
         used += n;
     }
-    let judge_some = |search: &S, bar: &Progress, places: Range<usize>| {
+    let judge_some = |search: &S, bar: &ProgressLine, places: Range<usize>| {
         let judge_one = |(place, candidate): (usize, &S::Candidate)| {
             let going = !(session.stop)();
             bar.inc(u64::from(going));
@@ -159,7 +159,7 @@ where
         session.keep(&judged)?;
     }
     judged.truncate(used);
-    let (mut evaluated, bar) = (0, Progress::new(session.verb, "evaluations", 0));
+    let (mut evaluated, bar) = (0, ProgressLine::new(session.verb, "evaluations", 0));
     while let Some(candidates) = search.candidates() {
         let (so_far, places) = (judged.len(), 0..candidates.len());
         let fresh = if session.how.ask {
@@ -214,7 +214,7 @@ impl SearchSession<'_> {
         part: &Part,
         so_far: usize,
         places: Range<usize>,
-        judge: impl FnOnce(&Progress, Range<usize>) -> Option<Vec<T>>,
+        judge: impl FnOnce(&ProgressLine, Range<usize>) -> Option<Vec<T>>,
     ) -> Result<Answer, Failure> {
         let count = counted(places.len());
         if part.check {
@@ -226,7 +226,7 @@ impl SearchSession<'_> {
             print(&format!("part {}, {count}: there already, {}\n", part.cut, path.display()))?;
             return Ok(Answer::Yes);
         }
-        let bar = Progress::new("evaluate", "evaluations", places.len() as u64);
+        let bar = ProgressLine::new("evaluate", "evaluations", places.len() as u64);
         let fresh = judge(&bar, places);
         bar.finish();
         let Some(fresh) = fresh else { return Ok(Answer::No) };

@@ -14,7 +14,7 @@ use crate::config::shipped::{MISSIONS, built_in};
 use crate::config::trajectory_csv::Stamp;
 use crate::model::{MAX_ROTORS, Parachute};
 use crate::params::{Purpose, Subject};
-use crate::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, Progress, SolverOptions, plan};
+use crate::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, SolveProgress, SolverOptions, plan};
 use crate::replan::{Cadence, PlanSource};
 use crate::sim::{DropSimulation, Start};
 use crate::trajectory::Trajectory;
@@ -201,7 +201,7 @@ impl Mission {
     pub fn solve(
         &self,
         options: &SolverOptions,
-        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
     ) -> Result<Plan, UnplannedError> {
         plan(&self.plan_problem(), &Guess::StraightLine, options, observer)
             .map_err(|source| self.unplanned(source))
@@ -227,7 +227,7 @@ impl Mission {
     pub fn nodes_enough(
         &self,
         options: &SolverOptions,
-        observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+        observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
     ) -> Result<Option<usize>, UnplannedError> {
         let judge = (&self.limits.safety, self.limits.steady_within_m_s);
         nodes_enough(&self.plan_problem(), judge, options, observer).map_err(|source| self.unplanned(source))

@@ -6,11 +6,11 @@ use super::axis::{Axis, Panel, SMALL, TITLE, number, range};
 use super::canvas::FigureError;
 use super::canvas::{self, Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{FIRST, GRID, INK, LIMIT, SECOND};
-use super::label::{Place, Room};
+use super::label::{LabelPlace, Room};
 use crate::config::{Mission, Stamp};
 use crate::math;
 use crate::report::tune::TuneRun;
-use crate::tune::search::Progress;
+use crate::tune::search::SearchProgress;
 use crate::tune::{Objective, Search};
 
 const HEIGHT_PX: u32 = 420;
@@ -32,7 +32,7 @@ pub fn convergence_figure(mission: &Mission, search: &Search, run: &TuneRun) -> 
     // The logarithm of the cost is drawn straight.
     let (low, high) = (math::log10(least) - 0.06 * decades, math::log10(least) + 1.04 * decades);
     let panel = Panel { x: Axis::new((0.0, last), (x0, x1)), y: Axis::new((low, high), (y1, y0)) };
-    let curve = |of: fn(&Progress) -> f64| -> Vec<Point> {
+    let curve = |of: fn(&SearchProgress) -> f64| -> Vec<Point> {
         history.iter().map(|p| panel.px(p.evaluations as f64, math::log10(of(p).max(least)))).collect()
     };
     let (best, median) = (curve(|p| p.cost), curve(|p| p.median_cost));
@@ -93,7 +93,7 @@ fn name_curve(pen: &mut Pen<'_>, curve: &[Point], (name, font): (&str, Font), ro
     let (w, n) = (text_width(name, font.size) + 4.0, curve.len());
     let stations = (1..16).map(|k| curve[k * (n - 1) / 16]);
     let places = stations
-        .flat_map(|(x, y)| [-12.0, 12.0, -26.0].map(|dy| Place::around((x + 0.5 * w, y + dy), w, 14.0)));
+        .flat_map(|(x, y)| [-12.0, 12.0, -26.0].map(|dy| LabelPlace::around((x + 0.5 * w, y + dy), w, 14.0)));
     room.write(pen, (name, font), places);
 }
 

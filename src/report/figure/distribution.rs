@@ -4,7 +4,7 @@
 use super::axis::{Axis, Panel, SMALL, TITLE, range};
 use super::canvas::{self, Anchor, FigureError, Font, Pen, Point, Stroke, text_width};
 use super::color::{FIRST, INK, LIMIT, Rgb, SECOND, SOFT_INK, THIRD};
-use super::label::{Place, Room};
+use super::label::{LabelPlace, Room};
 
 const WIDTH_PX: u32 = 960;
 const LEFT_PX: [f64; 2] = [62.0, 540.0];
@@ -113,7 +113,7 @@ fn name(pen: &mut Pen<'_>, room: &mut Room, text: &str, (x, y): Point, color: Rg
     let heights = [-14.0, 14.0, -34.0, 34.0, -58.0, 58.0, -84.0, 84.0, -110.0, 110.0, -140.0, 140.0];
     let places = heights
         .iter()
-        .flat_map(|dy| [half, -half].map(|dx| Place::around((x + dx, y + dy), 2.0 * half - 12.0, 14.0)));
+        .flat_map(|dy| [half, -half].map(|dx| LabelPlace::around((x + dx, y + dy), 2.0 * half - 12.0, 14.0)));
     room.write(pen, (text, font), places);
 }
 

@@ -6,7 +6,7 @@ use super::axis::{Axis, Panel, SMALL, TITLE, number, range, round_step, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{INK, LIMIT, Rgb, WHITE, color_of_step, cost_color, cost_colors, cost_step};
 use super::glyph;
-use super::label::{Place, Room};
+use super::label::{LabelPlace, Room};
 use super::polyline::runs;
 use super::sheet::Sheet;
 use super::track::{Track, TrackPoint};
@@ -108,7 +108,9 @@ fn wind(pen: &mut Pen<'_>, sheet: &Sheet<'_>, ((x0, y0), (x1, y1)): (Point, Poin
         let aside = 0.5 * w + 8.0;
         (if x == x0 { x + aside } else { x - aside }, if y == y0 { y + 34.0 } else { y - 34.0 })
     };
-    let Some(place) = room.best(corners.map(|corner| Place::around(inwards(corner), w, h))) else { return };
+    let Some(place) = room.best(corners.map(|corner| LabelPlace::around(inwards(corner), w, h))) else {
+        return;
+    };
     let (x, y) = (place.centre().0, place.y0 + 18.0);
     let (east, up) = (wind.y / speed, wind.x / speed);
     let at = |ahead: f64, aside: f64| (x + ahead * east - aside * up, y - ahead * up - aside * east);
@@ -177,7 +179,7 @@ fn vehicles(pen: &mut Pen<'_>, sheet: &Sheet<'_>, panel: &Panel, room: &mut Room
         glyph::parachute(pen, at);
         glyph::vehicle(pen, at, sheet.heading.tilt_rad(first));
         drawn.push(at);
-        room.take(Place::around((at.0, at.1 - 16.0), glyph::VEHICLE_PX, 64.0));
+        room.take(LabelPlace::around((at.0, at.1 - 16.0), glyph::VEHICLE_PX, 64.0));
     }
     let interval_s = vehicle_interval_s(end_s - start_s.max(0.0));
     let chosen = (1..100).map(|k| f64::from(k) * interval_s).take_while(|t| *t <= end_s);
@@ -188,7 +190,7 @@ fn vehicles(pen: &mut Pen<'_>, sheet: &Sheet<'_>, panel: &Panel, room: &mut Room
         let apart = |d: &Point| (d.0 - at.0).abs() > APART_PX.0 || (d.1 - at.1).abs() > APART_PX.1;
         if drawn.iter().all(apart) {
             glyph::vehicle(pen, at, sheet.heading.tilt_rad(i));
-            room.take(Place::around(at, 36.0, 20.0));
+            room.take(LabelPlace::around(at, 36.0, 20.0));
             drawn.push(at);
             times.push((t_s, at));
         }
@@ -204,7 +206,7 @@ fn vehicles(pen: &mut Pen<'_>, sheet: &Sheet<'_>, panel: &Panel, room: &mut Room
         let text = format!("{} s", number(t_s, decimals));
         let w = text_width(&text, SMALL.size);
         let beside = [(-1.0, 0.0), (1.0, 0.0), (-1.0, 10.0), (1.0, -10.0), (-1.0, 20.0), (1.0, -20.0)]
-            .map(|(side, dy)| Place::around((x + side * (27.0 + 0.5 * w), y + dy), w, 14.0));
+            .map(|(side, dy)| LabelPlace::around((x + side * (27.0 + 0.5 * w), y + dy), w, 14.0));
         if let Some(place) = room.free(beside) {
             pen.text(&text, place.centre(), Anchor::Center, SMALL);
         }
@@ -221,7 +223,7 @@ fn label_events(pen: &mut Pen<'_>, sheet: &Sheet<'_>, panel: &Panel, room: &mut 
         for reach in [26.0, 40.0, 60.0, 90.0] {
             for dy in [0.0, -14.0, 14.0, -28.0, 28.0, -44.0, 44.0, -62.0, 62.0, -84.0, 84.0] {
                 for side in [1.0, -1.0] {
-                    candidates.push(Place::around((at.0 + side * (reach + 0.5 * w), at.1 + dy), w, h));
+                    candidates.push(LabelPlace::around((at.0 + side * (reach + 0.5 * w), at.1 + dy), w, h));
                 }
             }
         }
@@ -240,7 +242,9 @@ fn label_plan(pen: &mut Pen<'_>, line: &[Point], room: &mut Room) {
     let (w, n) = (text_width("planned path", SMALL.size), line.len());
     let stations = [12, 10, 8, 14, 6, 16].map(|k| line.get(k * n / 20)).into_iter().flatten();
     let candidates: Vec<_> = stations
-        .flat_map(|p| [10.0, 22.0].map(|dx| (Place::around((p.0 + dx + 0.5 * w, p.1 - dx), w, 14.0), *p)))
+        .flat_map(|p| {
+            [10.0, 22.0].map(|dx| (LabelPlace::around((p.0 + dx + 0.5 * w, p.1 - dx), w, 14.0), *p))
+        })
         .collect();
     if let Some(place) = room.free(candidates.iter().map(|c| c.0))
         && let Some((_, from)) = candidates.iter().find(|c| c.0 == place)

@@ -5,14 +5,14 @@ use crate::math;
 
 /// An upright rectangle [px].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Place {
+pub(crate) struct LabelPlace {
     pub(crate) x0: f64,
     pub(crate) y0: f64,
     pub(crate) x1: f64,
     pub(crate) y1: f64,
 }
 
-impl Place {
+impl LabelPlace {
     pub(crate) fn around(centre: Point, width: f64, height: f64) -> Self {
         let (x, y) = centre;
         Self { x0: x - 0.5 * width, y0: y - 0.5 * height, x1: x + 0.5 * width, y1: y + 0.5 * height }
@@ -40,8 +40,8 @@ impl Place {
 /// The places and lines of a panel that labels must keep off.
 #[derive(Clone, Debug)]
 pub(crate) struct Room {
-    bounds: Place,
-    taken: Vec<Place>,
+    bounds: LabelPlace,
+    taken: Vec<LabelPlace>,
     /// Points of the lines, about a pixel apart.
     line_points: Vec<Point>,
 }
@@ -53,11 +53,11 @@ const OVERLAP_WEIGHT: f64 = 10.0;
 
 impl Room {
     pub(crate) fn new(((x0, y0), (x1, y1)): (Point, Point)) -> Self {
-        Self { bounds: Place { x0, y0, x1, y1 }, taken: Vec::new(), line_points: Vec::new() }
+        Self { bounds: LabelPlace { x0, y0, x1, y1 }, taken: Vec::new(), line_points: Vec::new() }
     }
 
     /// Keeps labels off a place.
-    pub(crate) fn take(&mut self, place: Place) {
+    pub(crate) fn take(&mut self, place: LabelPlace) {
         self.taken.push(place);
     }
 
@@ -91,7 +91,7 @@ impl Room {
         &mut self,
         pen: &mut Pen<'_>,
         (text, font): (&str, Font),
-        candidates: impl IntoIterator<Item = Place>,
+        candidates: impl IntoIterator<Item = LabelPlace>,
     ) {
         if let Some(place) = self.best(candidates) {
             pen.text(text, place.centre(), Anchor::Center, font);
@@ -100,8 +100,8 @@ impl Room {
 
     /// The best of the candidates, which is taken from now on; the first among equals. `None` without
     /// candidates.
-    pub(crate) fn best(&mut self, candidates: impl IntoIterator<Item = Place>) -> Option<Place> {
-        let mut best: Option<(f64, Place)> = None;
+    pub(crate) fn best(&mut self, candidates: impl IntoIterator<Item = LabelPlace>) -> Option<LabelPlace> {
+        let mut best: Option<(f64, LabelPlace)> = None;
         for place in candidates {
             let price = self.price(&place);
             if best.is_none_or(|(least, _)| price < least) {
@@ -114,16 +114,16 @@ impl Room {
     }
 
     /// The best of the candidates that lie within bounds and on no other label; `None` where there is none.
-    pub(crate) fn free(&mut self, candidates: impl IntoIterator<Item = Place>) -> Option<Place> {
+    pub(crate) fn free(&mut self, candidates: impl IntoIterator<Item = LabelPlace>) -> Option<LabelPlace> {
         let bounds = self.bounds;
         let within =
-            |p: &Place| p.x0 >= bounds.x0 && p.y0 >= bounds.y0 && p.x1 <= bounds.x1 && p.y1 <= bounds.y1;
-        let free = |p: &Place| within(p) && !self.taken.iter().any(|t| t.common_area(p) > 0.0);
-        let candidates: Vec<Place> = candidates.into_iter().filter(free).collect();
+            |p: &LabelPlace| p.x0 >= bounds.x0 && p.y0 >= bounds.y0 && p.x1 <= bounds.x1 && p.y1 <= bounds.y1;
+        let free = |p: &LabelPlace| within(p) && !self.taken.iter().any(|t| t.common_area(p) > 0.0);
+        let candidates: Vec<LabelPlace> = candidates.into_iter().filter(free).collect();
         self.best(candidates)
     }
 
-    fn price(&self, place: &Place) -> f64 {
+    fn price(&self, place: &LabelPlace) -> f64 {
         let outside = place.area() - place.common_area(&self.bounds);
         let covered: f64 = self.taken.iter().map(|t| t.common_area(place)).sum();
         let lines = self.line_points.iter().filter(|p| place.holds(**p)).count();
@@ -139,7 +139,7 @@ mod tests {
     fn a_label_goes_where_nothing_is() {
         let mut room = Room::new(((0.0, 0.0), (100.0, 100.0)));
         room.take_line(&[(0.0, 50.0), (100.0, 50.0)]);
-        let at = |x, y| Place::around((x, y), 20.0, 10.0);
+        let at = |x, y| LabelPlace::around((x, y), 20.0, 10.0);
         // On the line, out of bounds, free.
         assert_eq!(room.best([at(50.0, 50.0), at(95.0, 20.0), at(50.0, 20.0)]), Some(at(50.0, 20.0)));
         // The same place is taken now.

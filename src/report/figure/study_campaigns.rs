@@ -9,7 +9,7 @@ use super::canvas::FigureError;
 use super::canvas::{Anchor, Pen, Point, Stroke, sub, text_width};
 use super::color::{INK, LIMIT, SOFT_INK, WHITE, cost_color, cost_step};
 use super::flight_path::{color_bar, colored};
-use super::label::{Place, Room};
+use super::label::{LabelPlace, Room};
 use super::study::{LEFT_PX, PANEL_PX, StudyStyle, TrialPoint, column, grid, with_margin};
 use crate::assess::TraceInstant;
 use crate::frames::rotate_body_from_ned;
@@ -128,7 +128,7 @@ fn target(pen: &mut Pen<'_>, panel: &Panel, style: &StudyStyle, room: &mut Room)
     }
     let w = text_width("target", SMALL.size);
     let around = [(0.0, -18.0), (0.0, 20.0), (w, 0.0), (-w, 0.0), (w, 22.0), (-w, 22.0), (w, -22.0)];
-    room.write(pen, ("target", SMALL), around.map(|(dx, dy)| Place::around((x + dx, y + dy), w, 14.0)));
+    room.write(pen, ("target", SMALL), around.map(|(dx, dy)| LabelPlace::around((x + dx, y + dy), w, 14.0)));
 }
 
 /// Draws the costs of the first trials of `flown`. The origin is the nominal release.

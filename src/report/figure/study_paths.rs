@@ -6,7 +6,7 @@ use super::canvas::FigureError;
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{SOFT_INK, color_of_step, cost_step};
 use super::flight_path::{color_bar, mark_interval_s, marks};
-use super::label::{Place, Room};
+use super::label::{LabelPlace, Room};
 use super::polyline::runs;
 use super::study::{AXIS, LEFT_PX, PANEL_PX, StudyStyle, column, grid, with_margin};
 use crate::assess::TraceInstant;
@@ -146,8 +146,9 @@ fn name(
     let w = text_width(group.name, bold.size).max(text_width(&costs, SMALL.size)) + 40.0;
     let (low_x, high_x) = (panel.x.low_px + 0.5 * w + 4.0, panel.x.high_px - 0.5 * w - 4.0);
     let candidates = [0.0, 0.8, -0.8, 1.2, -1.2].into_iter().flat_map(|side| {
-        [26.0, 0.0, -40.0, -80.0, -120.0]
-            .map(|dy| Place::around(((x + side * 0.6 * w).clamp(low_x, high_x.max(low_x)), y + dy), w, 36.0))
+        [26.0, 0.0, -40.0, -80.0, -120.0].map(|dy| {
+            LabelPlace::around(((x + side * 0.6 * w).clamp(low_x, high_x.max(low_x)), y + dy), w, 36.0)
+        })
     });
     let Some(place) = room.best(candidates) else { return };
     let (left, centre) = (place.x0, place.centre());

@@ -6,7 +6,7 @@ use super::axis::{Axis, Panel, SMALL, TITLE, range, short};
 use super::canvas::{Anchor, Font, Pen, Point, Stroke, sub, text_width};
 use super::color::{BAND, FIRST, INK, LIMIT, LINES, Rgb, SECOND, SOFT_INK, THIRD, cost_color, cost_step};
 use super::flight_path::rimmed;
-use super::label::{Place, Room};
+use super::label::{LabelPlace, Room};
 use super::rotors::rotor_groups;
 use super::sheet::Sheet;
 use super::track::{Track, TrackPoint};
@@ -214,7 +214,7 @@ fn draw_quantity(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f6
     let mut room = frame(pen, sheet, &panel, &title, false);
     let width = text_width(&title, TITLE.size);
     let title_left = panel.x.low_px - TITLE_LEFT_PX;
-    room.take(Place::around((title_left + 0.5 * width, y0 - TITLE_ABOVE_PX), width, 16.0));
+    room.take(LabelPlace::around((title_left + 0.5 * width, y0 - TITLE_ABOVE_PX), width, 16.0));
     let px = |curve: &[(f64, f64)]| -> Vec<Point> { curve.iter().map(|p| panel.px(p.0, p.1)).collect() };
     for (line, curve) in q.lines.iter().zip(&flown) {
         if let Some(target) = line.target {
@@ -239,7 +239,7 @@ fn draw_quantity(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f6
         let w = text_width("plan ends", SMALL.size);
         let aside = 0.5 * w + 5.0;
         let candidates = [0.12, 0.3, 0.5, 0.7, 0.88].into_iter().flat_map(|share| {
-            [-aside, aside].map(|dx| Place::around((x + dx, y0 + share * (y1 - y0)), w, 13.0))
+            [-aside, aside].map(|dx| LabelPlace::around((x + dx, y0 + share * (y1 - y0)), w, 13.0))
         });
         room.write(pen, ("plan ends", SMALL), candidates);
     }
@@ -268,7 +268,7 @@ fn draw_cost(pen: &mut Pen<'_>, sheet: &Sheet<'_>, time: Axis, (y0, y1): (f64, f
             [(aside, -11.0), (aside, 12.0), (aside, 0.0), (-aside, -11.0), (0.0, -16.0), (0.0, 18.0)]
                 .into_iter()
                 .chain((1..6).map(|k| (aside + 8.0 * f64::from(k), 0.0)))
-                .map(|(dx, dy)| Place::around((at.0 + dx, at.1 + dy), w, 15.0));
+                .map(|(dx, dy)| LabelPlace::around((at.0 + dx, at.1 + dy), w, 15.0));
         room.write(pen, (&text, Font { bold: true, ..TITLE }), around);
     }
 }
@@ -283,7 +283,7 @@ fn limit_line(pen: &mut Pen<'_>, panel: &Panel, limit: f64, name: &str, room: &m
     let candidates = (0..=12).map(|k| right + (left - right) * f64::from(k) / 12.0).flat_map(|x| {
         // On the inner side of the limit first.
         let inwards = if limit < 0.0 { -9.0 } else { 9.0 };
-        [inwards, -inwards].map(|dy| Place::around((x, line[0].1 + dy), w, 13.0))
+        [inwards, -inwards].map(|dy| LabelPlace::around((x, line[0].1 + dy), w, 13.0))
     });
     room.write(pen, (&text, Font { color: LIMIT, ..SMALL }), candidates);
 }
@@ -299,7 +299,7 @@ fn name_line(pen: &mut Pen<'_>, curve: &[Point], (name, color): (&str, Rgb), roo
     let candidates = stations.filter(|p| p.0.is_finite() && p.1.is_finite()).flat_map(|(x, y)| {
         let aside = 0.5 * w + 7.0;
         [(0.0, -11.0), (0.0, 11.0), (aside, 3.0), (-aside, -3.0)]
-            .map(|(dx, dy)| Place::around((x + dx, y + dy), w, h))
+            .map(|(dx, dy)| LabelPlace::around((x + dx, y + dy), w, h))
     });
     room.write(pen, (name, Font { color, bold: true, ..TITLE }), candidates);
 }

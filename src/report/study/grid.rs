@@ -10,12 +10,12 @@ pub struct Grid {
     /// Head of each column.
     pub head: Vec<String>,
     /// Rows, as long as the head.
-    pub rows: Vec<Row>,
+    pub rows: Vec<TableRow>,
 }
 
 /// A row of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct TableRow {
     /// Text of each cell.
     pub cells: Vec<String>,
     /// Whether the row is secondary: the paper's figures, and other remarks to the row above.
@@ -40,14 +40,14 @@ impl Grid {
 
     fn push(&mut self, first: &str, others: impl IntoIterator<Item = String>, aside: bool) {
         let cells = std::iter::once(first.to_owned()).chain(others).collect();
-        self.rows.push(Row { cells, aside });
+        self.rows.push(TableRow { cells, aside });
     }
 
     /// The table as aligned text with a title line.
     pub fn text(&self) -> String {
-        let indent = |row: &Row| if row.aside { 2 } else { 0 };
+        let indent = |row: &TableRow| if row.aside { 2 } else { 0 };
         let width = |column: usize| {
-            let of = |row: &Row| {
+            let of = |row: &TableRow| {
                 let cell = row.cells.get(column).map_or(0, |c| c.chars().count());
                 cell + if column == 0 { indent(row) } else { 0 }
             };

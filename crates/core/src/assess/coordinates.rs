@@ -51,14 +51,14 @@ pub struct UnknownRanges {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
     /// The quantity.
-    pub quantity: Quantity,
+    pub quantity: DrawnQuantity,
     /// Places of its coordinates: one, or as many as the flight has control periods.
     pub range: Range<usize>,
 }
 
 /// A quantity that is drawn for a trial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Quantity {
+pub enum DrawnQuantity {
     /// Amplitude of the swing theta_0.
     Amplitude,
     /// Phase of the swing phi.
@@ -89,7 +89,7 @@ pub enum Quantity {
     Ring(usize),
 }
 
-impl Quantity {
+impl DrawnQuantity {
     /// Name of the quantity for a reader; columns of one filter alike.
     pub fn words(self) -> &'static str {
         match self {
@@ -148,7 +148,7 @@ impl Quantity {
 
 /// Quantities that go by one name, with their coordinates.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Group {
+pub struct CoordinateGroup {
     /// Key in files.
     pub key: &'static str,
     /// Name for a reader.
@@ -223,7 +223,7 @@ impl TrialSpace {
         let mut parts = Vec::new();
         let mut dimensions = 0;
         for quantity in quantities {
-            let many = matches!(quantity, Quantity::Turbulence(_) | Quantity::Ring(_));
+            let many = matches!(quantity, DrawnQuantity::Turbulence(_) | DrawnQuantity::Ring(_));
             let from = dimensions;
             dimensions += if many { steps } else { 1 };
             parts.push(Part { quantity, range: from..dimensions });
@@ -242,13 +242,13 @@ impl TrialSpace {
     }
 
     /// The quantities by their keys: columns of one filter, or axes of one thing, are one group.
-    pub fn groups(&self) -> Vec<Group> {
-        let mut groups: Vec<Group> = Vec::new();
+    pub fn groups(&self) -> Vec<CoordinateGroup> {
+        let mut groups: Vec<CoordinateGroup> = Vec::new();
         for Part { quantity, range } in &self.parts {
             let (key, words) = (quantity.key(), quantity.words());
             match groups.last_mut().filter(|last| last.key == key) {
                 Some(last) => last.ranges.push(range.clone()),
-                None => groups.push(Group { key, words, ranges: vec![range.clone()] }),
+                None => groups.push(CoordinateGroup { key, words, ranges: vec![range.clone()] }),
             }
         }
         groups
@@ -293,20 +293,20 @@ impl TrialSpace {
             let z = column.first().copied().unwrap_or_default();
             let off = |most: fn(&UnknownRanges) -> f64| self.unknowns.as_ref().map_or(0.0, most) * uniform(z);
             match quantity {
-                Quantity::Amplitude => amplitude_rad = self.releases.amplitude_sigma_rad * z,
-                Quantity::Phase => phase_rad = std::f64::consts::PI * uniform(z),
-                Quantity::TipOffRate(axis) => tip_off.omega_body[*axis] = sigma.omega_body[*axis] * z,
-                Quantity::TipOffVelocity(axis) => tip_off.v_body[*axis] = sigma.v_body[*axis] * z,
-                Quantity::Mass => variation.mass += off(|most| most.mass),
-                Quantity::Inertia => variation.inertia += off(|most| most.inertia),
-                Quantity::Drag => variation.aero[0] += off(|most| most.aero),
-                Quantity::PitchingMoment => variation.aero[2] += off(|most| most.aero),
-                Quantity::Density => variation.density += off(|most| most.density),
-                Quantity::Wind => variation.wind_m_s[0] += off(|most| most.wind_m_s),
-                Quantity::Lateness => variation.delayed = z > 0.0,
-                Quantity::Delay => fall_m_s = off(|most| most.fall_m_s),
-                Quantity::Turbulence(k) => noise.turbulence[*k] = Arc::from(column),
-                Quantity::Ring(rotor) => noise.ring[*rotor] = Arc::from(column),
+                DrawnQuantity::Amplitude => amplitude_rad = self.releases.amplitude_sigma_rad * z,
+                DrawnQuantity::Phase => phase_rad = std::f64::consts::PI * uniform(z),
+                DrawnQuantity::TipOffRate(axis) => tip_off.omega_body[*axis] = sigma.omega_body[*axis] * z,
+                DrawnQuantity::TipOffVelocity(axis) => tip_off.v_body[*axis] = sigma.v_body[*axis] * z,
+                DrawnQuantity::Mass => variation.mass += off(|most| most.mass),
+                DrawnQuantity::Inertia => variation.inertia += off(|most| most.inertia),
+                DrawnQuantity::Drag => variation.aero[0] += off(|most| most.aero),
+                DrawnQuantity::PitchingMoment => variation.aero[2] += off(|most| most.aero),
+                DrawnQuantity::Density => variation.density += off(|most| most.density),
+                DrawnQuantity::Wind => variation.wind_m_s[0] += off(|most| most.wind_m_s),
+                DrawnQuantity::Lateness => variation.delayed = z > 0.0,
+                DrawnQuantity::Delay => fall_m_s = off(|most| most.fall_m_s),
+                DrawnQuantity::Turbulence(k) => noise.turbulence[*k] = Arc::from(column),
+                DrawnQuantity::Ring(rotor) => noise.ring[*rotor] = Arc::from(column),
             }
         }
         let mut state = tip_off.after(self.releases.state(amplitude_rad, phase_rad));
@@ -392,13 +392,13 @@ fn quantities(
     releases: &ReleaseDistribution,
     with_unknowns: bool,
     plane: Option<&Model>,
-) -> Vec<Quantity> {
-    let mut quantities = vec![Quantity::Amplitude, Quantity::Phase];
+) -> Vec<DrawnQuantity> {
+    let mut quantities = vec![DrawnQuantity::Amplitude, DrawnQuantity::Phase];
     let sigma = &releases.tip_off_sigma;
-    quantities.extend((0..3).filter(|axis| sigma.omega_body[*axis] != 0.0).map(Quantity::TipOffRate));
-    quantities.extend((0..3).filter(|axis| sigma.v_body[*axis] != 0.0).map(Quantity::TipOffVelocity));
+    quantities.extend((0..3).filter(|axis| sigma.omega_body[*axis] != 0.0).map(DrawnQuantity::TipOffRate));
+    quantities.extend((0..3).filter(|axis| sigma.v_body[*axis] != 0.0).map(DrawnQuantity::TipOffVelocity));
     if with_unknowns {
-        quantities.extend(Quantity::UNKNOWNS);
+        quantities.extend(DrawnQuantity::UNKNOWNS);
     }
     // Noise from a file is the same for all trials.
     if let Some(turbulence) =
@@ -406,12 +406,12 @@ fn quantities(
     {
         let columns = [0usize, 1, 1, 2, 2];
         let blows = |k: &usize| turbulence.sigma_m_s[columns[*k]] != 0.0;
-        quantities.extend((0..columns.len()).filter(blows).map(Quantity::Turbulence));
+        quantities.extend((0..columns.len()).filter(blows).map(DrawnQuantity::Turbulence));
     }
     if study.scenario.wind.ring.is_some() {
         let rotors = study.scenario.vehicle.rotors.len().min(MAX_ROTORS);
         let drawn = |rotor: &usize| plane.is_none_or(|model| model.ring_draws().any(|first| first == *rotor));
-        quantities.extend((0..rotors).filter(drawn).map(Quantity::Ring));
+        quantities.extend((0..rotors).filter(drawn).map(DrawnQuantity::Ring));
     }
     quantities
 }

@@ -14,7 +14,7 @@ use nalgebra::{Quaternion as Hamilton, Vector3};
 use crate::frames::normalized;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, Vehicle};
-use crate::plan::{Guess, PlanError, PlanProblem, Progress, SolverOptions, Status, plan};
+use crate::plan::{Guess, PlanError, PlanProblem, SolveProgress, SolverOptions, Status, plan};
 use crate::sim::TurningOver;
 use crate::sim::integrator::{PlantRate, PlantState, runge_kutta_4};
 use crate::sim::limits::{SafetyLimits, StateCost};
@@ -182,7 +182,7 @@ pub fn nodes_enough(
     problem: &PlanProblem<'_>,
     (limits, steady_within_m_s): (&SafetyLimits, f64),
     options: &SolverOptions,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
 ) -> Result<Option<usize>, PlanError> {
     let mut intervals = problem.nodes.saturating_sub(1).max(2);
     for _ in 0..TRIES {

@@ -77,7 +77,7 @@ impl Sensitivity {
 }
 
 /// The outputs of a point of A, of B, and of A with each group from B.
-struct Row<const M: usize> {
+struct SobolSample<const M: usize> {
     a: [f64; M],
     b: [f64; M],
     mixed: Vec<[f64; M]>,
@@ -100,7 +100,7 @@ impl SobolStudy {
         groups: &[Vec<Range<usize>>],
         mut outputs: impl FnMut(&[Vec<f64>]) -> Result<Vec<[f64; M]>, E>,
     ) -> Result<[Sensitivity; M], E> {
-        let mut rows: Vec<Row<M>> = Vec::with_capacity(self.points);
+        let mut rows: Vec<SobolSample<M>> = Vec::with_capacity(self.points);
         for from in (0..self.points).step_by(BLOCK) {
             let mut points = Vec::new();
             for k in from..self.points.min(from + BLOCK) {
@@ -117,7 +117,7 @@ impl SobolStudy {
             let values = outputs(&points)?;
             rows.extend(values.chunks_exact(groups.len() + 2).map(|values| {
                 let (mixed, ends) = values.split_at(groups.len());
-                Row { a: ends[0], b: ends[1], mixed: mixed.to_vec() }
+                SobolSample { a: ends[0], b: ends[1], mixed: mixed.to_vec() }
             }));
         }
         Ok(std::array::from_fn(|output| sensitivity(&rows, output, groups.len())))
@@ -134,8 +134,8 @@ impl SobolStudy {
     }
 }
 
-fn sensitivity<const M: usize>(rows: &[Row<M>], output: usize, groups: usize) -> Sensitivity {
-    let values = |row: &Row<M>| {
+fn sensitivity<const M: usize>(rows: &[SobolSample<M>], output: usize, groups: usize) -> Sensitivity {
+    let values = |row: &SobolSample<M>| {
         let mixed: Vec<f64> = row.mixed.iter().map(|mixed| mixed[output]).collect();
         let whole = [row.a[output], row.b[output]].iter().chain(&mixed).all(|x| x.is_finite());
         whole.then_some((row.a[output], row.b[output], mixed))

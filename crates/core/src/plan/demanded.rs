@@ -10,7 +10,7 @@ use nalgebra::{Matrix4, SVector, Vector3, Vector4};
 use super::demands::{Demands, RingBounds};
 use super::dynamics::{BODY_STATES, rotation_gradient, rotation_hessian};
 use super::extended::{ALTITUDE_LOST, EXTENDED_STATES, PEAK, STRETCH};
-use super::path::{PathConstraint, Place, Point, PointCurvature, PointGradient};
+use super::path::{PathConstraint, PathPlace, Point, PointCurvature, PointGradient};
 use crate::frames::dcm_body_from_ned;
 use crate::math;
 use crate::model::{Environment, Rotor, RotorMount, Vehicle};
@@ -148,7 +148,7 @@ struct Speed {
 }
 
 impl<const NU: usize> PathConstraint<EXTENDED_STATES, NU> for Speed {
-    fn applies(&self, _: &Place) -> bool {
+    fn applies(&self, _: &PathPlace) -> bool {
         true
     }
 
@@ -193,7 +193,7 @@ struct Linear {
 }
 
 impl<const NU: usize> PathConstraint<EXTENDED_STATES, NU> for Linear {
-    fn applies(&self, _: &Place) -> bool {
+    fn applies(&self, _: &PathPlace) -> bool {
         true
     }
 
@@ -285,7 +285,7 @@ fn attitude(x: &SVector<f64, EXTENDED_STATES>) -> Vector4<f64> {
 }
 
 impl<const NU: usize> PathConstraint<EXTENDED_STATES, NU> for AngleLimit {
-    fn applies(&self, _: &Place) -> bool {
+    fn applies(&self, _: &PathPlace) -> bool {
         true
     }
 
@@ -327,7 +327,7 @@ struct RotorAcceleration {
 }
 
 impl<const NU: usize> PathConstraint<EXTENDED_STATES, NU> for RotorAcceleration {
-    fn applies(&self, place: &Place) -> bool {
+    fn applies(&self, place: &PathPlace) -> bool {
         place.middle
     }
 
@@ -366,7 +366,7 @@ struct ThrustRate {
 }
 
 impl<const NU: usize> PathConstraint<EXTENDED_STATES, NU> for ThrustRate {
-    fn applies(&self, place: &Place) -> bool {
+    fn applies(&self, place: &PathPlace) -> bool {
         place.middle
     }
 
@@ -451,7 +451,7 @@ impl RingKeepOut {
 }
 
 impl<const NU: usize> PathConstraint<EXTENDED_STATES, NU> for RingKeepOut {
-    fn applies(&self, place: &Place) -> bool {
+    fn applies(&self, place: &PathPlace) -> bool {
         (self.bounds.from_s..=self.bounds.to_s).contains(&place.t_s)
     }
 

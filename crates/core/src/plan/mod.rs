@@ -47,7 +47,7 @@ mod dynamics_tests;
 
 pub use demands::{Demands, FreeHorizon, MotionBounds, PeakCost, RingBounds};
 pub use guess::Guess;
-pub use solver::{Counts, Progress, SolverOptions, Status};
+pub use solver::{Counts, SolveProgress, SolverOptions, Status};
 pub use vehicle::{
     InputReference, Plan, PlanError, PlanProblem, PlanState, TERMINAL_TOLERANCE_LEAST_M_S, plan,
 };

@@ -11,7 +11,7 @@ use super::dynamics::Curvature;
 
 /// Where on the path a constraint is evaluated.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct PathPlace {
     /// Number of the interval, from 0.
     pub interval: usize,
     /// The midpoint of the interval; otherwise the node at its end.
@@ -26,7 +26,7 @@ pub struct Place {
 #[derive(Clone, Copy, Debug)]
 pub struct Point<'a, const NX: usize, const NU: usize> {
     /// The place.
-    pub place: Place,
+    pub place: PathPlace,
     /// State.
     pub x: &'a SVector<f64, NX>,
     /// Input.
@@ -91,7 +91,7 @@ impl<const NX: usize, const NU: usize> PointCurvature<NX, NU> {
 /// so that its values are about 1.
 pub trait PathConstraint<const NX: usize, const NU: usize>: Debug + Send + Sync {
     /// Whether the constraint is one at this place. (The first node, which is given, is no place.)
-    fn applies(&self, place: &Place) -> bool;
+    fn applies(&self, place: &PathPlace) -> bool;
     /// Value of `g`.
     fn value(&self, at: &Point<'_, NX, NU>) -> f64;
     /// Gradient of `g`.
@@ -102,7 +102,7 @@ pub trait PathConstraint<const NX: usize, const NU: usize>: Debug + Send + Sync 
 
 /// A constraint at a place, linearised there.
 #[derive(Clone, Copy, Debug)]
-pub struct Row<const NX: usize, const NU: usize> {
+pub struct PathRow<const NX: usize, const NU: usize> {
     /// Number of the interval, from 0.
     pub interval: usize,
     /// At the midpoint of the interval; otherwise at the node at its end.

@@ -19,7 +19,7 @@ use std::sync::Arc;
 
 use nalgebra::SVector;
 
-use super::path::{PathConstraint, Place, Point, PointGradient, Row};
+use super::path::{PathConstraint, PathPlace, PathRow, Point, PointGradient};
 
 /// Quadratic cost with diagonal weights, (26)-(30).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,9 +182,9 @@ impl<D, const NX: usize, const NU: usize> Problem<D, NX, NU> {
         mut visit: impl FnMut(&dyn PathConstraint<NX, NU>, &Point<'_, NX, NU>),
     ) {
         let u_dot = (nodes.u[k + 1] - nodes.u[k]) / self.dt_s;
-        let place = Place { interval: k, middle: true, t_s: (k as f64 + 0.5) * self.dt_s, last: false };
+        let place = PathPlace { interval: k, middle: true, t_s: (k as f64 + 0.5) * self.dt_s, last: false };
         let last = k + 1 == self.intervals;
-        let end = Place { middle: false, t_s: (k as f64 + 1.0) * self.dt_s, last, ..place };
+        let end = PathPlace { middle: false, t_s: (k as f64 + 1.0) * self.dt_s, last, ..place };
         let points = [
             Point { place, x: middle.0, u: middle.1, u_dot },
             Point { place: end, x: &nodes.x[k + 1], u: &nodes.u[k + 1], u_dot: SVector::zeros() },
@@ -199,9 +199,13 @@ impl<D, const NX: usize, const NU: usize> Problem<D, NX, NU> {
     }
 
     /// The constraint at a point, as a row.
-    pub(super) fn row(&self, constraint: &dyn PathConstraint<NX, NU>, at: &Point<'_, NX, NU>) -> Row<NX, NU> {
+    pub(super) fn row(
+        &self,
+        constraint: &dyn PathConstraint<NX, NU>,
+        at: &Point<'_, NX, NU>,
+    ) -> PathRow<NX, NU> {
         let PointGradient { x, u, u_dot } = constraint.gradient(at);
-        Row { interval: at.place.interval, middle: at.place.middle, x, u, w: u_dot / self.dt_s }
+        PathRow { interval: at.place.interval, middle: at.place.middle, x, u, w: u_dot / self.dt_s }
     }
 
     /// Whether any component of the initial state is free.

@@ -25,7 +25,7 @@
 use nalgebra::SVector;
 
 use super::dynamics::{Curvature, Dynamics};
-use super::path::{MoveTerms, PointCurvature, Row};
+use super::path::{MoveTerms, PathRow, PointCurvature};
 use super::problem::{Nodes, Problem};
 use super::riccati::{NodeGradient, NodeTerms, Step};
 use super::transcription::{Linearised, midpoint};
@@ -169,7 +169,7 @@ impl<D: Dynamics<NX, NU>, const NX: usize, const NU: usize> Problem<D, NX, NU> {
     /// The change `J d` of the rows' values along a step.
     pub(super) fn path_change(&self, linearised: &Linearised<NX, NU>, step: &Step<NX, NU>) -> Vec<f64> {
         let mut middle = (usize::MAX, SVector::zeros());
-        let change = |row: &Row<NX, NU>| {
+        let change = |row: &PathRow<NX, NU>| {
             let k = row.interval;
             if !row.middle {
                 return row.x.dot(&step.x[k + 1]) + row.u.dot(&step.u[k + 1]);

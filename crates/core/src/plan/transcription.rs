@@ -9,7 +9,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::block::{add_mul, add_scaled, inverse, scaled};
 use super::dynamics::{Curvature, Dynamics, Linearisation};
-use super::path::Row;
+use super::path::PathRow;
 use super::problem::{Nodes, Problem};
 
 /// Defects and cost at a set of node values.
@@ -35,7 +35,7 @@ pub struct Linearised<const NX: usize, const NU: usize> {
     /// Linearisation at the midpoint of each interval.
     pub middles: Vec<Linearisation<NX, NU>>,
     /// Constraints on the path, linearised, in the order of [`Evaluation::path`].
-    pub path: Vec<Row<NX, NU>>,
+    pub path: Vec<PathRow<NX, NU>>,
 }
 
 /// State and input at the midpoint of an interval, (35) and (36).

@@ -14,7 +14,7 @@ use super::dynamics::{BODY_STATES, Dynamics, VehicleDynamics};
 use super::extended::{EXTENDED_STATES, ExtendedDynamics, PEAK, PlannedVehicle, STRETCH};
 use super::guess::{AnyIterate, Guess, start_from};
 use super::problem::{Bounds, Nodes, Problem, QuadraticCost};
-use super::solver::{Counts, ProblemError, Progress, Solution, SolverOptions, Status, solve};
+use super::solver::{Counts, ProblemError, Solution, SolveProgress, SolverOptions, Status, solve};
 use crate::frames::Quaternion;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, TrimError, Vehicle, trim};
 use crate::trajectory::{Node, Trajectory, TrajectoryError};
@@ -133,7 +133,7 @@ pub fn plan(
     problem: &PlanProblem<'_>,
     guess: &Guess<'_>,
     options: &SolverOptions,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
 ) -> Result<Plan, PlanError> {
     match problem.vehicle.rotors.len() {
         4 if problem.demands.extend_the_states() => plan_with_demands::<4>(problem, guess, options, observer),
@@ -152,7 +152,7 @@ fn plan_for<const NU: usize>(
     problem: &PlanProblem<'_>,
     guess: &Guess<'_>,
     options: &SolverOptions,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
 ) -> Result<Plan, PlanError> {
     let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
     let nlp = transcribe::<NU>(problem, &trimmed.q_ned_from_body, &trimmed.thrust_n)?;
@@ -165,7 +165,7 @@ fn plan_with_demands<const NU: usize>(
     problem: &PlanProblem<'_>,
     guess: &Guess<'_>,
     options: &SolverOptions,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
 ) -> Result<Plan, PlanError> {
     let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
     let nlp = extended::<NU>(problem, &trimmed.q_ned_from_body, &trimmed.thrust_n)?;
@@ -181,7 +181,7 @@ fn solved<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
     guess: &Guess<'_>,
     hopeless: Option<String>,
     options: &SolverOptions,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
 ) -> Result<Plan, PlanError> {
     let rotors = problem.vehicle.rotors.len();
     let hover_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2 / rotors as f64;

@@ -58,7 +58,7 @@ pub struct Tried {
 
 /// State of a search after an iteration.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
+pub struct SearchProgress {
     /// Which objective, from 0.
     pub objective: usize,
     /// Candidates judged so far.
@@ -84,7 +84,7 @@ pub struct Search {
     /// What is found is never worse.
     first: Option<Longitudinal>,
     tried: Vec<Tried>,
-    history: Vec<Progress>,
+    history: Vec<SearchProgress>,
     lost: bool,
 }
 
@@ -130,7 +130,7 @@ impl Search {
         let before = self.history.last().map_or(0, |p| p.diverged);
         costs.sort_by(f64::total_cmp);
         if let Some(best) = best_of(&self.tried, objective) {
-            self.history.push(Progress {
+            self.history.push(SearchProgress {
                 objective: self.objective,
                 evaluations: self.tried.len(),
                 diverged: before + diverged,
@@ -168,7 +168,7 @@ impl Search {
     }
 
     /// State after each iteration.
-    pub fn history(&self) -> &[Progress] {
+    pub fn history(&self) -> &[SearchProgress] {
         &self.history
     }
 

@@ -6,14 +6,14 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::motion::level;
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::frames::rotate_ned_from_body;
 use crate::model::{Environment, PerRotor, Vehicle, VehicleOptions};
 use crate::sim::{DropSimulation, PlantKind, PlantState};
 
 /// Angular momentum of body and rotors without air, for a turning quadrotor whose rotors are driven at unlike
 /// speeds for a second.
-pub fn without_air(vehicle: &Vehicle, environment: &Environment) -> Group {
+pub fn without_air(vehicle: &Vehicle, environment: &Environment) -> CheckGroup {
     const THROTTLE: PerRotor = [0.9, 0.3, 0.5, 0.2, 0.7, 0.4, 0.8, 0.1];
     let options = VehicleOptions { reaction_torque: true, rotor_momentum: true };
     let vehicle = Arc::new(Vehicle { options, ..vehicle.clone() });
@@ -33,7 +33,7 @@ pub fn without_air(vehicle: &Vehicle, environment: &Environment) -> Group {
         sim.step(&THROTTLE, 0.000_25);
     }
     let after = momentum(sim.state());
-    Group {
+    CheckGroup {
         title: "Quadrotor whose rotors speed up without air, 1 s",
         source: "(19)-(22): body and rotors keep their angular momentum in NED",
         checks: vec![Check::worst(

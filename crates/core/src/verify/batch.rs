@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use nalgebra::Vector3;
 
 use super::fall::Fall;
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::control::{ControlLimits, Gains};
 use crate::model::{Environment, Vehicle};
 use crate::sim::planar::{Flight, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly};
@@ -27,7 +27,7 @@ impl Observer for Last {
 
 /// Eight falls side by side from speeds of their own [m/s]: level, without thrust, as a controller flies that
 /// is asked for a descent that it never reaches.
-pub fn falls(vehicle: &Vehicle, environment: &Environment) -> Group {
+pub fn falls(vehicle: &Vehicle, environment: &Environment) -> CheckGroup {
     let still = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
     let start_m_s: [f64; LANES] = std::array::from_fn(|i| 1.0 + 0.5 * i as f64);
     let reference = Reference::Step(Vector3::new(0.0, 0.0, 900.0));
@@ -44,7 +44,7 @@ pub fn falls(vehicle: &Vehicle, environment: &Environment) -> Group {
         fly(&model, &setpoints, &flights, &mut last);
     }
     let exact = start_m_s.map(|v| Fall::new(vehicle, environment, v).speed_m_s(0.01 * STEPS as f64));
-    Group {
+    CheckGroup {
         title: "Lander falling level on the batch engine, eight at once",
         source: "v_dot = g - k v^2: v = v_t tanh(g t/v_t + c), v_t^2 = 2 m g/(rho S C_D(90 deg)), (13)-(16)",
         checks: vec![Check::worst("speed after 20 s", "m/s", last.0.into_iter().zip(exact), 1e-9)],

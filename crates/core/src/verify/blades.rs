@@ -7,7 +7,7 @@
 
 use nalgebra::Vector3;
 
-use super::{Check, Group, VerifyError};
+use super::{Check, CheckGroup, VerifyError};
 use crate::model::rotor::Inflow;
 use crate::model::{Airfoil, BladeStation, Blades, Rotor};
 use crate::units::RAD_PER_DEG;
@@ -83,7 +83,7 @@ pub fn between_knots(
     rotor: &Rotor,
     density_kg_m3: f64,
     chord_and_pitch: &[(f64, f64)],
-) -> Result<Group, VerifyError> {
+) -> Result<CheckGroup, VerifyError> {
     let blades = propeller(chord_and_pitch)?;
     let mut checks = Vec::new();
     for (name, [omega, climb, across]) in FLIGHT {
@@ -104,7 +104,7 @@ pub fn between_knots(
             check("force in the plane", "N", flown.in_plane_n, solved.in_plane_n, of_in_plane * thrust_n);
         }
     }
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Quadrotor's rotor between the knots of its table",
         source: "blade elements, momentum theory, Johnson's vortex ring, solved there; bars: docs/rotors.md",
         checks,

@@ -3,7 +3,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use super::motion::{Load, advance, fly, level};
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::frames::{
     Quaternion, conjugate, product, quaternion_from_euler, quaternion_from_rotation_vector,
     rotate_ned_from_body, rotation_vector, wrap_pi,
@@ -20,13 +20,13 @@ const DT_S: f64 = 0.004;
 ///
 /// # Errors
 /// [`ModelError`], never in fact: the body is given.
-pub fn free_fall(gravity_m_s2: f64) -> Result<Group, ModelError> {
+pub fn free_fall(gravity_m_s2: f64) -> Result<CheckGroup, ModelError> {
     let mass = MassProperties::new(3.0, Matrix3::identity())?;
     let v_0 = Vector3::new(2.0, -1.0, 3.0);
     let end =
         fly(&mass, level(v_0, Vector3::new(0.3, 0.2, -0.1)), DT_S, 7500, |_| Load::gravity(gravity_m_s2));
     let t = 30.0;
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Free fall, 30 s",
         source: "closed form: p = v_0 t + g t^2/2, v = v_0 + g t, at the lander's site",
         checks: vec![
@@ -116,13 +116,13 @@ impl SymmetricTop {
 ///
 /// # Errors
 /// [`ModelError`], never in fact: the body is given.
-pub fn precession() -> Result<Group, ModelError> {
+pub fn precession() -> Result<CheckGroup, ModelError> {
     let top = SymmetricTop::flat()?;
     let steps = 7500;
     let (_, omega) = top.exact(30.0);
     let flown = top.flown(DT_S, steps);
     let of_rate = |i: usize| (flown.omega_body[i] * DEG_PER_RAD, omega[i] * DEG_PER_RAD);
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Torque-free precession of a symmetric body, 30 s",
         source: "Goldstein, Classical Mechanics, 5.6: the axis turns about H at |H|/J_t",
         checks: vec![
@@ -146,14 +146,14 @@ pub fn precession() -> Result<Group, ModelError> {
 }
 
 /// A body that tumbles for a minute: energy and angular momentum in NED are conserved.
-pub fn tumble(mass: &MassProperties) -> Group {
+pub fn tumble(mass: &MassProperties) -> CheckGroup {
     let start = level(Vector3::zeros(), Vector3::new(0.4, 1.0, -0.3));
     let end = fly(mass, start, DT_S, 15_000, |_| Load::gravity(0.0));
     let momentum = |s: &BodyState| rotate_ned_from_body(s.q_ned_from_body, mass.inertia_kg_m2 * s.omega_body);
     let energy = |s: &BodyState| 0.5 * s.omega_body.dot(&(mass.inertia_kg_m2 * s.omega_body));
     let (h, h_0) = (momentum(&end), momentum(&start));
     let along = |i: usize| (h[i], h_0[i]);
-    Group {
+    CheckGroup {
         title: "Tumbling lander, torque-free, 60 s",
         source: "Euler's equations conserve the kinetic energy and, in NED, the angular momentum",
         checks: vec![

@@ -20,7 +20,7 @@ use std::sync::Arc;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::motion::level;
-use super::{Check, Group, VerifyError};
+use super::{Check, CheckGroup, VerifyError};
 use crate::control::{Airframe, Cascade, ControlLimits, Controller, Gains, Measurement, Setpoint};
 use crate::frames::{pitch, quaternion_from_euler};
 use crate::model::rigid_body::BodyState;
@@ -39,7 +39,7 @@ const STEPS: [u32; 4] = [5, 20, 80, 320];
 ///
 /// # Errors
 /// [`VerifyError::Control`] when the vehicle cannot be controlled.
-pub fn small_steps(vehicle: &Vehicle, environment: &Environment) -> Result<Group, VerifyError> {
+pub fn small_steps(vehicle: &Vehicle, environment: &Environment) -> Result<CheckGroup, VerifyError> {
     let gains = Gains::paper_pso();
     let flights = Flights::new(vehicle, environment, gains)?;
     let hover = vehicle.mass.mass_kg * environment.gravity_m_s2 / flights.lift_max_n;
@@ -51,7 +51,7 @@ pub fn small_steps(vehicle: &Vehicle, environment: &Environment) -> Result<Group
     let pitches = flights.fly(turn).map(|body| pitch(body.q_ned_from_body));
     let in_closed_form = [of_climb(&gains, environment.gravity_m_s2), of_pitch(&gains)];
     let [speed, angle] = [speeds, pitches].map(|flown| flown.into_iter());
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Cascade: small steps of climb and pitch, Table 4's gains",
         source: "figure 3, Table 4: powers of a matrix; rotors reach their command within a step",
         checks: vec![

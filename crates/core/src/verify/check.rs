@@ -75,7 +75,7 @@ impl Check {
 
 /// Checks of one kind, with one source.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Group {
+pub struct CheckGroup {
     /// Subject of the checks.
     pub title: &'static str,
     /// Source of the exact values.
@@ -84,7 +84,7 @@ pub struct Group {
     pub checks: Vec<Check>,
 }
 
-impl Group {
+impl CheckGroup {
     /// Whether every check holds.
     pub fn holds(&self) -> bool {
         self.checks.iter().all(Check::holds)

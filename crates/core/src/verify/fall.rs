@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::motion::level;
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, Vehicle};
@@ -48,7 +48,7 @@ impl Fall {
 }
 
 /// Speed and distance of the lander's fall through the simulator's plant.
-pub fn under_drag(vehicle: &Vehicle, environment: &Environment) -> Group {
+pub fn under_drag(vehicle: &Vehicle, environment: &Environment) -> CheckGroup {
     let still = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
     let plant = Plant::new(Arc::new(vehicle.clone()), still, PlantKind::Actuator);
     let exact = Fall::new(vehicle, environment, 3.0);
@@ -62,7 +62,7 @@ pub fn under_drag(vehicle: &Vehicle, environment: &Environment) -> Group {
         state.body
     };
     let (soon, late) = (falls(0.01, 2000), falls(0.05, 8000));
-    Group {
+    CheckGroup {
         title: "Lander falling level, rotors stopped",
         source: "v_dot = g - k v^2: v = v_t tanh(g t/v_t + c), v_t^2 = 2 m g/(rho S C_D(90 deg)), (13)-(16)",
         checks: vec![

@@ -44,7 +44,7 @@ pub mod swing;
 pub mod two_bodies;
 pub mod wind;
 
-pub use check::{Check, Group, VerifyError};
+pub use check::{Check, CheckGroup, VerifyError};
 
 use crate::plan::PlanProblem;
 
@@ -54,7 +54,7 @@ use crate::plan::PlanProblem;
 ///
 /// # Errors
 /// [`VerifyError`] when a vehicle cannot be checked at all.
-pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<Vec<Group>, VerifyError> {
+pub fn verify(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<Vec<CheckGroup>, VerifyError> {
     use nasa::wind::{WINDS_FT_S, cases_6_to_8};
     use nasa::{Brick, Earth, case_2, case_3, case_4};
     Ok(vec![

@@ -23,7 +23,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Vector3;
 
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::math;
 use crate::model::Rotor;
 use crate::model::rotor::{Inflow, RotorLoad};
@@ -122,7 +122,7 @@ const FLIGHT: [(&str, f64); 5] = [
 ];
 
 /// The rotor of the lander in axial flight at 105 rad/s.
-pub fn rotor(rotor: &Rotor, density_kg_m3: f64, blades: &Blades) -> Group {
+pub fn rotor(rotor: &Rotor, density_kg_m3: f64, blades: &Blades) -> CheckGroup {
     let up_body = -Vector3::z();
     let mut checks = Vec::new();
     for (name, climb_m_s) in FLIGHT {
@@ -141,7 +141,7 @@ pub fn rotor(rotor: &Rotor, density_kg_m3: f64, blades: &Blades) -> Group {
         blades.hover_induced_m_s(OMEGA_RAD_S),
         1e-10,
     ));
-    Group {
+    CheckGroup {
         title: "Lander's rotor in axial flight, 105 rad/s",
         source: "momentum theory and blade elements (Leishman 2006, 2.13, ch. 3), blades as titan.json tells them",
         checks,

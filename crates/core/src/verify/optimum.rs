@@ -14,7 +14,7 @@ use std::ops::ControlFlow;
 
 use nalgebra::{DMatrix, DVector, SMatrix, SVector, Vector1, Vector2};
 
-use super::{Check, Group, VerifyError};
+use super::{Check, CheckGroup, VerifyError};
 use crate::plan::dynamics::{Curvature, Dynamics, Linearisation};
 use crate::plan::problem::{Bounds, Nodes, Problem, QuadraticCost};
 use crate::plan::solver::{SolverOptions, StartFrom, solve};
@@ -52,7 +52,7 @@ impl Dynamics<2, 1> for DoubleIntegrator {
 ///
 /// # Errors
 /// [`VerifyError::Problem`] for a problem that the solver does not take.
-pub fn of_a_double_integrator() -> Result<Group, VerifyError> {
+pub fn of_a_double_integrator() -> Result<CheckGroup, VerifyError> {
     let effort = problem([0.0, 0.0], [0.0, 0.0], TERMINAL);
     let regulator = problem([3.0, 0.5], [40.0, 10.0], [f64::INFINITY; 2]);
     let (least, corner) = (Solved::of(&effort)?, Exact::of(&effort, &[-TERMINAL[0], TERMINAL[1]]));
@@ -62,7 +62,7 @@ pub fn of_a_double_integrator() -> Result<Group, VerifyError> {
             solved.inputs.iter().copied().zip(exact.inputs.iter().copied()).collect();
         pairs
     };
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Optimal transfers of a double integrator, 24 intervals",
         source: "Karush-Kuhn-Tucker conditions of (32)-(39), quadratic in the inputs, as linear equations",
         checks: vec![

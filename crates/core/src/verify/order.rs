@@ -7,7 +7,7 @@ use nalgebra::{SVector, Vector3};
 use super::body::SymmetricTop;
 use super::fall::Fall;
 use super::motion::level;
-use super::{Check, Group, VerifyError};
+use super::{Check, CheckGroup, VerifyError};
 use crate::frames::quaternion_from_euler;
 use crate::math;
 use crate::model::rigid_body::BodyState;
@@ -25,7 +25,10 @@ fn observed(error: impl Fn(u32) -> f64, steps: u32) -> f64 {
 ///
 /// # Errors
 /// [`VerifyError`] when the lander has not four rotors.
-pub fn of_convergence(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<Group, VerifyError> {
+pub fn of_convergence(
+    lander: &PlanProblem<'_>,
+    quadrotor: &PlanProblem<'_>,
+) -> Result<CheckGroup, VerifyError> {
     let top = SymmetricTop::flat()?;
     let precession = observed(|steps| top.attitude_error_rad(4.0 / f64::from(steps), steps), 64);
     let finest = powered(quadrotor, 4096);
@@ -33,7 +36,7 @@ pub fn of_convergence(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> 
     let collocated = collocated_fall(lander)?;
     let exact = Fall::new(lander.vehicle, lander.environment, START_M_S).speed_m_s(FALL_S);
     let collocation = observed(|intervals| (collocated(intervals) - exact).abs(), 8);
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Orders of convergence",
         source: "classical Runge-Kutta and Hermite-Simpson (Lobatto IIIA of three stages): global error of order 4",
         checks: vec![

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::motion::level;
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::model::supply::{Pack, PackLimits, Throttle};
 use crate::model::{Environment, MAX_ROTORS, ModelError, Vehicle};
 use crate::plan::PlanProblem;
@@ -43,7 +43,7 @@ fn flight(vehicle: &Vehicle, environment: &Environment, battery: ElectricBattery
 ///
 /// # Errors
 /// [`ModelError`] when the batteries of the checks are impossible.
-pub fn supply(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<Group, ModelError> {
+pub fn supply(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<CheckGroup, ModelError> {
     let sagging = flight(quadrotor.vehicle, quadrotor.environment, battery([14.0, 16.8], 0.05)?);
     let (bus_v, open_v, power_w) = at_speed(sagging, 0.6);
     let sag_v = 0.5 * (open_v + (open_v * open_v - 4.0 * 0.05 * power_w).sqrt());
@@ -52,7 +52,7 @@ pub fn supply(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<G
     let most_w = most_power_w(spent);
     let [cells_j, taken_j] =
         energies_j(flight(lander.vehicle, lander.environment, battery([130.0, 170.0], 0.2)?));
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Battery and bus",
         source: "V^2 - E V + R P = 0; at most E^2/(4 R); int E dq = int V I dt + int R I^2 dt",
         checks: vec![

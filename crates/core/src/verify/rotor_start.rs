@@ -1,6 +1,6 @@
 //! Rotors that nobody drives, and their start, under torques whose motion has a closed form.
 
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::math;
 use crate::model::blade_element::{Airfoil, BladeStation, Blades};
 use crate::model::rotor_start::{BeforeStart, EscStart, RotorStart};
@@ -33,7 +33,7 @@ fn after(esc: EscStart, friction_nm: f64, from: f64, air_nm: impl Fn(f64) -> f64
 ///
 /// # Errors
 /// [`ModelError`] when the numbers of a check are impossible.
-pub fn of_rotors() -> Result<Group, ModelError> {
+pub fn of_rotors() -> Result<CheckGroup, ModelError> {
     let up = (ESC.start_torque_nm - FRICTION_NM) / INERTIA_KG_M2 * ESC.try_s;
     // J omega_dot = Q_b + Q_f - a - b omega, all the way backwards.
     let (a, b, from) = (1.4, 0.05, -30.0);
@@ -46,7 +46,7 @@ pub fn of_rotors() -> Result<Group, ModelError> {
     let (slope, speed) = (0.03, 31.0);
     let settled = windmill.settled_rad_s(0.0, 10.0, |omega| slope * (omega + speed));
     let (torque_nm, exact_nm) = blades_at_rest()?;
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Rotors that nobody drives, and their start",
         source: "J omega_dot = Q_start - Q_air - Q_f sign(omega), integrated by hand; a plate across the flow",
         checks: vec![

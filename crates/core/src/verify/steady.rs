@@ -5,7 +5,7 @@ use std::f64::consts::E;
 use nalgebra::Vector3;
 
 use super::motion::level;
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::frames::rotate_ned_from_body;
 use crate::math;
 use crate::model::rigid_body::{BodyRate, BodyState};
@@ -23,7 +23,10 @@ const STEPS: u32 = 4000;
 ///
 /// # Errors
 /// [`TrimError`] when there is no steady flight at a target.
-pub fn trim_at_target(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Result<Group, TrimError> {
+pub fn trim_at_target(
+    lander: &PlanProblem<'_>,
+    quadrotor: &PlanProblem<'_>,
+) -> Result<CheckGroup, TrimError> {
     let mut checks = Vec::new();
     for (name, problem) in [("lander", lander), ("quadrotor", quadrotor)] {
         let trim = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0)?;
@@ -43,7 +46,7 @@ pub fn trim_at_target(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> 
         let printed = 2.0 * math::asin(x_ss[2]) * DEG_PER_RAD;
         checks.push(Check::new("lander: pitch", "deg", trim.pitch_rad * DEG_PER_RAD, printed, 1e-4));
     }
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Trim at the target velocity",
         source: "forces (9), (17), weight and moments (6), (18) add up to zero; the lander's pitch is that of (31)",
         checks,
@@ -51,10 +54,10 @@ pub fn trim_at_target(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> 
 }
 
 /// Steady speeds and run-ups of the motors of both vehicles in still air.
-pub fn motors(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> Group {
+pub fn motors(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> CheckGroup {
     let mut checks = of_motor("lander", lander);
     checks.extend(of_motor("quadrotor", quadrotor));
-    Group {
+    CheckGroup {
         title: "Motors in still air",
         source: "speed controller and DC motor, III.B: steady where K_t I = Q; first order: 1 - 1/e after tau",
         checks,

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::motion::{Load, advance, level};
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::frames::{pitch, rotate_body_from_ned};
 use crate::math;
 use crate::model::parachute::Pendulum;
@@ -43,12 +43,12 @@ pub(super) fn period_s(mut angle_at: impl FnMut() -> f64) -> f64 {
 ///
 /// # Errors
 /// [`ModelError`] when the site has no possible pendulum.
-pub fn under_the_canopy(vehicle: &Vehicle, environment: &Environment) -> Result<Group, ModelError> {
+pub fn under_the_canopy(vehicle: &Vehicle, environment: &Environment) -> Result<CheckGroup, ModelError> {
     let g = environment.gravity_m_s2;
     let small_s = TAU * (LENGTH_M / g).sqrt();
     let squared = AMPLITUDE_RAD * AMPLITUDE_RAD;
     let finite_s = small_s * (1.0 + squared / 16.0 + 11.0 * squared * squared / 3072.0);
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Swing under the canopy, 0.34 m, 3 deg",
         source: "T = 2 pi sqrt(r/g); at an amplitude a times 1 + a^2/16 + 11 a^4/3072 (Nelson, Olsson 1986)",
         checks: vec![

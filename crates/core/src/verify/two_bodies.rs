@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::swing::period_s;
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::frames::pitch;
 use crate::model::canopy::{Canopy, Riser, Suspension};
 use crate::model::parachute::Pendulum;
@@ -26,7 +26,7 @@ const DESCENT_M_S: f64 = 3.0;
 ///
 /// # Errors
 /// [`ModelError`] when there is no such canopy or riser.
-pub fn canopy_and_vehicle(vehicle: &Vehicle, environment: &Environment) -> Result<Group, ModelError> {
+pub fn canopy_and_vehicle(vehicle: &Vehicle, environment: &Environment) -> Result<CheckGroup, ModelError> {
     let slick = Arc::new(Vehicle { aero: vehicle.aero.scaled([0.0; 3]), ..vehicle.clone() });
     let (mass_kg, g) = (vehicle.mass.mass_kg, environment.gravity_m_s2);
     let riser = {
@@ -99,7 +99,7 @@ pub fn canopy_and_vehicle(vehicle: &Vehicle, environment: &Environment) -> Resul
     (0..2_400).for_each(|_| {
         sinking.step(&OFF, DT_S);
     });
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Vehicle and canopy, riser 10 m, confluence point 1 m above the vehicle",
         source: "double pendulum w^4 l k^2 - w^2 g (k^2 + a^2 + a l) + g^2 a = 0; momentum; g t^2/2",
         checks: vec![

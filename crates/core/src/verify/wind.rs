@@ -8,7 +8,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::motion::level;
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::math;
 use crate::model::wind::{Draw, Gust, GustLength, GustShape, Turbulence, TurbulenceScale, Wind};
 use crate::model::{BodyAero, Environment, MAX_ROTORS, ModelError, Vehicle};
@@ -24,7 +24,7 @@ const SETS_IN_NED_M_S: [f64; 3] = [3.0, -4.0, 1.0];
 ///
 /// # Errors
 /// [`ModelError`] when the body is impossible.
-pub fn drift(vehicle: &Vehicle, environment: &Environment) -> Result<Group, ModelError> {
+pub fn drift(vehicle: &Vehicle, environment: &Environment) -> Result<CheckGroup, ModelError> {
     let turn = [-180.0f64, -90.0, 0.0, 90.0, 180.0].map(f64::to_radians);
     let aero = BodyAero::new(DRAG_AREA_M2, 1.0, &turn, &[1.0; 5], &[0.0; 5], &[0.0; 5])?;
     let body = Vehicle { aero: aero.with_side_area(DRAG_AREA_M2)?, ..vehicle.clone() };
@@ -48,7 +48,7 @@ pub fn drift(vehicle: &Vehicle, environment: &Environment) -> Result<Group, Mode
     let check = |what: &str, i: usize| {
         Check::new(format!("speed {what} after 20 s"), "m/s", found[i], exact[i], 1e-9)
     };
-    Ok(Group {
+    Ok(CheckGroup {
         title: "Body with drag alone in a wind that sets in",
         source: "u_dot = -k u^2 through the air: u = W/(1 + k W t), k = rho A/(2 m), along the wind",
         checks: vec![check("north", 0), check("east", 1), check("down", 2)],
@@ -87,7 +87,7 @@ fn response(environment: &Environment, row: usize, column: usize) -> Option<[[f6
 }
 
 /// Variance and autocorrelation of Dryden's turbulence past a vehicle that stands in a mean wind.
-pub fn turbulence(environment: &Environment) -> Group {
+pub fn turbulence(environment: &Environment) -> CheckGroup {
     let (mut variance, mut product) = ([0.0; 3], [0.0; 3]);
     for row in 0..=STEPS {
         for column in 0..5 {
@@ -105,7 +105,7 @@ pub fn turbulence(environment: &Environment) -> Group {
     let of_product = |i: usize| {
         Check::new(format!("autocorrelation {} after 3 s", names[i]), "", product[i], correlation(i), 1e-12)
     };
-    Group {
+    CheckGroup {
         title: "Dryden's turbulence, over its variance",
         source: "spectra of MIL-F-8785C, 3.7.2.2: 1; exp(-x), exp(-x) (1 - x/2), x = V t/L",
         checks: (0..3).map(of_variance).chain((0..3).map(of_product)).collect(),
@@ -113,7 +113,7 @@ pub fn turbulence(environment: &Environment) -> Group {
 }
 
 /// Shapes of the discrete gusts at a quarter, the middle and the end of their lengths.
-pub fn gusts() -> Group {
+pub fn gusts() -> CheckGroup {
     let share = |shape: GustShape, x: f64| {
         let gust = Gust { shape, start_s: 0.0, length: GustLength::Time(1.0), peak_ned_m_s: [0.0, 0.0, 1.0] };
         gust.at(x, 0.0)[2]
@@ -126,7 +126,7 @@ pub fn gusts() -> Group {
         let series = [0.25, 0.5, 1.0].into_iter().zip(shares).map(|(x, exact)| (share(shape, x), exact));
         checks.push(Check::worst(format!("{name}: share of the peak"), "", series, 1e-15));
     }
-    Group {
+    CheckGroup {
         title: "1-cosine gusts",
         source: "14 CFR 25.341: (1 - cos(pi s/H))/2 up to 2 H; MIL-F-8785C, 3.7.1.3: (1 - cos(pi x/d_m))/2, then 1",
         checks,

@@ -11,7 +11,7 @@ use std::sync::mpsc;
 use anyhow::Context as _;
 
 use super::kept::{KeptDrops, Over};
-use super::{Campaign, remove_folder};
+use super::{DropCampaign, remove_folder};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::assess::command::Command;
 use crate::cli::assess::own::write_page;
@@ -32,7 +32,7 @@ pub struct Files<'a> {
     pub kept: Option<&'a Path>,
 }
 
-impl Campaign<'_> {
+impl DropCampaign<'_> {
     /// Flies what is missing of the campaign, writes and reports it.
     pub(super) fn fly_all(&self, folder: &OutputFolder, stop: &AtomicBool) -> Result<Answer, Failure> {
         let trials = self.args.trials_of(&self.mission);

@@ -6,7 +6,7 @@ use std::fs;
 
 use anyhow::Context as _;
 
-use super::Campaign;
+use super::DropCampaign;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use samara::config::bounded::text_at_most;
@@ -35,7 +35,7 @@ pub struct KeptDrops {
 impl KeptDrops {
     /// The drops that an earlier run has left, where the campaign goes on (`resume`); else those are removed.
     pub fn open(
-        campaign: &Campaign<'_>,
+        campaign: &DropCampaign<'_>,
         results: &OutputFolder,
         resume: bool,
     ) -> Result<(Self, BTreeMap<u64, DropTrial>), Failure> {
@@ -72,7 +72,7 @@ impl KeptDrops {
     }
 
     /// Writes the file of a trial that was flown.
-    pub fn keep(&mut self, campaign: &Campaign<'_>, over: &Over) -> Result<(), Failure> {
+    pub fn keep(&mut self, campaign: &DropCampaign<'_>, over: &Over) -> Result<(), Failure> {
         let file =
             TrialFile::new(&campaign.mission, campaign.pilot.name(), over.version.as_deref(), &over.trial);
         self.note(&over.trial, over.version.clone())?;
@@ -124,7 +124,7 @@ impl KeptDrops {
         Ok(numbers)
     }
 
-    fn read(&self, campaign: &Campaign<'_>, trial: u64) -> Result<(DropTrial, Option<String>), Failure> {
+    fn read(&self, campaign: &DropCampaign<'_>, trial: u64) -> Result<(DropTrial, Option<String>), Failure> {
         let path = self.folder.path().join(name_of(trial));
         let text = text_at_most(&path, TRIAL_MOST);
         let text = text.with_context(|| format!("cannot read {}", path.display())).bad_input()?;

@@ -23,7 +23,7 @@ use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
 use crate::cli::mission::print_origin;
 use crate::cli::narrator::Narrator;
-use crate::cli::pilot::{Flight, Flown, Pilot, pilot_and_mission};
+use crate::cli::pilot::{Flown, Pilot, PilotedDrop, pilot_and_mission};
 use crate::cli::planning::{Planned, TimedPlan, plan_mission, write_plan};
 use crate::cli::results::{OutputFolder, gone};
 use crate::cli::terminal::{print, print_err};
@@ -41,7 +41,7 @@ use samara::report::{plan_json, plan_text};
 const SIDE_BY_SIDE: u16 = 2;
 
 /// What every trial shares.
-pub struct Campaign<'a> {
+pub struct DropCampaign<'a> {
     args: &'a AssessArgs,
     pub pilot: Box<dyn Pilot>,
     pub mission: Mission,
@@ -74,7 +74,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     }
     write_plan(&folder, &mission, &timed.plan)?;
     let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
-    let campaign = Campaign { args, pilot, mission, planned, folder: folder.path() };
+    let campaign = DropCampaign { args, pilot, mission, planned, folder: folder.path() };
     match (&args.only, args.repeat) {
         (Some(Only::Trial(trial)), Some(times)) => campaign.repeat(*trial, times, &folder, stop),
         (Some(Only::Trial(trial)), None) => campaign.only(*trial, &folder, stop),
@@ -108,7 +108,7 @@ pub fn planned(args: &AssessArgs, mission: &Mission, timed: TimedPlan) -> Result
     Ok(Some(Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) }))
 }
 
-impl<'a> Campaign<'a> {
+impl<'a> DropCampaign<'a> {
     /// What trials in a folder share.
     #[cfg(feature = "shards")]
     pub fn new(
@@ -168,7 +168,7 @@ impl<'a> Campaign<'a> {
         narrator: &Narrator,
         stop: &AtomicBool,
     ) -> Result<Flown, Failure> {
-        self.pilot.fly(&Flight {
+        self.pilot.fly(&PilotedDrop {
             mission,
             trajectory: &self.planned.trajectory,
             replan: None,

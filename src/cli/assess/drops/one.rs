@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context as _;
 
-use super::{Campaign, remove_folder, repeats_name};
+use super::{DropCampaign, remove_folder, repeats_name};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
@@ -15,7 +15,7 @@ use samara::assess::repeats::{RepeatSpread, RepeatedFlight, repeat_position};
 use samara::report::drops::{DropTally, drops_json};
 use samara::report::repeats::{repeats_header, repeats_json, repeats_row, repeats_text};
 
-impl Campaign<'_> {
+impl DropCampaign<'_> {
     /// Flies one trial, reported as `samara drop` reports it, all files kept.
     pub(super) fn only(
         &self,

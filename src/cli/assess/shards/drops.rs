@@ -4,15 +4,15 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::part::{GROUP_ROWS, check_campaign, head_of, report, stopped};
-use super::place::Place;
+use super::place::PartPlace;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::drops::all::Files;
-use crate::cli::assess::drops::{Campaign, planned};
+use crate::cli::assess::drops::{DropCampaign, planned};
 use crate::cli::pilot::pilot_and_mission;
 use crate::cli::planning::plan_mission;
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 use crate::cli::results::{OutputFolder, place_of};
 use samara::report::campaign::{CampaignSummary, TrialRecord};
 use samara::report::cut::Cut;
@@ -32,14 +32,14 @@ pub fn run(
     let mut head = head_of(args, &mission, Some(pilot.name()), shard);
     check_campaign(args, &head)?;
     let folder = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
-    let place = Place::new(folder.path(), shard)?;
+    let place = PartPlace::new(folder.path(), shard)?;
     if place.is_whole(&head)? {
         return report(args, shard, &head, &place, false);
     }
     let Some(planned) = planned(args, &mission, plan_mission(&mission, false)?)? else {
         return Ok(Answer::No);
     };
-    let campaign = Campaign::new(args, (pilot, mission), planned, folder.path());
+    let campaign = DropCampaign::new(args, (pilot, mission), planned, folder.path());
     campaign.check()?;
     let aside = place.begin()?;
     let mut writer = aside.named(ShardWriter::new(aside.file()?, &drop_table(&[])))?;
@@ -47,7 +47,7 @@ pub fn run(
         (DropTally::from_trial(head.first), CampaignSummary::from_trial(head.first));
     let mut version: Option<String> = None;
     let (mut early, mut rows) = (BTreeMap::<u64, DropTrial>::new(), Vec::new());
-    let progress = Progress::new("assess", "drops", head.end - head.first);
+    let progress = ProgressLine::new("assess", "drops", head.end - head.first);
     let files = Files { scratch: aside.scratch(), kept: None };
     campaign.fly_trials(head.range(), &BTreeSet::new(), &files, stop, |over| {
         if !over.flown {

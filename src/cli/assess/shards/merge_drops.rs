@@ -6,7 +6,7 @@ use super::parts::Parts;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::assess::args::AssessArgs;
-use crate::cli::assess::drops::{Campaign, campaign_name, planned};
+use crate::cli::assess::drops::{DropCampaign, campaign_name, planned};
 use crate::cli::mission::print_origin;
 use crate::cli::pilot::pilot_and_mission;
 use crate::cli::planning::{plan_mission, write_plan};
@@ -28,7 +28,7 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
     let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
-    let campaign = Campaign::new(args, (pilot, mission), planned, folder.path());
+    let campaign = DropCampaign::new(args, (pilot, mission), planned, folder.path());
     let (mut tally, mut summary) = (DropTally::default(), CampaignSummary::default());
     for part in &parts.parts {
         let record: DropsPart = part.summary()?;
@@ -49,7 +49,11 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result
 }
 
 /// Writes the lines of the trials that are kept; the numbers of those.
-fn lines(campaign: &Campaign<'_>, parts: &Parts, folder: &OutputFolder) -> Result<MeasureValues, Failure> {
+fn lines(
+    campaign: &DropCampaign<'_>,
+    parts: &Parts,
+    folder: &OutputFolder,
+) -> Result<MeasureValues, Failure> {
     let mission = &campaign.mission;
     let aside = folder.aside(&campaign.csv())?;
     let mut file = BufWriter::new(aside.file()?);

@@ -7,7 +7,7 @@ use super::parts::{Part, Parts};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::aside::Aside;
 use crate::cli::assess::args::AssessArgs;
-use crate::cli::assess::campaign::{Campaign, TrialRunner};
+use crate::cli::assess::campaign::{FlownCampaign, TrialRunner};
 use crate::cli::assess::own;
 use crate::cli::assess::study::{converged, mission, runner};
 use crate::cli::narrator::Narrator;
@@ -32,7 +32,7 @@ pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
     let Some(plan) = converged(args, &mission, timed, narrator)? else { return Ok(Answer::No) };
     let stop = AtomicBool::new(false);
     let runner = runner(args, &mission, &plan, &folder, &stop)?;
-    let mut campaigns = own_entries(&mission).bad_input()?.map(Campaign::new);
+    let mut campaigns = own_entries(&mission).bad_input()?.map(FlownCampaign::new);
     for part in &parts.parts {
         let summaries: Vec<StudyPart> = part.summary()?;
         for (campaign, summary) in campaigns.iter_mut().zip(&summaries) {
@@ -72,7 +72,7 @@ fn shown(
 }
 
 /// Writes the lines of a campaign's trials that are kept.
-fn lines(campaign: &mut Campaign, parts: &[Part], runner: &TrialRunner<'_>) -> Result<Aside, Failure> {
+fn lines(campaign: &mut FlownCampaign, parts: &[Part], runner: &TrialRunner<'_>) -> Result<Aside, Failure> {
     let name = campaign.entry.name;
     let aside = runner.folder.aside(&file_name(&campaign.entry))?;
     let mut file = BufWriter::new(aside.file()?);

@@ -1,6 +1,6 @@
 //! What a part of a campaign belongs to, and how it is reported.
 
-use super::place::Place;
+use super::place::PartPlace;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::command::arguments;
@@ -63,7 +63,7 @@ pub fn report(
     args: &AssessArgs,
     shard: Cut,
     head: &ShardHead,
-    place: &Place,
+    place: &PartPlace,
     flown: bool,
 ) -> Result<Answer, Failure> {
     let (first, count, path) = (head.first, head.end - head.first, place.path());

@@ -17,12 +17,12 @@ pub const FOLDER: &str = "shards";
 /// Ending of the name of a part's file.
 pub const ENDING: &str = ".parquet";
 /// The file of a part.
-pub struct Place {
+pub struct PartPlace {
     folder: PathBuf,
     name: String,
 }
 
-impl Place {
+impl PartPlace {
     /// The part's place in a campaign's folder, which is made. Beside parts of another cut there is none.
     pub fn new(out: &Path, shard: Cut) -> Result<Self, Failure> {
         let folder = out.join(FOLDER);

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::part::{GROUP_ROWS, check_campaign, head_of, report, stopped};
-use super::place::Place;
+use super::place::PartPlace;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::aside::Aside;
 use crate::cli::assess::args::AssessArgs;
@@ -11,7 +11,7 @@ use crate::cli::assess::campaign::{BLOCK, TrialRunner};
 use crate::cli::assess::study::{converged, mission, runner};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_mission;
-use crate::cli::progress::Progress;
+use crate::cli::progress::ProgressLine;
 use crate::cli::results::{OutputFolder, place_of};
 use samara::assess::{RandomRelease, StudyEntry};
 use samara::report::campaign::{CampaignSummary, SHOWN, TrialRecord};
@@ -29,7 +29,7 @@ pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, F
     let head = head_of(args, &mission, None, shard);
     check_campaign(args, &head)?;
     let folder = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
-    let place = Place::new(folder.path(), shard)?;
+    let place = PartPlace::new(folder.path(), shard)?;
     if place.is_whole(&head)? {
         return report(args, shard, &head, &place, false);
     }
@@ -39,7 +39,7 @@ pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, F
     let entries = own_entries(&mission).bad_input()?;
     let aside = place.begin()?;
     let mut writer = aside.named(ShardWriter::new(aside.file()?, &study_table("", &[])))?;
-    let progress = Progress::new("assess", "flights", entries.len() as u64 * (head.end - head.first));
+    let progress = ProgressLine::new("assess", "flights", entries.len() as u64 * (head.end - head.first));
     let mut parts = Vec::new();
     for entry in &entries {
         let Some(part) = fly(entry, &head, &runner, &progress, (&mut writer, &aside))? else {
@@ -59,7 +59,7 @@ fn fly(
     entry: &StudyEntry,
     head: &ShardHead,
     runner: &TrialRunner<'_>,
-    progress: &Progress,
+    progress: &ProgressLine,
     (writer, aside): (&mut ShardWriter, &Aside),
 ) -> Result<Option<StudyPart>, Failure> {
     progress.set_message(entry.name);

@@ -33,7 +33,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::contract::{Flight, Flown, Pilot, PilotOption};
+use super::contract::{Flown, Pilot, PilotOption, PilotedDrop};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
 use crate::cli::mission::mission_for_px4;
@@ -150,8 +150,8 @@ impl Pilot for Px4 {
     }
 
     /// Flies the drop to the end, or until PX4 is gone or refuses; both are reported.
-    fn fly(&self, flight: &Flight<'_>) -> Result<Flown, Failure> {
-        let Flight { mission, trajectory, folder, narrator, instance, speed, .. } = *flight;
+    fn fly(&self, flight: &PilotedDrop<'_>) -> Result<Flown, Failure> {
+        let PilotedDrop { mission, trajectory, folder, narrator, instance, speed, .. } = *flight;
         let Px4Settings { cpu, patience } = self.settings;
         let (mixer, preparation) = self.prepare(mission, trajectory)?;
         let Preparation { envelope, upload, .. } = preparation;

@@ -38,7 +38,7 @@ mod options;
 mod state;
 
 pub use iterate::Iterate;
-pub use options::{Counts, ProblemError, Progress, Solution, SolverOptions, StartFrom, Status};
+pub use options::{Counts, ProblemError, Solution, SolveProgress, SolverOptions, StartFrom, Status};
 
 fn check<D, const NX: usize, const NU: usize>(problem: &Problem<D, NX, NU>) -> Result<(), ProblemError> {
     if problem.intervals < 2 {
@@ -81,7 +81,7 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
     problem: &Problem<D, NX, NU>,
     start: StartFrom<NX, NU>,
     options: &SolverOptions,
-    observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>,
+    observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
 ) -> Result<Solution<NX, NU>, ProblemError> {
     check(problem)?;
     let scale = cost_scale(problem);
@@ -133,8 +133,8 @@ pub fn solve<D: Dynamics<NX, NU>, const NX: usize, const NU: usize>(
         give: 0.0,
     };
     let unscale = 1.0 / scale;
-    let mut unscaled = |p: &Progress| {
-        observer(&Progress {
+    let mut unscaled = |p: &SolveProgress| {
+        observer(&SolveProgress {
             objective: p.objective * unscale,
             kkt_residual: p.kkt_residual * unscale,
             mu: p.mu * unscale,
@@ -200,7 +200,7 @@ const MU_LEAST: f64 = 0.05;
 
 impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX, NU> {
     /// Algorithm A of Waechter and Biegler (2006), step by step.
-    fn run(mut self, observer: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Solution<NX, NU> {
+    fn run(mut self, observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>) -> Solution<NX, NU> {
         // initialise.
         let tolerance = self.options.tolerance;
         let mu_least = MU_LEAST * tolerance;
@@ -259,8 +259,8 @@ impl<D: Dynamics<NX, NU> + Copy, const NX: usize, const NU: usize> Run<'_, D, NX
         }
     }
 
-    fn progress(&self, now: &Evaluation<NX>, residuals: Residuals) -> Progress {
-        Progress {
+    fn progress(&self, now: &Evaluation<NX>, residuals: Residuals) -> SolveProgress {
+        SolveProgress {
             iteration: self.counts.iterations,
             objective: now.objective,
             defect_max: now.defect_max,

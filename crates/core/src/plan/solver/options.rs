@@ -52,7 +52,7 @@ pub enum Status {
 
 /// The state of a solve after an iteration, as an observer sees it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Progress {
+pub struct SolveProgress {
     /// Iterations so far.
     pub iteration: usize,
     /// Cost J_d of (32).

@@ -14,7 +14,7 @@
 //! [`crate::control::mixer`].
 
 use super::flight::Flight;
-use super::groups::{Group, MOST_GROUPS, of_groups, share};
+use super::groups::{MOST_GROUPS, RotorGroup, of_groups, share};
 use super::lanes::{LANES, Lanes, clip};
 use crate::control::mixer::ROUNDING;
 use crate::control::{Airframe, ControlLimits};
@@ -76,7 +76,7 @@ pub(super) struct Measured {
 }
 
 impl PlanarCascade {
-    pub(super) fn new(airframe: &Airframe, limits: &ControlLimits, groups: &[Group]) -> Self {
+    pub(super) fn new(airframe: &Airframe, limits: &ControlLimits, groups: &[RotorGroup]) -> Self {
         let up_max_m_s2 = airframe.up_max_m_s2();
         let shares = Shares::of(groups);
         let thrust_max_n = airframe.mixer.thrust_limit_n();
@@ -196,8 +196,8 @@ struct Shares {
 impl Shares {
     /// With `S0`, `S1`, `S2` the sums of `k^2`, `k^2 x`, `k^2 x^2` over the rotors, one at `x` has the share
     /// `k (S2 - S1 x)/(S0 S2 - S1^2)` of the lift and `k (S0 x - S1)/(S0 S2 - S1^2)` of the moment.
-    fn of(groups: &[Group]) -> Self {
-        let weight = |g: &Group| g.count * (g.interference.thrust * g.interference.thrust);
+    fn of(groups: &[RotorGroup]) -> Self {
+        let weight = |g: &RotorGroup| g.count * (g.interference.thrust * g.interference.thrust);
         let sum = |f: &dyn Fn(f64) -> f64| groups.iter().map(|g| weight(g) * f(g.hub_m[0])).sum::<f64>();
         let (first, wake) = groups.first().map_or((0.0, 1.0), |g| (g.hub_m[0], g.interference.thrust));
         // Arms as parts of the first, so that equal ones cancel to nothing.

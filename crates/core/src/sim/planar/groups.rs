@@ -24,7 +24,7 @@ pub(super) const TOLERANCE: f64 = 1e-9;
 
 /// Rotors that do the same in the plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Group {
+pub(super) struct RotorGroup {
     /// `(x, z)` of the hubs [m].
     pub(super) hub_m: [f64; 2],
     /// How many rotors there are.
@@ -40,14 +40,14 @@ pub(super) struct Group {
 /// # Errors
 /// [`NotPlanar`] when a rotor does not push straight up, has no mirror image, or turns the vehicle out of the
 /// plane; or when there are more than [`MOST_GROUPS`] groups.
-pub(super) fn groups(vehicle: &Vehicle) -> Result<Vec<Group>, NotPlanar> {
+pub(super) fn groups(vehicle: &Vehicle) -> Result<Vec<RotorGroup>, NotPlanar> {
     let rotors = &vehicle.rotors;
     let size = rotors.iter().map(|r| r.position_body_m.amax()).fold(0.0, f64::max);
     let near = |a: f64, b: f64| (a - b).abs() <= TOLERANCE * size;
     let coupled = vehicle.options.reaction_torque || vehicle.options.rotor_momentum;
     // The height of a hub counts where the flow does.
     let flow_counts = vehicle.rotor.knows_inflow();
-    let mut groups: Vec<Group> = Vec::new();
+    let mut groups: Vec<RotorGroup> = Vec::new();
     for (i, rotor) in rotors.iter().enumerate() {
         if rotor.axis_body.xy().amax() > TOLERANCE || rotor.axis_body.z > 0.0 {
             return Err(NotPlanar::RotorAxis { rotor: i + 1 });
@@ -72,14 +72,14 @@ pub(super) fn groups(vehicle: &Vehicle) -> Result<Vec<Group>, NotPlanar> {
             }
         }
         let interference = rotor.interference;
-        let same = |g: &&mut Group| {
+        let same = |g: &&mut RotorGroup| {
             near(g.hub_m[0], hub.x)
                 && (!flow_counts || near(g.hub_m[1], hub.z))
                 && g.interference == interference
         };
         match groups.iter_mut().find(same) {
             Some(group) => group.count += 1.0,
-            None => groups.push(Group { hub_m: [hub.x, hub.z], count: 1.0, interference, first: i }),
+            None => groups.push(RotorGroup { hub_m: [hub.x, hub.z], count: 1.0, interference, first: i }),
         }
     }
     if groups.len() > MOST_GROUPS {
@@ -94,7 +94,10 @@ pub(super) fn groups(vehicle: &Vehicle) -> Result<Vec<Group>, NotPlanar> {
 }
 
 /// A number of each group; that of no group is nothing.
-pub(super) fn of_groups<T: Copy + Default>(groups: &[Group], f: impl Fn(&Group) -> T) -> [T; MOST_GROUPS] {
+pub(super) fn of_groups<T: Copy + Default>(
+    groups: &[RotorGroup],
+    f: impl Fn(&RotorGroup) -> T,
+) -> [T; MOST_GROUPS] {
     let mut out = [T::default(); MOST_GROUPS];
     for (out, group) in out.iter_mut().zip(groups) {
         *out = f(group);

@@ -6,7 +6,7 @@
 
 use std::f64::consts::PI;
 
-use super::groups::{Group, MOST_GROUPS, of_groups};
+use super::groups::{MOST_GROUPS, RotorGroup, of_groups};
 use super::lanes::{LANES, Lanes, clip, index, interval};
 use crate::math::straight::atan2;
 use crate::model::axis::Axis;
@@ -84,7 +84,7 @@ pub(super) struct LaneLoad {
 }
 
 impl Rotors {
-    pub(super) fn new(rotor: &Rotor, motor: &Motor, groups: &[Group]) -> Self {
+    pub(super) fn new(rotor: &Rotor, motor: &Motor, groups: &[RotorGroup]) -> Self {
         let density_kg_m3 = rotor.reference_density_kg_m3();
         let rotor = match rotor {
             Rotor::BladeElement(table) => LaneRotor::Coefficients(Coefficients::new(table)),

@@ -6,7 +6,7 @@
 
 /// A state at a time, in the quantities and units of the report.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Row {
+pub struct PublishedState {
     /// Time [s].
     pub t_s: f64,
     /// Altitude above mean sea level [ft].
@@ -21,13 +21,13 @@ pub struct Row {
     pub density_slug_ft3: f64,
 }
 
-/// Case and [`Row`], a line each.
+/// Case and [`PublishedState`], a line each.
 const PUBLISHED: &str = include_str!("check_cases.csv");
 
 /// The published states of a case.
-pub fn published(case: u8) -> Vec<Row> {
+pub fn published(case: u8) -> Vec<PublishedState> {
     let row = |[t_s, altitude_ft, speed_down_ft_s, roll, pitch, yaw, p, q, r, density_slug_ft3]: [f64;
-                   10]| Row {
+                   10]| PublishedState {
         t_s,
         altitude_ft,
         speed_down_ft_s,

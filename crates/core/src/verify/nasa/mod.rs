@@ -18,7 +18,7 @@ pub use earth::Earth;
 use nalgebra::{Matrix3, Vector3};
 
 use super::motion::{Load, advance, level};
-use super::{Check, Group};
+use super::{Check, CheckGroup};
 use crate::frames::{
     conjugate, pitch, product, quaternion_from_euler, roll, rotate_body_from_ned, wrap_pi, yaw,
 };
@@ -26,7 +26,7 @@ use crate::model::ModelError;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::units::{DEG_PER_RAD, KG_PER_SLUG, M_PER_FT, RAD_PER_DEG};
 
-use data::{Row, published};
+use data::{PublishedState, published};
 
 /// Step of the integration [s].
 const DT_S: f64 = 0.01;
@@ -124,12 +124,12 @@ impl Brick {
 
 /// A state in the report's terms. NED turns about north: with the Earth, and with the way east along the
 /// equator.
-fn in_report_terms(earth: &Earth, state: &BodyState, t_s: f64) -> Row {
+fn in_report_terms(earth: &Earth, state: &BodyState, t_s: f64) -> PublishedState {
     let east_rad = state.p_ned.y / (earth.radius_m + ALTITUDE_FT * M_PER_FT);
     let q_inertial_from_ned = quaternion_from_euler(earth.rate_rad_s * t_s + east_rad, 0.0, 0.0);
     let q = product(conjugate(q_inertial_from_ned), state.q_ned_from_body);
     let altitude_ft = ALTITUDE_FT - state.p_ned.z / M_PER_FT;
-    Row {
+    PublishedState {
         t_s,
         altitude_ft,
         speed_down_ft_s: state.v_ned.z / M_PER_FT,
@@ -141,12 +141,12 @@ fn in_report_terms(earth: &Earth, state: &BodyState, t_s: f64) -> Row {
 
 /// A fall as computed and as published, at the same times.
 struct Fall {
-    ours: Vec<Row>,
-    nasa: Vec<Row>,
+    ours: Vec<PublishedState>,
+    nasa: Vec<PublishedState>,
 }
 
 impl Fall {
-    fn check(&self, name: &str, unit: &'static str, of: impl Fn(&Row) -> f64, bar: f64) -> Check {
+    fn check(&self, name: &str, unit: &'static str, of: impl Fn(&PublishedState) -> f64, bar: f64) -> Check {
         Check::worst(name, unit, self.ours.iter().zip(&self.nasa).map(|(a, b)| (of(a), of(b))), bar)
     }
 
@@ -176,9 +176,9 @@ impl Fall {
 ///
 /// # Errors
 /// [`ModelError`] when the brick is impossible.
-pub fn case_2(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
+pub fn case_2(earth: &Earth, brick: &Brick) -> Result<CheckGroup, ModelError> {
     let fall = brick.fall(earth, 2)?;
-    Ok(Group {
+    Ok(CheckGroup {
         title: "NASA case 2: tumbling brick",
         source: "NASA/TM-2015-218675, atmospheric case 2, simulation 4; worst of 0, 5, .. 30 s",
         checks: fall
@@ -194,9 +194,9 @@ pub fn case_2(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
 ///
 /// # Errors
 /// As [`case_2`].
-pub fn case_3(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
+pub fn case_3(earth: &Earth, brick: &Brick) -> Result<CheckGroup, ModelError> {
     let fall = brick.fall(earth, 3)?;
-    Ok(Group {
+    Ok(CheckGroup {
         title: "NASA case 3: tumbling brick with rotational damping",
         source: "NASA/TM-2015-218675, atmospheric case 3, simulation 5; worst of 0, 5, .. 30 s",
         checks: fall
@@ -212,10 +212,10 @@ pub fn case_3(earth: &Earth, brick: &Brick) -> Result<Group, ModelError> {
 ///
 /// # Errors
 /// As [`case_2`].
-pub fn case_4(earth: &Earth, sphere: &Brick) -> Result<Group, ModelError> {
+pub fn case_4(earth: &Earth, sphere: &Brick) -> Result<CheckGroup, ModelError> {
     let fall = sphere.fall(earth, 4)?;
     let density = fall.check("density of the air", "slug/ft^3", |r| r.density_slug_ft3, 2e-9);
-    Ok(Group {
+    Ok(CheckGroup {
         title: "NASA case 4: falling sphere",
         source: "NASA/TM-2015-218675, atmospheric case 4, simulation 4; worst of 0, 5, .. 30 s",
         checks: fall.path(2e-4, 5e-5).into_iter().chain(fall.attitude(1e-7)).chain([density]).collect(),

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::super::motion::{Load, advance, level};
-use super::super::{Check, Group};
+use super::super::{Check, CheckGroup};
 use super::data::rows_of;
 use super::{ALTITUDE_FT, Brick, DT_S, Earth};
 use crate::frames::rotate_body_from_ned;
@@ -22,7 +22,7 @@ const PUBLISHED: &str = include_str!("wind_cases.csv");
 
 /// A state in the units of the report.
 #[derive(Clone, Copy, Debug)]
-struct Row {
+struct PublishedWind {
     t_s: f64,
     altitude_ft: f64,
     speed_east_ft_s: f64,
@@ -30,8 +30,8 @@ struct Row {
 }
 
 /// The published states of a case.
-fn published(case: u8) -> Vec<Row> {
-    let row = |[t_s, altitude_ft, speed_east_ft_s, speed_down_ft_s]: [f64; 4]| Row {
+fn published(case: u8) -> Vec<PublishedWind> {
+    let row = |[t_s, altitude_ft, speed_east_ft_s, speed_down_ft_s]: [f64; 4]| PublishedWind {
         t_s,
         altitude_ft,
         speed_east_ft_s,
@@ -80,7 +80,7 @@ pub fn cases_6_to_8(
     earth: &Earth,
     sphere: &Brick,
     winds_ft_s: &[(u8, [f64; 2]); 3],
-) -> Result<Group, ModelError> {
+) -> Result<CheckGroup, ModelError> {
     let turn = [-180.0f64, -90.0, 0.0, 90.0, 180.0].map(f64::to_radians);
     let area_m2 = sphere.area_ft2 * M_PER_FT * M_PER_FT * sphere.c_drag;
     let aero = BodyAero::new(area_m2, 1.0, &turn, &[1.0; 5], &[0.0; 5], &[0.0; 5])?;
@@ -112,7 +112,7 @@ pub fn cases_6_to_8(
             Check::worst(format!("case {case}: speed east"), "ft/s", sideways, 2e-6),
         ]);
     }
-    Ok(Group {
+    Ok(CheckGroup {
         title: "NASA cases 6, 7, 8: falling sphere, still air, steady wind, wind shear",
         source: "NASA/TM-2015-218675, atmospheric cases 6, 7 and 8, simulation 4; worst of 0, 5, .. 30 s",
         checks,
