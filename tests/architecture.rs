@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 use module_tree::{Tree, circles};
 
+#[path = "architecture/budgets.rs"]
+mod budgets;
 mod module_tree;
 #[path = "architecture/physics.rs"]
 mod physics;
