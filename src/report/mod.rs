@@ -59,6 +59,7 @@ mod flight_arrays;
 mod flight_columns;
 pub mod flight_csv;
 pub mod free_fall;
+pub mod html;
 pub mod json;
 mod judged_drop;
 mod marks;

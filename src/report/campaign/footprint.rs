@@ -10,8 +10,8 @@ use std::fmt::Write as _;
 use super::{CampaignReport, NamedCampaign, TrialRecord};
 use crate::assess::outcome::J_TPF;
 use crate::model::environment::GeoPoint;
+use crate::report::html::escape;
 use crate::report::json::{object, text};
-use crate::report::study::grid::escape;
 
 /// Decimals of degrees: a hundredth of a millimetre on Earth.
 const DECIMALS: usize = 10;

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use super::CampaignReport;
-use crate::report::study::grid::escape;
+use crate::report::html::escape;
 
 /// A test case and why it failed, if it did.
 struct Case {

@@ -4,8 +4,8 @@
 
 use super::CampaignReport;
 use super::tables::{campaigns, cases, measures, verdict, worst};
+use crate::report::html::{Html, descriptions, document, el, link, paragraph};
 use crate::report::json::VERSION;
-use crate::report::study::grid::{Grid, escape, rich};
 use crate::report::study::page::{Figure, STYLE};
 use crate::report::study::tables::{INTERVALS, tracking_note};
 use crate::units::DEG_PER_RAD;
@@ -19,88 +19,68 @@ pub fn page(
     files: &[String],
 ) -> String {
     let m = report.mission;
-    let name = escape(&m.name);
-    let class = if report.safe() { "verdict" } else { "verdict no" };
-    let mut html = format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
-         <title>Safety of {name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body>\n\
-         <h1>Safety of the transition to powered flight: {name}</h1>\n\
-         <p class=\"soft\">Vehicle {}, gains {}, released from its parachute; flown by {}.</p>\n\
-         <p class=\"{class}\">{}.</p>\n",
-        escape(&m.vehicle_name),
-        escape(&m.control.gains_name),
-        escape(&report.flown_by),
-        rich(&verdict(report)),
+    let about = format!(
+        "Vehicle {}, gains {}, released from its parachute; flown by {}.",
+        m.vehicle_name, m.control.gains_name, report.flown_by
     );
-    let mut sections: Vec<(&str, &str, String)> = Vec::new();
+    let class = if report.safe() { "verdict" } else { "verdict no" };
+    let mut body = el("h1").text(&format!("Safety of the transition to powered flight: {}", m.name)).line()
+        + paragraph("soft", Html::text(&about))
+        + paragraph(class, Html::rich(&verdict(report)) + Html::text("."));
+    let mut sections: Vec<(&str, &str, Html)> = Vec::new();
     // What the page is about comes first, the other figures last.
     let (first, others) = figures.split_at(figures.len().min(1));
-    let mut campaign_tables: String = first.iter().map(figure).collect();
-    campaign_tables += &tables_of(report);
-    campaign_tables += &format!("{}<p class=\"soft\">{INTERVALS}</p>\n", campaigns(report).html());
-    sections.push(("campaigns", "Campaigns", campaign_tables));
+    let note = paragraph("soft", Html::text(INTERVALS));
+    let tables = tables_of(report) + campaigns(report).html("table") + note;
+    sections.push(("campaigns", "Campaigns", first.iter().map(figure).sum::<Html>() + tables));
     sections.push(("worst", "The worst trials", worst_trials(report)));
     if !report.cases.is_empty() {
         let note = tracking_note(report.mission, report.tracking_period_s);
-        let body = format!("{}<p class=\"soft\">{note}</p>\n", cases(report).html());
-        sections.push(("cases", "Release cases", body));
+        let note = paragraph("soft", Html::text(&note));
+        sections.push(("cases", "Release cases", cases(report).html("table") + note));
     }
     if !others.is_empty() {
-        sections.push(("figures", "Figures", others.iter().map(figure).collect()));
+        sections.push(("figures", "Figures", others.iter().map(figure).sum()));
     }
     sections.push(("footprint", "Footprint", footprint_links(footprint)));
     sections.push(("origin", "How this was made", origin(report, files)));
-    html += "<nav aria-label=\"Contents\"><ol>";
-    for (id, title, _) in &sections {
-        html += &format!("<li><a href=\"#{id}\">{title}</a></li>");
+    let entry = |(id, title, _): &(&str, &str, Html)| el("li").of(link(&format!("#{id}"), title));
+    let contents = el("ol").of(sections.iter().map(entry).sum());
+    body += el("nav").attribute("aria-label", "Contents").of(contents).line();
+    for (id, title, content) in sections {
+        let content = el("h2").text(title).line() + content;
+        body += el("section").attribute("id", id).around(content).line();
     }
-    html += "</ol></nav>\n";
-    for (id, title, body) in &sections {
-        html += &format!("<section id=\"{id}\">\n<h2>{title}</h2>\n{body}</section>\n");
-    }
-    html + "</body>\n</html>\n"
+    document(&format!("Safety of {}", m.name), STYLE, "", &body)
 }
 
-fn footprint_links([geojson, kml]: &[String; 2]) -> String {
-    let link = |file: &str| format!("<a href=\"{0}\">{0}</a>", escape(file));
-    format!(
-        "<p>Where each vehicle was when its plan ended, seen from the point of release: {} and {}, for maps.</p>\n",
-        link(geojson),
-        link(kml)
-    )
+fn footprint_links([geojson, kml]: &[String; 2]) -> Html {
+    let links = [geojson, kml].map(|file| link(file, file));
+    let about = "Where each vehicle was when its plan ended, seen from the point of release: ";
+    paragraph("", Html::text(about) + Html::joined(links, " and ") + Html::text(", for maps."))
 }
 
-fn tables_of(report: &CampaignReport<'_>) -> String {
-    let mut html = "<p>J<sub>state</sub> is the largest share of a safety limit - speed, pitch or pitch rate, and out of the plane roll or roll rate - \
-         at an instant, J<sub>TPF</sub> its maximum over a flight; at 1 a limit is reached. The quantity that tells the trials apart best stands first. \
-         Altitude is counted from the release to the plan's end, time from the start of the rotors, t = 0.</p>\n"
-        .to_owned();
-    for campaign in &report.campaigns {
-        html += &measures(report, campaign).html();
-    }
-    html
+fn tables_of(report: &CampaignReport<'_>) -> Html {
+    let about = "J_state is the largest share of a safety limit - speed, pitch or pitch rate, and out of the plane roll or roll rate - \
+         at an instant, J_TPF its maximum over a flight; at 1 a limit is reached. The quantity that tells the trials apart best stands first. \
+         Altitude is counted from the release to the plan's end, time from the start of the rotors, t = 0.";
+    let tables = report.campaigns.iter().map(|campaign| measures(report, campaign).html("table"));
+    paragraph("", Html::rich(about)) + tables.sum()
 }
 
-fn worst_trials(report: &CampaignReport<'_>) -> String {
-    let grid: Grid = worst(report);
-    let mut html = grid.html() + "<p>Each alone, with its flight log, figure and replay:</p>\n<pre>";
-    for t in report.judged().into_iter().flat_map(|campaign| &campaign.summary.worst).take(3) {
-        html += &format!("{} --only {}\n", escape(&report.alone), t.trial);
-    }
-    html + "</pre>\n"
+fn worst_trials(report: &CampaignReport<'_>) -> Html {
+    let worst_of = report.judged().into_iter().flat_map(|campaign| &campaign.summary.worst).take(3);
+    let commands: String = worst_of.map(|t| format!("{} --only {}\n", report.alone, t.trial)).collect();
+    let about = Html::text("Each alone, with its flight log, figure and replay:");
+    worst(report).html("table") + paragraph("", about) + el("pre").text(&commands).line()
 }
 
-fn figure(figure: &Figure) -> String {
-    format!(
-        "<figure>\n<div class=\"drawing\">{}</div>\n<figcaption>{} <a class=\"soft\" href=\"{file}\">{file}</a></figcaption>\n</figure>\n",
-        figure.svg.trim_start(),
-        rich(&figure.caption),
-        file = escape(&figure.file)
-    )
+fn figure(figure: &Figure) -> Html {
+    let file = el("a").class("soft").attribute("href", &figure.file).text(&figure.file);
+    figure.html(file)
 }
 
-fn origin(report: &CampaignReport<'_>, files: &[String]) -> String {
+fn origin(report: &CampaignReport<'_>, files: &[String]) -> Html {
     let m = report.mission;
     let monte_carlo = &m.study.monte_carlo;
     let facts = [
@@ -122,16 +102,10 @@ fn origin(report: &CampaignReport<'_>, files: &[String]) -> String {
             ),
         ),
     ];
-    let mut html = "<dl>\n".to_owned();
-    for (name, value) in facts {
-        html += &format!("<dt>{}</dt><dd>{}</dd>\n", escape(name), rich(&value));
-    }
-    let links: Vec<String> =
-        files.iter().map(|file| format!("<a href=\"{0}\">{0}</a>", escape(file))).collect();
-    html + &format!(
-        "<dt>files</dt><dd>{}</dd>\n</dl>\n<pre>{}</pre>\n\
-         <p class=\"soft\">The same command gives the same bytes, on any number of threads.</p>\n",
-        links.join(", "),
-        escape(&report.command)
-    )
+    let files = Html::joined(files.iter().map(|file| link(file, file)), ", ");
+    let facts = facts.iter().map(|(name, value)| (*name, Html::rich(value)));
+    let again = "The same command gives the same bytes, on any number of threads.";
+    descriptions(facts.chain([("files", files)]))
+        + el("pre").text(&report.command).line()
+        + paragraph("soft", Html::text(again))
 }

@@ -5,15 +5,16 @@ use super::assumptions::{assumed, not_modelled};
 use super::decision::Decision;
 use super::estimates::EstimatedInput;
 use super::sections::{
-    Line, Worst, air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst,
+    Line, Probability, Reach, Worst, air_and_release, autopilot, drops, probabilities, reaches,
+    vehicle_and_design, worst,
 };
 use super::{Card, Evidence};
 use crate::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_TILT, STEADY_AFTER};
 use crate::report::columns::short;
 use crate::report::envelope::confirmed_words;
 use crate::report::figure::{FigureError, STRIP_PANELS, envelope_strip};
+use crate::report::html::{Html, descriptions, document, el, link, paragraph};
 use crate::report::json::VERSION;
-use crate::report::study::grid::{escape, rich};
 
 const STYLE: &str = include_str!("card.css");
 
@@ -49,78 +50,76 @@ const HASH_DIGITS: usize = 16;
 /// [`FigureError`] when the figure of the envelope cannot be drawn.
 pub fn page(card: &Card<'_>) -> Result<String, FigureError> {
     let reasons = card.reasons();
-    let mut body = format!("<p class=\"conclusion\">{}</p>\n", rich(&card.conclusion()));
+    let mut body = paragraph("conclusion", Html::rich(&card.conclusion()));
     if !reasons.is_empty() {
-        let texts =
-            reasons.iter().map(|reason| format!("{}{}", rich(&reason.text), links(card, &reason.from)));
-        body += &list(texts.collect(), REASONS);
+        let texts = reasons.iter().map(|reason| Html::rich(&reason.text) + links(card, &reason.from));
+        body += list(texts.collect(), REASONS);
     }
-    body += "<div class=\"two\">\n";
-    body += &section("Vehicle and design", &lines(card, &vehicle_and_design(card), LINES));
-    body += &section("Air and release", &lines(card, &air_and_release(card), LINES));
-    body += "</div>\n";
-    let flown = lines(card, &drops(card), DROPS) + &lines(card, &autopilot(card), PX4S);
-    body += &section("Drops and autopilot", &flown);
-    body += &section("Go/no-go envelope of the release", &envelope(card)?);
-    body += &section("Probability of failure", &probability_table(card));
-    body += &section("Worst ways to fail", &worst_table(card, WORST));
-    body += "<div class=\"two long\">\n";
+    let vehicle = section("Vehicle and design", lines(card, &vehicle_and_design(card), LINES));
+    let air = section("Air and release", lines(card, &air_and_release(card), LINES));
+    body += el("div").class("two").around(vehicle + air).line();
+    let flown = lines(card, &drops(card), DROPS) + lines(card, &autopilot(card), PX4S);
+    body += section("Drops and autopilot", flown);
+    body += section("Go/no-go envelope of the release", envelope(card)?);
+    body += section("Probability of failure", probability_table(card));
+    body += section("Worst ways to fail", worst_table(card, WORST));
     let sentences =
-        |sentences: Vec<String>| list(sentences.iter().map(|text| rich(text)).collect(), SENTENCES);
-    body += &section("What is assumed", &sentences(assumed(card, NAMED)));
-    body += &section("What was not looked at or modelled", &sentences(not_modelled(card, NAMED)));
-    body += "</div>\n";
-    let shown = shown_evidence(card, &body);
-    body += &section("Evidence", &evidence_table(card, &shown));
+        |sentences: Vec<String>| list(sentences.iter().map(|text| Html::rich(text)).collect(), SENTENCES);
+    let assumed = section("What is assumed", sentences(assumed(card, NAMED)));
+    let left_out = section("What was not looked at or modelled", sentences(not_modelled(card, NAMED)));
+    body += el("div").class("two long").around(assumed + left_out).line();
+    let shown = shown_evidence(card, body.as_str());
+    body += section("Evidence", evidence_table(card, &shown));
     let rows = rows(card, reasons.len()) + shown.len();
-    let crowd = ["<li>", "<tr>", "<dt>"].map(|tag| body.matches(tag).count()).iter().sum::<usize>();
+    let count = |tag: &str| body.as_str().matches(tag).count();
+    let crowd = ["<li>", "<tr>", "<dt>"].map(count).iter().sum::<usize>();
     let type_size = match SIZES.iter().find(|(_, most)| rows <= *most) {
         Some((size, _)) if crowd <= CROWD => size,
         _ => "tight",
     };
-    Ok(head(card, type_size, card.decision()) + &body + &estimates(card) + &signatures(card))
+    let sheet = head(card, card.decision()) + body + estimates(card) + signatures(card);
+    Ok(document(&format!("Release card: {}", card.mission.name), STYLE, type_size, &sheet))
 }
 
-/// The page to the verdict.
-fn head(card: &Card<'_>, type_size: &str, decision: Decision) -> String {
+/// The name and the verdict.
+fn head(card: &Card<'_>, decision: Decision) -> Html {
     let m = card.mission;
-    let (class, verdict) = (if decision.is_go() { "go" } else { "no" }, decision.words());
-    let name = escape(&m.name);
-    format!(
-        "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
-         <meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n\
-         <title>Release card: {name}</title>\n<style>\n{STYLE}</style>\n</head>\n<body class=\"{type_size}\">\n\
-         <header><div><p class=\"over\">Release card</p>\n<h1>{name}</h1>\n\
-         <p>Vehicle {}, gains {}. samara {VERSION}; inputs {}</p></div>\n\
-         <p class=\"verdict {class}\">{verdict}</p></header>\n",
-        escape(&m.vehicle_name),
-        escape(&m.control.gains_name),
-        hash(&m.inputs.hash)
-    )
+    let (class, verdict) = (if decision.is_go() { "verdict go" } else { "verdict no" }, decision.words());
+    let about =
+        format!("Vehicle {}, gains {}. samara {VERSION}; inputs ", m.vehicle_name, m.control.gains_name);
+    let name = el("p").class("over").text("Release card").line()
+        + el("h1").text(&m.name).line()
+        + el("p").of(Html::text(&about) + hash(&m.inputs.hash));
+    el("header").of(el("div").of(name).line() + el("p").class(class).text(verdict)).line()
 }
 
 /// What is estimated, above the signatures, and whether that is accepted.
-fn estimates(card: &Card<'_>) -> String {
+fn estimates(card: &Card<'_>) -> Html {
     let estimates = card.estimates();
     if estimates.is_empty() {
-        return String::new();
+        return Html::default();
     }
-    let words = |input: &EstimatedInput| rich(&input.words()) + &links(card, &[input.from.to_owned()]);
-    let words: Vec<String> = estimates.iter().map(words).collect();
-    let standing =
-        if card.accepts_estimates { "Accepted with these signatures" } else { "<b>NOT accepted</b>" };
-    let text = format!("<p>{}. {standing}.</p>\n", words.join("; "));
-    section("Estimated or guessed, not measured", &text)
+    let words = |input: &EstimatedInput| Html::rich(&input.words()) + links(card, &[input.from.to_owned()]);
+    let words = Html::joined(estimates.iter().map(words), "; ");
+    let standing = if card.accepts_estimates {
+        Html::text("Accepted with these signatures")
+    } else {
+        el("b").text("NOT accepted")
+    };
+    let text = words + Html::text(". ") + standing + Html::text(".");
+    section("Estimated or guessed, not measured", paragraph("", text))
 }
 
-/// Where the card is signed, and the page's end.
-fn signatures(card: &Card<'_>) -> String {
-    format!(
-        "<section class=\"sign\"><table><tr><td>Name</td><td>Role</td><td>Date</td><td>Signature</td></tr>{}</table>\n\
-         <p>Made again by <code>{}</code>. Hashes find what has changed; they are no signatures.</p></section>\n</body>\n</html>\n",
-        "<tr><td></td><td></td><td></td><td></td></tr>".repeat(2),
-        escape(&shortened(&card.command, COMMAND))
-    )
+/// Where the card is signed.
+fn signatures(card: &Card<'_>) -> Html {
+    let row = |cells: [&str; 4]| el("tr").of(cells.iter().map(|cell| el("td").text(cell)).sum());
+    let rows = [["Name", "Role", "Date", "Signature"], [""; 4], [""; 4]].map(row);
+    let command = el("code").text(&shortened(&card.command, COMMAND));
+    let again = Html::text("Made again by ")
+        + command
+        + Html::text(". Hashes find what has changed; they are no signatures.");
+    let table = el("table").of(rows.into_iter().sum()).line();
+    el("section").class("sign").of(table + el("p").of(again)).line()
 }
 
 /// Rows of the sheet that differ from card to card, but for the evidence.
@@ -137,28 +136,32 @@ fn rows(card: &Card<'_>, reasons: usize) -> usize {
     parts + reaches(card).len() + 2 * card.estimates().len()
 }
 
-fn section(title: &str, body: &str) -> String {
-    format!("<section>\n<h2>{title}</h2>\n{body}</section>\n")
+fn section(title: &str, body: Html) -> Html {
+    el("section").around(el("h2").text(title).line() + body).line()
 }
 
 /// The beginning of a hash, the whole as a title.
-fn hash(sha256: &str) -> String {
+fn hash(sha256: &str) -> Html {
     let short: String = sha256.chars().take(HASH_DIGITS).collect();
-    format!("<code title=\"SHA-256 {}\">{}</code>", escape(sha256), escape(&short))
+    el("code").attribute("title", &format!("SHA-256 {sha256}")).text(&short)
 }
 
 /// Links to what something rests on, as many as are named: evidence leads to its file, an input to its place
 /// below.
-fn links(card: &Card<'_>, from: &[String]) -> String {
-    let link = |id: &String| {
+fn links(card: &Card<'_>, from: &[String]) -> Html {
+    let to = |id: &String| {
         let place = id.strip_prefix('E').and_then(|number| number.parse::<usize>().ok());
         let evidence = place.and_then(|place| card.evidence.get(place.checked_sub(1)?));
         let to = evidence.map_or_else(|| format!("#{id}"), |evidence| url(&evidence.link));
-        format!("<a href=\"{}\">{}</a>", escape(&to), escape(id))
+        link(&to, id)
     };
-    let mut links: Vec<String> = from.iter().take(NAMED).map(link).collect();
-    links.extend((from.len() > NAMED).then(|| format!("+ {}", from.len() - NAMED)));
-    if links.is_empty() { String::new() } else { format!(" <span class=\"from\">{}</span>", links.join(" ")) }
+    if from.is_empty() {
+        return Html::default();
+    }
+    let more = from.len().checked_sub(NAMED).filter(|more| *more > 0);
+    let more = more.map(|more| Html::text(&format!("+ {more}")));
+    let links = Html::joined(from.iter().take(NAMED).map(to).chain(more), " ");
+    Html::text(" ") + el("span").class("from").of(links)
 }
 
 /// A text without its middle, where it is too long.
@@ -181,102 +184,91 @@ fn rest(count: usize, shown: usize) -> String {
     }
 }
 
-fn list(items: Vec<String>, most: usize) -> String {
+fn list(items: Vec<Html>, most: usize) -> Html {
     let more = rest(items.len(), most);
-    let more = (!more.is_empty()).then_some(more);
+    let more = (!more.is_empty()).then(|| Html::text(&more));
     let items = items.into_iter().take(most).chain(more);
-    let items: String = items.map(|item| format!("<li>{item}</li>\n")).collect();
-    format!("<ul>\n{items}</ul>\n")
+    el("ul").around(items.map(|item| el("li").of(item).line()).sum()).line()
 }
 
-fn lines(card: &Card<'_>, lines: &[Line], most: usize) -> String {
-    let row = |line: &Line| {
-        format!("<dt>{}</dt><dd>{}{}</dd>\n", escape(&line.about), rich(&line.text), links(card, &line.from))
-    };
+fn lines(card: &Card<'_>, lines: &[Line], most: usize) -> Html {
     let more = rest(lines.len(), most);
-    let more = if more.is_empty() { more } else { format!("<dt></dt><dd>{more}</dd>\n") };
-    let rows: String = lines.iter().take(most).map(row).collect();
-    format!("<dl>\n{rows}{more}</dl>\n")
+    let more = (!more.is_empty()).then(|| ("", Html::text(&more)));
+    let rows = lines.iter().take(most);
+    let rows = rows.map(|line| (&*line.about, Html::rich(&line.text) + links(card, &line.from)));
+    descriptions(rows.chain(more))
 }
 
-/// A table: heads, then rows of cells that are HTML already.
-fn table(class: &str, heads: &[&str], rows: &[Vec<String>]) -> String {
-    let heads: String = heads.iter().map(|head| format!("<th scope=\"col\">{}</th>", rich(head))).collect();
-    let row = |cells: &Vec<String>| {
-        let cells: String = cells.iter().map(|cell| format!("<td>{cell}</td>")).collect();
-        format!("<tr>{cells}</tr>\n")
-    };
-    let rows: String = rows.iter().map(row).collect();
-    format!("<table class=\"{class}\"><thead><tr>{heads}</tr></thead>\n<tbody>\n{rows}</tbody></table>\n")
+/// A table: heads, then rows of cells.
+fn table(class: &str, heads: &[&str], rows: Vec<Vec<Html>>) -> Html {
+    let heads = heads.iter().map(|head| el("th").attribute("scope", "col").rich(head));
+    let row = |cells: Vec<Html>| el("tr").of(cells.into_iter().map(|cell| el("td").of(cell)).sum()).line();
+    let head = el("thead").of(el("tr").of(heads.sum())).line();
+    let body = el("tbody").around(rows.into_iter().map(row).sum());
+    el("table").class(class).of(head + body).line()
 }
 
-fn envelope(card: &Card<'_>) -> Result<String, FigureError> {
+fn envelope(card: &Card<'_>) -> Result<Html, FigureError> {
     let reaches = reaches(card);
     let Some((_, first)) = card.envelopes().next() else {
-        return Ok(
-            "<p>No evidence of the mission's release: samara assess --envelope searches it.</p>\n".to_owned()
-        );
+        let none = "No evidence of the mission's release: samara assess --envelope searches it.";
+        return Ok(paragraph("", Html::text(none)));
     };
-    let rows: Vec<Vec<String>> = reaches
-        .iter()
-        .enumerate()
-        .map(|(row, reach)| {
-            let nominal = reach.nominal.map_or_else(|| "not known".to_owned(), |x| short(x, 2));
-            let [narrow, wide] = reach.confirmed.each_ref().map(|reach| escape(&reach.words()));
-            let drawn = escape(&reach.drawn_words());
-            // The evidence is named at the first of its rows.
-            let is_first = row == 0 || reaches[row - 1].from != reach.from;
-            let from = if is_first { links(card, std::slice::from_ref(&reach.from)) } else { String::new() };
-            vec![escape(reach.words), nominal, drawn, narrow, wide + &from]
-        })
-        .collect();
+    let row = |(row, reach): (usize, &Reach)| {
+        let nominal = reach.nominal.map_or_else(|| "not known".to_owned(), |x| short(x, 2));
+        let [narrow, wide] = reach.confirmed.each_ref().map(|reach| Html::text(&reach.words()));
+        let drawn = Html::text(&reach.drawn_words());
+        // The evidence is named at the first of its rows.
+        let is_first = row == 0 || reaches[row - 1].from != reach.from;
+        let from = if is_first { links(card, std::slice::from_ref(&reach.from)) } else { Html::default() };
+        vec![Html::text(reach.words), Html::text(&nominal), drawn, narrow, wide + from]
+    };
+    let rows = reaches.iter().enumerate().map(row).collect();
     let head = ["one at a time", "nominal", "drawn", "J_state < 0.7", "J_state < 1: go"];
     let panels: Vec<_> =
         card.envelopes().flat_map(|(_, envelope)| envelope.panels()).take(STRIP_PANELS).collect();
     let title = format!("Safe-release envelope: {}", card.mission.name);
     let figure = match envelope_strip((&title, &card.mission.stamp().csv_comment()), &panels) {
-        Ok(svg) => format!("<figure>{}</figure>\n", svg.trim_start()),
-        Err(FigureError::Empty) => String::new(),
+        Ok(svg) => el("figure").of(Html::drawing(&svg)).line(),
+        Err(FigureError::Empty) => Html::default(),
         Err(e) => return Err(e),
     };
     let any = card.envelopes().any(|(_, envelope)| envelope.any_confirmed());
     let confirmed = confirmed_words(any, first.fresh_flights, first.probability, first.confidence);
     let unseen = card.envelopes().filter_map(|(id, envelope)| Some((id, envelope.not_looked_at()?)));
     let unseen: String =
-        unseen.take(NAMED).map(|(id, what)| format!(" {id} has NOT looked at: {}.", escape(&what))).collect();
-    let note = format!(
-        "<p class=\"note\">{}.{unseen} Green and blue: J<sub>state</sub> below 0.7 and 1; cross: nominal release; drawn: three standard deviations either way, and the mission's own turbulence.</p>\n",
-        rich(&confirmed)
-    );
-    Ok(format!("<div class=\"envelope\">{}{figure}</div>\n{note}", table("reaches", &head, &rows)))
+        unseen.take(NAMED).map(|(id, what)| format!(" {id} has NOT looked at: {what}.")).collect();
+    let key = " Green and blue: J_state below 0.7 and 1; cross: nominal release; drawn: three standard deviations either way, and the mission's own turbulence.";
+    let note = Html::rich(&confirmed) + Html::text(".") + Html::text(&unseen) + Html::rich(key);
+    let table = table("reaches", &head, rows);
+    Ok(el("div").class("envelope").of(table + figure).line() + paragraph("note", note))
 }
 
-fn probability_table(card: &Card<'_>) -> String {
+fn probability_table(card: &Card<'_>) -> Html {
     let found = probabilities(card);
     if found.is_empty() {
-        return "<p>No evidence: samara assess flies campaigns.</p>\n".to_owned();
+        return paragraph("", Html::text("No evidence: samara assess flies campaigns."));
     }
-    let mut rows: Vec<Vec<String>> = found
-        .iter()
-        .take(CAMPAIGNS)
-        .map(|p| {
-            let words = rich(&p.words()) + &links(card, std::slice::from_ref(&p.from));
-            let [trials, failed] =
-                [p.trials, p.failed].map(|n| n.map_or_else(|| "-".to_owned(), |n| n.to_string()));
-            vec![rich(&p.flown_by), trials, failed, words, rich(&p.found_by)]
-        })
-        .collect();
-    let more = rest(found.len(), CAMPAIGNS);
-    if !more.is_empty() {
-        rows.push(vec![more]);
-    }
-    table("campaigns", &["flown", "trials", "failed", "P(failure)", "found by"], &rows)
+    let row = |p: &Probability| {
+        let words = Html::rich(&p.words()) + links(card, std::slice::from_ref(&p.from));
+        let [trials, failed] =
+            [p.trials, p.failed].map(|n| n.map_or_else(|| Html::text("-"), |n| Html::text(&n.to_string())));
+        vec![Html::rich(&p.flown_by), trials, failed, words, Html::rich(&p.found_by)]
+    };
+    let rows = with_rest(found.iter().take(CAMPAIGNS).map(row), found.len(), CAMPAIGNS);
+    table("campaigns", &["flown", "trials", "failed", "P(failure)", "found by"], rows)
 }
 
-fn worst_table(card: &Card<'_>, most: usize) -> String {
+/// Rows of a table, and one that says how many are not shown.
+fn with_rest(rows: impl Iterator<Item = Vec<Html>>, count: usize, shown: usize) -> Vec<Vec<Html>> {
+    let more = rest(count, shown);
+    rows.chain((!more.is_empty()).then(|| vec![Html::text(&more)])).collect()
+}
+
+fn worst_table(card: &Card<'_>, most: usize) -> Html {
     let found = worst(card);
     if found.is_empty() {
-        return "<p>No evidence.</p>\n".to_owned();
+        return paragraph("", Html::text("No evidence."));
     }
     let number = |x: Option<f64>, digits: usize| x.map_or_else(|| "-".to_owned(), |x| short(x, digits));
     // What was measured to its end and has no such time was never steady.
@@ -284,73 +276,66 @@ fn worst_table(card: &Card<'_>, most: usize) -> String {
         (None, Some(_)) => STEADY_AFTER.without.to_owned(),
         (steady_after_s, _) => number(steady_after_s, 1),
     };
-    let mut rows: Vec<Vec<String>> = found
-        .iter()
-        .take(most)
-        .map(|row| {
-            let outcome = match (&row.failure, &row.likely) {
-                (Some(failure), _) => format!("<b>failed</b>: {}", rich(failure)),
-                (None, Some(likely)) => rich(likely),
-                (None, None) => "did not fail, closest".to_owned(),
-            };
-            vec![
-                rich(&row.which) + &links(card, std::slice::from_ref(&row.from)),
-                outcome,
-                number(J_TPF.of(&row.outcome.0), 3),
-                steady(row),
-                number(ALTITUDE_LOST.of(&row.outcome.0), 1),
-                number(PEAK_TILT.of(&row.outcome.0), 1),
-            ]
-        })
-        .collect();
-    let more = rest(found.len(), most);
-    if !more.is_empty() {
-        rows.push(vec![more]);
-    }
+    let row = |row: &Worst| {
+        let outcome = match (&row.failure, &row.likely) {
+            (Some(failure), _) => el("b").text("failed") + Html::text(": ") + Html::rich(failure),
+            (None, Some(likely)) => Html::rich(likely),
+            (None, None) => Html::text("did not fail, closest"),
+        };
+        vec![
+            Html::rich(&row.which) + links(card, std::slice::from_ref(&row.from)),
+            outcome,
+            Html::text(&number(J_TPF.of(&row.outcome.0), 3)),
+            Html::text(&steady(row)),
+            Html::text(&number(ALTITUDE_LOST.of(&row.outcome.0), 1)),
+            Html::text(&number(PEAK_TILT.of(&row.outcome.0), 1)),
+        ]
+    };
     let heads = ["", "outcome", "J_TPF", "steady after [s]", "altitude lost [m]", "tilt [deg]"];
-    table("worst", &heads, &rows)
+    table("worst", &heads, with_rest(found.iter().take(most).map(row), found.len(), most))
 }
 
 /// The inputs, and the evidence at these places: the first in a table, the others one behind another.
-fn evidence_table(card: &Card<'_>, places: &[usize]) -> String {
-    let anchor = |id: &str| format!("<span id=\"{0}\">{0}</span>", escape(id));
+fn evidence_table(card: &Card<'_>, places: &[usize]) -> Html {
+    let anchor = |id: &str| el("span").attribute("id", id).text(id);
     let inputs = card.inputs.iter().enumerate().map(|(place, input)| {
-        let id = format!("I{}", place + 1);
-        let (file, hash) = (shortened(&input.file, PATH), hash(&input.sha256));
-        format!("{} {} {} {hash}", anchor(&id), input.role, escape(&file))
+        let file = format!(" {} {} ", input.role, shortened(&input.file, PATH));
+        anchor(&format!("I{}", place + 1)) + Html::text(&file) + hash(&input.sha256)
     });
-    let inputs: Vec<String> = inputs.collect();
+    let inputs = Html::text("Inputs: ") + Html::joined(inputs, "; ") + Html::text(".");
     let row = |place: &usize, most: usize| {
         let evidence = &card.evidence[*place];
-        let sha256 = evidence.sha256.as_deref().map_or_else(|| "-".to_owned(), hash);
-        let (link, file) = (url(&evidence.link), &evidence.file);
-        let shown = escape(&shortened(file, most));
-        let file = format!("<a href=\"{link}\" title=\"{}\">{shown}</a>", escape(file));
-        vec![anchor(&Card::id(*place)), evidence.kind.words().to_owned(), file, sha256, standing(evidence)]
+        let sha256 = evidence.sha256.as_deref().map_or_else(|| Html::text("-"), hash);
+        let file = el("a").attribute("href", &url(&evidence.link)).attribute("title", &evidence.file);
+        let file = file.text(&shortened(&evidence.file, most));
+        let kind = Html::text(evidence.kind.words());
+        vec![anchor(&Card::id(*place)), kind, file, sha256, standing(evidence)]
     };
     let (above, below) = places.split_at(places.len().min(TABLE));
-    let rows: Vec<Vec<String>> = above.iter().map(|place| row(place, PATH)).collect();
-    let table = table("evidence", &["", "what", "file", "SHA-256", "standing"], &rows);
-    let mut behind: Vec<String> = below.iter().map(|place| row(place, PATH_BEHIND).join(" ")).collect();
-    behind.push(rest(card.evidence.len(), places.len()));
-    behind.retain(|piece| !piece.is_empty());
+    let rows = above.iter().map(|place| row(place, PATH)).collect();
+    let table = table("evidence", &["", "what", "file", "SHA-256", "standing"], rows);
+    let more = rest(card.evidence.len(), places.len());
+    let more = (!more.is_empty()).then(|| Html::text(&more));
+    let behind: Vec<Html> =
+        below.iter().map(|place| Html::joined(row(place, PATH_BEHIND), " ")).chain(more).collect();
     let behind = match behind.is_empty() {
-        true => String::new(),
-        false => format!("<p class=\"inputs\">{}.</p>\n", behind.join("; ")),
+        true => Html::default(),
+        false => paragraph("inputs", Html::joined(behind, "; ") + Html::text(".")),
     };
-    format!("<p class=\"inputs\">Inputs: {}.</p>\n{table}{behind}", inputs.join("; "))
+    paragraph("inputs", inputs) + table + behind
 }
 
 /// Whether evidence is accepted and counts, or why it does not.
-fn standing(evidence: &Evidence) -> String {
+fn standing(evidence: &Evidence) -> Html {
     match &evidence.found {
         Ok(_) => {
             let counts = evidence.elsewhere().map(|of| format!(", not counted: of {of}"));
             let with = Some(evidence.otherwise()).filter(|with| !with.is_empty());
             let with = with.map(|with| format!(", with {with}"));
-            escape(&["accepted".to_owned()].into_iter().chain(counts).chain(with).collect::<String>())
+            let all = ["accepted".to_owned()].into_iter().chain(counts).chain(with).collect::<String>();
+            Html::text(&all)
         }
-        Err(why) => format!("<b>refused</b>: {}", escape(why)),
+        Err(why) => el("b").text("refused") + Html::text(": ") + Html::text(why),
     }
 }
 

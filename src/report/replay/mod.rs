@@ -19,6 +19,7 @@ mod words;
 
 use sha2::{Digest, Sha256};
 
+use super::html::{Html, el, escape};
 use super::json::VERSION;
 use super::shown_drop::ShownDrop;
 
@@ -33,19 +34,19 @@ pub fn drop_page(drop: &ShownDrop<'_>) -> String {
     let verdict = words::verdict(drop);
     let plan = drop.plan.is_some();
     filled(TEMPLATE, |name| match name {
-        "title" => words::escape(drop.title),
+        "title" => escape(drop.title),
         "version" => VERSION.to_owned(),
         "style_hash" => policy_hash(&style),
         "script_hash" => policy_hash(SCRIPT),
         "style" => style.clone(),
         "script" => SCRIPT.to_owned(),
-        "verdict" => verdict.text.clone(),
+        "verdict" => verdict.text.as_str().to_owned(),
         "verdict_class" => verdict.class.to_owned(),
-        "numbers" => words::numbers(drop),
-        "facts" => words::facts(drop),
-        "table" => words::table(drop),
-        "origin" => words::origin(drop, data::rows(drop.samples).len()),
-        "key_plan" if plan => "<i class=\"plan\"></i>plan".to_owned(),
+        "numbers" => words::numbers(drop).into_string(),
+        "facts" => words::facts(drop).into_string(),
+        "table" => words::table(drop).into_string(),
+        "origin" => words::origin(drop, data::rows(drop.samples).len()).into_string(),
+        "key_plan" if plan => (el("i").class("plan").text("") + Html::text("plan")).into_string(),
         "plan_words" if plan => {
             " The pale vehicle and the dashed line are the plan at the same instant.".to_owned()
         }

@@ -3,6 +3,7 @@
 use super::data;
 use crate::assess::judge;
 use crate::report::columns::{fixed, short};
+use crate::report::html::{Html, el};
 use crate::report::json::VERSION;
 use crate::report::shown_drop::ShownDrop;
 use crate::report::verdict::verdict_lines;
@@ -10,24 +11,8 @@ use crate::units::DEG_PER_RAD;
 
 /// The verdict as a sentence or two, and the class of its mark.
 pub(super) struct Words {
-    pub(super) text: String,
+    pub(super) text: Html,
     pub(super) class: &'static str,
-}
-
-/// Text as HTML.
-pub(super) fn escape(text: &str) -> String {
-    let mut html = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => html += "&amp;",
-            '<' => html += "&lt;",
-            '>' => html += "&gt;",
-            '"' => html += "&quot;",
-            '\'' => html += "&#39;",
-            c => html.push(c),
-        }
-    }
-    html
 }
 
 /// A name in files as words: `pitch_rate`.
@@ -39,34 +24,35 @@ pub(super) fn verdict(drop: &ShownDrop<'_>) -> Words {
     let run = drop.run;
     let Some(verdict) = drop.verdict else {
         let reason = run.reason(None).unwrap_or_else(|| "the vehicle was never released".to_owned());
-        return Words { text: format!("No verdict: {}.", escape(&reason)), class: "open" };
+        return Words { text: Html::text(&format!("No verdict: {reason}.")), class: "open" };
     };
     let share = fixed(100.0 * verdict.outcome.j_tpf, 0);
     let used = format!("at most {share} % of a safety limit is used, that of {}", spaced(verdict.decided_by));
     let why = judge::words(&run.objections(Some(verdict)));
     let mut text = match &why {
-        None => format!("Safe: {}.", escape(&used)),
-        Some(why) => format!("Not safe: {}.", escape(why)),
+        None => format!("Safe: {used}."),
+        Some(why) => format!("Not safe: {why}."),
     };
     if let Some(t_s) = verdict.outcome.steady_after_s {
         text += &format!(" Steady {} s after the rotors were freed.", fixed(t_s, 2));
     }
-    Words { text, class: if why.is_none() { "" } else { "no" } }
+    Words { text: Html::text(&text), class: if why.is_none() { "" } else { "no" } }
 }
 
 /// The numbers that matter most, each with its limit.
-pub(super) fn numbers(drop: &ShownDrop<'_>) -> String {
-    let Some(v) = drop.verdict else { return String::new() };
+pub(super) fn numbers(drop: &ShownDrop<'_>) -> Html {
+    let Some(v) = drop.verdict else { return Html::default() };
     let (limits, outcome, run) = (&v.limits.safety, &v.outcome, drop.run);
-    let mut html = String::new();
+    let mut html = Html::default();
     let mut add = |name: &str, value: String, rest: String, passed: bool| {
-        let class = if passed { " class=\"no\"" } else { "" };
-        html += &format!("<div><dt>{name}</dt><dd{class}>{value}<small>{rest}</small></dd></div>");
+        let value = Html::text(&value) + el("small").text(&rest);
+        let value = el("dd").class(if passed { "no" } else { "" }).of(value);
+        html += el("div").of(el("dt").rich(name) + value);
     };
     let passed = |name: &str| v.limits_passed.contains(&name);
     let of = |limit: f64, unit: &str| format!(" of {}{unit}", short(limit, 2));
     let below = v.limits.j_tpf_below;
-    add("J<sub>TPF</sub>", fixed(outcome.j_tpf, 3), of(below, ""), !(outcome.j_tpf < below));
+    add("J_TPF", fixed(outcome.j_tpf, 3), of(below, ""), !(outcome.j_tpf < below));
     add("peak speed", fixed(outcome.peak_speed_m_s, 2), of(limits.speed_m_s, " m/s"), passed("speed"));
     let pitch_limit = of(limits.pitch_rad * DEG_PER_RAD, " deg");
     let pitch = signed(v.peaks.pitch_rad * DEG_PER_RAD, 1);
@@ -89,41 +75,40 @@ fn signed(x: f64, digits: usize) -> String {
 }
 
 /// What flew, under which circumstances.
-pub(super) fn facts(drop: &ShownDrop<'_>) -> String {
+pub(super) fn facts(drop: &ShownDrop<'_>) -> Html {
     let mission = drop.mission;
     let target = mission.target_v_ned.as_slice().iter().map(|v| signed(*v, 1)).collect::<Vec<_>>();
-    format!(
+    Html::text(&format!(
         "Mission {}. {} Target velocity {} m/s north, east, down.",
-        escape(&mission.name),
-        escape(&drop.circumstances()),
+        mission.name,
+        drop.circumstances(),
         target.join(" ")
-    )
+    ))
 }
 
 /// The verdict's table.
-pub(super) fn table(drop: &ShownDrop<'_>) -> String {
-    let Some(verdict) = drop.verdict else { return "<div></div>".to_owned() };
+pub(super) fn table(drop: &ShownDrop<'_>) -> Html {
+    let Some(verdict) = drop.verdict else { return el("div").of(Html::default()) };
     let missed = drop.run.misses_steady_flight(verdict);
-    let mut html =
-        "<div class=\"wide\"><table>\n<caption>The verdict</caption>\n<thead><tr><th></th><th>value</th>\
-                    <th></th><th>limit</th><th></th></tr></thead>\n<tbody>\n"
-            .to_owned();
-    for [quantity, value, unit, limit, mark] in verdict_lines(verdict, &drop.mission.limits, missed) {
-        let class = if mark.contains("EXCEEDED") || mark.contains("NOT") { " class=\"no\"" } else { "" };
-        let quantity = escape(&quantity).replace("J_TPF", "J<sub>TPF</sub>");
-        html += &format!(
-            "<tr><th>{quantity}</th><td>{}</td><td>{}</td><td>{}</td><td{class}>{}</td></tr>\n",
-            escape(&value).replace('-', "\u{2212}"),
-            escape(&unit),
-            escape(&limit).replace("+-", "\u{b1}"),
-            escape(&mark)
-        );
-    }
-    html + "</tbody></table></div>"
+    let row = |[quantity, value, unit, limit, mark]: [String; 5]| {
+        let class = if mark.contains("EXCEEDED") || mark.contains("NOT") { "no" } else { "" };
+        let cells = el("th").rich(&quantity)
+            + el("td").text(&value.replace('-', "\u{2212}"))
+            + el("td").text(&unit)
+            + el("td").text(&limit.replace("+-", "\u{b1}"))
+            + el("td").class(class).text(&mark);
+        el("tr").of(cells).line()
+    };
+    let lines = verdict_lines(verdict, &drop.mission.limits, missed);
+    let head = ["", "value", "", "limit", ""].map(|head| el("th").text(head));
+    let table = el("caption").text("The verdict").line()
+        + el("thead").of(el("tr").of(head.into_iter().sum())).line()
+        + el("tbody").around(lines.into_iter().map(row).sum());
+    el("div").class("wide").of(el("table").around(table))
 }
 
 /// Where the numbers come from; `rows` of the flight log are on the page.
-pub(super) fn origin(drop: &ShownDrop<'_>, rows: usize) -> String {
+pub(super) fn origin(drop: &ShownDrop<'_>, rows: usize) -> Html {
     let ShownDrop { mission, samples, run, .. } = *drop;
     let mut facts = vec![
         ("program", format!("samara {VERSION}")),
@@ -136,15 +121,5 @@ pub(super) fn origin(drop: &ShownDrop<'_>, rows: usize) -> String {
         "numbers",
         format!("{rows} of {} rows of the log, {all}; {}", samples.len(), data::PRECISION),
     ));
-    facts.iter().map(|(name, value)| format!("<dt>{name}</dt><dd>{}</dd>", escape(value))).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn text_is_escaped() {
-        assert_eq!(escape("</script>&\"'"), "&lt;/script&gt;&amp;&quot;&#39;");
-    }
+    facts.iter().map(|(name, value)| el("dt").text(name) + el("dd").text(value)).sum()
 }
