@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::collections::VecDeque;
+use std::fmt::Display;
 
 /// How much it matters, by the numbers of syslog and MAVLink.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -49,11 +50,17 @@ impl EventQueue {
     const MOST: usize = 64;
 
     /// Adds an event.
-    pub fn say(&mut self, event: Event) {
+    pub fn say(&mut self, severity: Severity, text: impl Into<Cow<'static, str>>) {
         if self.waiting.len() == Self::MOST {
             self.waiting.pop_front();
         }
-        self.waiting.push_back(event);
+        self.waiting.push_back(Event::new(severity, text));
+    }
+
+    /// Says why something is refused, and hands the reason on.
+    pub fn refuse<R: Display>(&mut self, severity: Severity, reason: R) -> R {
+        self.say(severity, reason.to_string());
+        reason
     }
 
     /// Takes the oldest.

@@ -80,8 +80,13 @@ impl FallWatch {
         let from_rest = from_m_s < AT_REST * self.gravity_m_s2 * FreeFallSettings::TIME_S;
         if v_down_m_s < from_m_s || (from_rest && self.is_carried && v_down_m_s < CANOPY_M_S) {
             // The detector finds one fall; the next one is another's.
-            *self = Self::new(self.gravity_m_s2);
+            self.restart();
         }
+    }
+
+    /// Nothing has fallen yet.
+    pub fn restart(&mut self) {
+        *self = Self::new(self.gravity_m_s2);
     }
 
     /// Whether it falls.

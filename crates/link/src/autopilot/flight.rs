@@ -76,6 +76,13 @@ impl ControlLoops {
         }
     }
 
+    /// Time has started over: motors off, with the controller at rest.
+    pub fn restart(&mut self) {
+        self.controller.reset();
+        self.controlled = None;
+        self.switch_off();
+    }
+
     /// Changes what the controller is set to, from the next step on.
     pub fn configure(&mut self, change: impl FnOnce(&mut ControlSettings)) {
         change(&mut self.settings);

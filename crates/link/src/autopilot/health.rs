@@ -13,7 +13,11 @@
 //! not found here: a motor counts as failed when its failure was injected by way of this autopilot, as with
 //! PX4's `FailureInjector`, which empties the reports of such a motor: they are too old at once.
 
-use super::estimator::Estimator;
+use super::alignment::Alignment;
+use super::estimator::{Estimator, NotAligned};
+use super::event::EventQueue;
+use super::modes::FlightMode;
+use super::setpoint::OffboardSetpoint;
 use super::settings::HealthSettings;
 use crate::control::Measurement;
 use crate::frames::{pitch, roll};
@@ -24,25 +28,36 @@ const HYSTERESIS: f64 = 2.5;
 /// What was lost is valid again after this time without a fault at the earliest [us].
 const PROBATION_US: u64 = 1_000_000;
 /// An attitude older than this is none [us].
-pub(super) const ATTITUDE_LIFETIME_US: u64 = 1_000_000;
+const ATTITUDE_LIFETIME_US: u64 = 1_000_000;
+
 /// What is known of the vehicle's health.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Health {
+pub struct Health {
+    alignment: Alignment,
     position: Validity,
     velocity: Validity,
     roll: Lasting,
     pitch: Lasting,
     /// The attitude is beyond its limits, and has been for as long as it takes.
-    pub tilted: bool,
+    tilted: bool,
     /// A motor has failed, as far as that is known.
-    pub motor_failed: bool,
+    motor_failed: bool,
     /// Motors whose reports are withheld, by bits.
     silent_motors: u16,
 }
 
 impl Health {
     /// Takes what an estimator says of itself.
-    pub fn take_estimator(&mut self, now_us: u64, estimator: &Estimator, settings: &HealthSettings) {
+    pub(super) fn take_estimator(
+        &mut self,
+        now_us: u64,
+        estimator: &Estimator,
+        settings: &HealthSettings,
+        events: &mut EventQueue,
+    ) {
+        if let Some((severity, text)) = self.alignment.follow(now_us, estimator.check_aligned()) {
+            events.say(severity, text);
+        }
         let accuracy = estimator.accuracy().filter(|_| estimator.knows_place());
         let position = accuracy.map_or(f64::INFINITY, |accuracy| accuracy.horizontal_m);
         let velocity = accuracy.map_or(f64::INFINITY, |accuracy| accuracy.speed_m_s);
@@ -50,25 +65,83 @@ impl Health {
         self.velocity.look(now_us, velocity, settings.velocity_error_m_s);
     }
 
+    /// Whether the estimate is good enough to arm; without an estimator it is.
+    pub(super) fn aligned(&self) -> Result<(), NotAligned> {
+        self.alignment.now()
+    }
+
     /// Whether the position is valid; without an estimator it is.
-    pub fn knows_position(&self) -> bool {
+    pub(super) fn knows_position(&self) -> bool {
         self.position.is_valid()
     }
 
     /// Whether the velocity is valid; without an estimator it is.
-    pub fn knows_velocity(&self) -> bool {
+    pub(super) fn knows_velocity(&self) -> bool {
         self.velocity.is_valid()
     }
 
+    /// Whether a mode, OFFBOARD with its setpoint, needs a position or velocity that is not valid (PX4's
+    /// `getModeRequirements` and `OffboardChecks`, v1.14.3).
+    pub(super) fn lacks_position_for(&self, mode: FlightMode, setpoint: Option<&OffboardSetpoint>) -> bool {
+        match (mode, setpoint) {
+            (FlightMode::Offboard, Some(OffboardSetpoint::Place { p, .. }))
+                if p.iter().any(Option::is_some) =>
+            {
+                !self.knows_position()
+            }
+            (
+                FlightMode::Offboard,
+                Some(OffboardSetpoint::Place { .. } | OffboardSetpoint::Velocity { .. }),
+            ) => !self.knows_velocity(),
+            (
+                FlightMode::Posctl
+                | FlightMode::AutoLoiter
+                | FlightMode::AutoTakeoff
+                | FlightMode::AutoMission
+                | FlightMode::AutoRtl
+                | FlightMode::AutoLand,
+                _,
+            ) => !self.knows_position(),
+            _ => false,
+        }
+    }
+
+    /// Whether it is tilted beyond its limits, and has been for as long as it takes.
+    pub(super) fn is_tilted(&self) -> bool {
+        self.tilted
+    }
+
+    /// Whether a motor has failed, as far as that is known.
+    pub(super) fn has_failed_motor(&self) -> bool {
+        self.motor_failed
+    }
+
     /// Reports of a motor, counted from 0, are withheld from now on, or come again; without a number, those
-    /// of all.
+    /// of all. So it is while the motor's failure is injected by way of this autopilot (PX4's
+    /// `FailureInjector`, v1.14.3).
     pub fn withhold_reports(&mut self, motor: Option<u8>, withheld: bool) {
         let bits = motor.map_or(u16::MAX, |motor| 1u16.checked_shl(motor.into()).unwrap_or(0));
         self.silent_motors = if withheld { self.silent_motors | bits } else { self.silent_motors & !bits };
     }
 
-    /// Takes the state of a step in the air; `by_attitude`: the mode controls the attitude.
-    pub fn look(&mut self, now_us: u64, m: &Measurement, by_attitude: bool, settings: &HealthSettings) {
+    /// Takes the latest state, in the air; `by_attitude`: the mode controls the attitude. Whether no attitude
+    /// has come for too long.
+    pub(super) fn watch_attitude(
+        &mut self,
+        now_us: u64,
+        state: Option<(u64, Measurement)>,
+        by_attitude: bool,
+        settings: &HealthSettings,
+    ) -> bool {
+        let Some((at_us, measurement)) = state else { return false };
+        if at_us == now_us {
+            self.look(now_us, &measurement, by_attitude, settings);
+        }
+        now_us.saturating_sub(at_us) > ATTITUDE_LIFETIME_US
+    }
+
+    /// Takes the state of a step.
+    fn look(&mut self, now_us: u64, m: &Measurement, by_attitude: bool, settings: &HealthSettings) {
         let q = m.q_ned_from_body;
         let beyond =
             |angle_rad: f64, limit_deg: f64| limit_deg > 0.0 && angle_rad.abs() > limit_deg * RAD_PER_DEG;
@@ -84,7 +157,7 @@ impl Health {
     }
 
     /// The vehicle is disarmed: what was found in flight is over.
-    pub fn disarmed(&mut self) {
+    pub(super) fn disarmed(&mut self) {
         (self.roll, self.pitch) = Default::default();
         (self.tilted, self.motor_failed) = (false, false);
     }

@@ -1,15 +1,16 @@
-//! What a crew may order: a mode, a place to hold, a height to take off to, a speed, arming and disarming.
-//! What is refused is said.
+//! What a crew may order: a mode, a place to hold, a height to take off to, a speed, a mission, arming and
+//! disarming. What is refused is said.
+
+use std::borrow::Cow;
 
 use nalgebra::Vector3;
 
-use super::failsafe::Watch;
-use super::land_detector::LandDetector;
-use super::manual::ManualFlight;
-use super::{
-    ArmingRefusal, Autopilot, DisarmingRefusal, FlightMode, ModeRefusal, Navigator, Severity, YawSetpoint,
-    arming,
-};
+use super::arming::{self, ArmingRefusal, DisarmingRefusal};
+use super::mission_flight::feasibility::Surroundings;
+use super::mission_flight::task::steps;
+use super::missions::Item;
+use super::{Autopilot, FlightMode, ModeRefusal, Navigator, Severity, YawSetpoint};
+use crate::model::Environment;
 
 impl Autopilot {
     /// Enters a mode.
@@ -17,104 +18,112 @@ impl Autopilot {
     /// # Errors
     /// [`ModeRefusal`], which is also said as an event; the mode stays.
     pub fn request_mode(&mut self, now_us: u64, mode: FlightMode) -> Result<(), ModeRefusal> {
-        self.check_not_terminated(mode)?;
-        let refusal = if !mode.is_flown() {
-            Some(ModeRefusal::NotFlown(mode))
-        } else if self.armed && mode.takes_sticks() && self.sticks(now_us).is_none() {
-            Some(ModeRefusal::NoSticks(mode))
-        } else if mode == FlightMode::Offboard && self.fresh_setpoint(now_us).is_none() {
-            Some(ModeRefusal::NoSetpoint { timeout_us: self.settings.setpoint_timeout_us })
-        } else if self.is_in_air() && self.lacks_position_for(now_us, mode) {
-            Some(ModeRefusal::NoPosition(mode))
-        } else if mode == FlightMode::AutoMission {
-            self.check_has_mission().err()
-        } else {
-            None
-        };
-        if let Some(refusal) = refusal {
-            self.say(Severity::Error, refusal.to_string());
-            return Err(refusal);
-        }
-        self.failsafe = false;
-        if mode != self.mode {
-            self.say(Severity::Info, format!("mode {}", mode.name()));
-        }
-        self.enter(mode, Navigator::begin(mode));
-        Ok(())
+        let text = (mode != self.mode()).then(|| format!("mode {}", mode.name()).into());
+        self.order(now_us, mode, Navigator::begin(mode), text)
     }
 
     /// HOLD at a place, NED [m], to which the vehicle goes first.
     ///
     /// # Errors
-    /// [`ModeRefusal::Terminated`] or [`ModeRefusal::NoPosition`], which is also said as an event.
-    pub fn reposition(&mut self, place_ned: Vector3<f64>, yaw: YawSetpoint) -> Result<(), ModeRefusal> {
-        self.check_place(FlightMode::AutoLoiter)?;
-        self.failsafe = false;
-        self.say(Severity::Info, "mode HOLD: going there");
-        self.enter(FlightMode::AutoLoiter, Navigator::hold_at(place_ned, yaw));
-        Ok(())
+    /// [`ModeRefusal`], which is also said as an event; the mode stays.
+    pub fn reposition(
+        &mut self,
+        now_us: u64,
+        place_ned: Vector3<f64>,
+        yaw: YawSetpoint,
+    ) -> Result<(), ModeRefusal> {
+        let there = Navigator::hold_at(place_ned, yaw);
+        self.order(now_us, FlightMode::AutoLoiter, there, Some("mode HOLD: going there".into()))
     }
 
     /// TAKEOFF to a position down [m] instead of MIS_TAKEOFF_ALT above home.
     ///
     /// # Errors
-    /// [`ModeRefusal::Terminated`] or [`ModeRefusal::NoPosition`], which is also said as an event.
-    pub fn take_off_to(&mut self, down_m: f64) -> Result<(), ModeRefusal> {
-        self.check_place(FlightMode::AutoTakeoff)?;
-        self.failsafe = false;
-        self.say(Severity::Info, "mode AUTO.TAKEOFF");
-        self.enter(FlightMode::AutoTakeoff, Navigator::take_off_to(down_m));
+    /// [`ModeRefusal`], which is also said as an event; the mode stays.
+    pub fn take_off_to(&mut self, now_us: u64, down_m: f64) -> Result<(), ModeRefusal> {
+        let up = Navigator::take_off_to(down_m);
+        self.order(now_us, FlightMode::AutoTakeoff, up, Some("mode AUTO.TAKEOFF".into()))
+    }
+
+    /// Enters a mode that can be flown, with a word about it.
+    fn order(
+        &mut self,
+        now_us: u64,
+        mode: FlightMode,
+        navigator: Navigator,
+        text: Option<Cow<'static, str>>,
+    ) -> Result<(), ModeRefusal> {
+        let timeout_us = self.settings.setpoint_timeout_us;
+        let setpoint = self.setpoints.fresh(now_us, timeout_us);
+        let has_sticks = self.pilot.sticks(now_us, &self.settings.sticks).is_some();
+        let refusal = if self.guard.is_terminated() {
+            Some(ModeRefusal::Terminated(mode))
+        } else if !mode.is_flown() {
+            Some(ModeRefusal::NotFlown(mode))
+        } else if self.is_armed() && mode.takes_sticks() && !has_sticks {
+            Some(ModeRefusal::NoSticks(mode))
+        } else if mode == FlightMode::Offboard && setpoint.is_none() {
+            Some(ModeRefusal::NoSetpoint { timeout_us })
+        } else if self.is_in_air() && self.health.lacks_position_for(mode, setpoint.as_ref()) {
+            Some(ModeRefusal::NoPosition(mode))
+        } else if mode == FlightMode::AutoMission && !self.mission().is_feasible() {
+            Some(ModeRefusal::NoMission)
+        } else {
+            None
+        };
+        if let Some(refusal) = refusal {
+            return Err(self.events.refuse(Severity::Error, refusal));
+        }
+        self.guard.give_way();
+        if let Some(text) = text {
+            self.say(Severity::Info, text);
+        }
+        self.enter(mode, navigator);
         Ok(())
     }
 
-    /// Whether an automatic mode with a place of its own can be flown.
-    fn check_place(&mut self, mode: FlightMode) -> Result<(), ModeRefusal> {
-        self.check_not_terminated(mode)?;
-        let refusal = ModeRefusal::NoPosition(mode);
-        if !self.is_in_air() || self.health.knows_position() {
-            return Ok(());
+    /// Enters a mode, whoever wants it.
+    pub(super) fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
+        self.course.enter(mode, navigator);
+        if mode.lifts_off() {
+            self.motors.engage();
         }
-        self.say(Severity::Error, refusal.to_string());
-        Err(refusal)
-    }
-
-    fn check_not_terminated(&mut self, mode: FlightMode) -> Result<(), ModeRefusal> {
-        let refusal = ModeRefusal::Terminated(mode);
-        if !self.terminated {
-            return Ok(());
-        }
-        self.say(Severity::Error, refusal.to_string());
-        Err(refusal)
+        self.motors.catch(self.falls() && !self.guard.is_terminated(), &mut self.events);
     }
 
     /// Changes the horizontal speed of the automatic mode, until the next one [m/s]; `None` is MPC_XY_CRUISE.
     pub fn set_speed(&mut self, speed_m_s: Option<f64>) {
-        match self.mode {
-            FlightMode::AutoMission => self.mission.set_speed(speed_m_s),
-            _ => self.navigator.set_speed(speed_m_s),
+        self.course.set_speed(speed_m_s);
+    }
+
+    /// Takes a mission, with places on the local frame of a site; `start` makes an item the current one.
+    /// Whether it can be flown is checked at once, or as soon as position and home are known, and what is
+    /// wrong is said. A mission that is being flown goes on by the new items, or with HOLD where they are not
+    /// flown.
+    pub fn load_mission(&mut self, items: &[Item], start: Option<u16>, environment: &Environment) {
+        self.mission_mut().load(steps(items, environment), start);
+        if self.mission().awaits_check() && self.whereabouts.home_and_velocity().is_none() {
+            self.say(Severity::Info, "Not yet ready for mission, no position lock.");
+        }
+        self.check_mission();
+        let is_flown = self.mode() == FlightMode::AutoMission && self.is_armed();
+        if is_flown && !self.mission().is_feasible() {
+            self.say(Severity::Critical, "No valid mission available, loitering");
+            self.enter(FlightMode::AutoLoiter, Navigator::default());
         }
     }
 
-    pub(super) fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
-        if mode != self.mode {
-            self.manual = ManualFlight::default();
-        }
-        if mode == FlightMode::AutoMission {
-            self.mission.begin(self.mode == FlightMode::AutoLoiter);
-        }
-        (self.mode, self.mode_chosen) = (mode, true);
-        self.navigator = navigator;
-        self.engaged |= self.armed && mode.lifts_off();
-        self.catch_itself();
-    }
-
-    /// Starts the motors of an armed vehicle that falls with its motors standing still: whatever is ordered
-    /// then is ordered of one that flies.
-    fn catch_itself(&mut self) {
-        if self.armed && !self.engaged && !self.terminated && self.falls() {
-            self.engaged = true;
-            self.say(Severity::Warning, "Motors started in the fall");
-        }
+    /// Checks a mission that has not been checked, once position and home are known.
+    pub(super) fn check_mission(&mut self) {
+        let Some((home_ned, v_ned)) = self.whereabouts.home_and_velocity() else { return };
+        let around = Surroundings {
+            home_ned,
+            p_ned: self.whereabouts.p_ned(),
+            landed: self.motors.contact(&v_ned).landed,
+            fence: self.guard.fence(),
+            settings: &self.settings,
+        };
+        self.course.mission_mut().check(&around, &mut self.events);
     }
 
     /// Arms; `force` skips the checks. Arming twice does nothing.
@@ -122,33 +131,23 @@ impl Autopilot {
     /// # Errors
     /// [`ArmingRefusal`], which is also said as an event.
     pub fn arm(&mut self, now_us: u64, force: bool) -> Result<(), ArmingRefusal> {
-        if self.armed {
+        if self.is_armed() {
             return Ok(());
         }
-        let checked = match (self.terminated, force) {
+        let (mode, sticks) = (self.mode(), self.pilot.sticks(now_us, &self.settings.sticks));
+        let checked = match (self.guard.is_terminated(), force) {
             (true, _) => Err(ArmingRefusal::Terminated),
             (false, true) => Ok(()),
-            (false, false) => arming::check_arming(now_us, self.alignment.now(), self.state)
-                .and_then(|()| arming::check_sticks(self.mode, self.sticks(now_us)))
-                .and_then(|()| arming::check_mission(self.mode, self.mission.is_feasible())),
+            (false, false) => arming::check_arming(now_us, self.health.aligned(), self.whereabouts.state())
+                .and_then(|()| arming::check_sticks(mode, sticks))
+                .and_then(|()| arming::check_mission(mode, self.mission().is_feasible())),
         };
-        if let Err(refusal) = checked {
-            self.say(Severity::Critical, refusal.to_string());
-            return Err(refusal);
-        }
-        self.armed = true;
-        self.armed_at_us = now_us;
-        self.sticks_optional = self.sticks(now_us).is_none();
-        self.engaged = self.mode.lifts_off();
-        // What an automatic mode has seen before does not count.
-        if !matches!(self.mode, FlightMode::AutoTakeoff) {
-            self.navigator = Navigator::begin(self.mode);
-        }
-        if self.mode == FlightMode::AutoMission {
-            self.mission.begin(false);
-        }
+        checked.map_err(|refusal| self.events.refuse(Severity::Critical, refusal))?;
+        self.motors.arm(now_us, mode.lifts_off());
+        self.pilot.note_arming(sticks.is_some());
+        self.course.armed();
         self.say(Severity::Info, if force { "armed (forced)" } else { "armed" });
-        self.catch_itself();
+        self.motors.catch(self.falls(), &mut self.events);
         Ok(())
     }
 
@@ -157,19 +156,18 @@ impl Autopilot {
     /// # Errors
     /// [`DisarmingRefusal`], which is also said as an event.
     pub fn disarm(&mut self, force: bool) -> Result<(), DisarmingRefusal> {
-        if !self.armed {
+        if !self.is_armed() {
             return Ok(());
         }
-        if self.is_in_air() && !force {
-            self.say(Severity::Critical, DisarmingRefusal::Flying.to_string());
-            return Err(DisarmingRefusal::Flying);
-        }
-        let text = if self.is_in_air() { "disarmed in flight (forced)" } else { "disarmed" };
-        (self.armed, self.engaged, self.flying, self.failsafe) = (false, false, false, false);
-        (self.land_detector, self.watch) = (LandDetector::default(), Watch::default());
+        let text = match self.is_in_air() {
+            true if !force => return Err(self.events.refuse(Severity::Critical, DisarmingRefusal::Flying)),
+            true => "disarmed in flight (forced)",
+            false => "disarmed",
+        };
+        self.motors.disarm();
+        self.guard.disarmed();
         self.health.disarmed();
-        self.navigator = Navigator::begin(self.mode);
-        self.mission.disarmed();
+        self.course.disarmed();
         self.loops.switch_off();
         self.say(Severity::Info, text);
         Ok(())

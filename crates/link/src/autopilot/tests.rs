@@ -12,7 +12,7 @@ mod sticks;
 use nalgebra::Vector3;
 
 use super::*;
-use crate::control::Setpoint;
+use crate::control::{Gains, Setpoint};
 use crate::frames::{LEVEL, quaternion_from_euler};
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::test_vehicles;

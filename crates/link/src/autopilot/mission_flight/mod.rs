@@ -22,14 +22,14 @@
 pub mod feasibility;
 pub mod task;
 
-use std::collections::VecDeque;
 use std::sync::Arc;
 
 use nalgebra::{Vector2, Vector3};
 
+use self::feasibility::Surroundings;
 use self::task::{Step, Task};
 use super::YawSetpoint;
-use super::event::{Event, Severity};
+use super::event::{EventQueue, Severity};
 use super::missions::Item;
 use super::navigator::{Guidance, HEIGHT_REACHED_M, Situation, Stop, descent};
 use crate::control::VelocityLimits;
@@ -126,7 +126,6 @@ pub struct MissionFlight {
     /// A command for others to obey.
     issued: Option<Item>,
     release_acknowledged: bool,
-    said: VecDeque<Event>,
 }
 
 impl Default for MissionFlight {
@@ -149,7 +148,6 @@ impl Default for MissionFlight {
             turned: false,
             issued: None,
             release_acknowledged: false,
-            said: VecDeque::new(),
         }
     }
 }
@@ -196,9 +194,21 @@ impl MissionFlight {
         self.feasible.is_none() && !self.is_empty()
     }
 
-    /// Notes whether it can be flown.
-    pub fn note_feasible(&mut self, feasible: bool) {
-        self.feasible = Some(feasible);
+    /// Checks a mission that has not been checked, and says what is wrong with it.
+    pub fn check(&mut self, around: &Surroundings<'_>, events: &mut EventQueue) {
+        if !self.awaits_check() {
+            return;
+        }
+        let checked = feasibility::check(&self.steps, around);
+        self.feasible = Some(checked.is_ok());
+        match checked {
+            Ok(below_home) => {
+                for number in below_home {
+                    events.say(Severity::Warning, format!("Warning: Waypoint {number} below home"));
+                }
+            }
+            Err(reason) => events.say(Severity::Critical, reason.to_string()),
+        }
     }
 
     /// Whether it takes the vehicle to the ground at present.
@@ -278,35 +288,31 @@ impl MissionFlight {
         self.release_acknowledged = true;
     }
 
-    /// The next thing to say.
-    pub fn take_event(&mut self) -> Option<Event> {
-        self.said.pop_front()
-    }
-
     fn go_to(&mut self, item: usize) {
         (self.current, self.fresh, self.stays, self.stage) = (item, true, false, Stage::Item);
     }
 
-    fn say(&mut self, severity: Severity, text: impl Into<std::borrow::Cow<'static, str>>) {
-        self.said.push_back(Event::new(severity, text));
-    }
-
     /// The next step: where to fly, `None` with the motors off; and whether another mode is to fly instead.
     /// On the ground in a landing there is nothing to carry any more.
-    pub fn step(&mut self, s: &Situation<'_>, contact: Contact) -> (Option<Guidance>, Option<Turn>) {
+    pub fn step(
+        &mut self,
+        s: &Situation<'_>,
+        contact: Contact,
+        events: &mut EventQueue,
+    ) -> (Option<Guidance>, Option<Turn>) {
         self.flown = true;
         let mut turn = None;
         if std::mem::take(&mut self.fresh) {
-            turn = self.begin_item(s, contact);
+            turn = self.begin_item(s, contact, events);
         } else if !self.stays && self.is_done(s, contact) {
-            turn = self.go_on(s, contact);
+            turn = self.go_on(s, contact, events);
         }
         let stands = contact.landed && self.is_landing();
         (self.guidance(s).filter(|_| !stands), turn)
     }
 
     /// The current item, or the stage of it, is done.
-    fn go_on(&mut self, s: &Situation<'_>, contact: Contact) -> Option<Turn> {
+    fn go_on(&mut self, s: &Situation<'_>, contact: Contact, events: &mut EventQueue) -> Option<Turn> {
         if self.stage != Stage::Item {
             return self.begin_stage(s, contact, self.stage);
         }
@@ -316,15 +322,15 @@ impl MissionFlight {
             return None;
         }
         self.current += 1;
-        self.begin_item(s, contact)
+        self.begin_item(s, contact, events)
     }
 
     /// Begins the current item, or the one that jumps lead to.
-    fn begin_item(&mut self, s: &Situation<'_>, contact: Contact) -> Option<Turn> {
-        self.follow_jumps();
-        let Some(step) = self.steps.get(self.current).copied() else { return self.end(contact) };
+    fn begin_item(&mut self, s: &Situation<'_>, contact: Contact, events: &mut EventQueue) -> Option<Turn> {
+        self.follow_jumps(events);
+        let Some(step) = self.steps.get(self.current).copied() else { return self.end(contact, events) };
         if std::mem::replace(&mut self.progress, Progress::Begun) != Progress::Begun {
-            self.say(Severity::Info, "Executing Mission");
+            events.say(Severity::Info, "Executing Mission");
         }
         match step.task {
             Task::Return => {
@@ -340,7 +346,7 @@ impl MissionFlight {
         }
         if let Some(to) = self.climb_before(&step.task, s, contact) {
             let height_m = s.home_ned.z - to.z;
-            self.say(Severity::Info, format!("Takeoff to {height_m:.1} meters above home"));
+            events.say(Severity::Info, format!("Takeoff to {height_m:.1} meters above home"));
             (self.stage, self.target, self.since_us) = (Stage::Climb, Target::Up { p_ned: to }, None);
             return None;
         }
@@ -383,7 +389,7 @@ impl MissionFlight {
     }
 
     /// Goes to where DO_JUMPs at the current item lead.
-    fn follow_jumps(&mut self) {
+    fn follow_jumps(&mut self, events: &mut EventQueue) {
         for _ in 0..MOST_JUMPS {
             let Some(Step { task: Task::Jump { to, times }, .. }) = self.steps.get(self.current).copied()
             else {
@@ -393,7 +399,7 @@ impl MissionFlight {
                         self.current,
                         self.len()
                     );
-                    self.say(Severity::Critical, text);
+                    events.say(Severity::Critical, text);
                 }
                 return;
             };
@@ -404,17 +410,17 @@ impl MissionFlight {
                     self.current = to;
                 }
                 None => {
-                    self.say(Severity::Info, "DO JUMP repetitions completed.");
+                    events.say(Severity::Info, "DO JUMP repetitions completed.");
                     self.current += 1;
                 }
             }
         }
-        self.say(Severity::Critical, "DO JUMP is cycling, giving up.");
+        events.say(Severity::Critical, "DO JUMP is cycling, giving up.");
         self.current = self.len();
     }
 
     /// There is no further item.
-    fn end(&mut self, contact: Contact) -> Option<Turn> {
+    fn end(&mut self, contact: Contact, events: &mut EventQueue) -> Option<Turn> {
         self.current = self.len();
         let was_begun = std::mem::replace(&mut self.progress, Progress::Complete) == Progress::Begun;
         let (text, severity) = match (was_begun, contact.landed) {
@@ -423,7 +429,7 @@ impl MissionFlight {
             (false, true) => ("No valid mission available, refusing takeoff", Severity::Critical),
             (false, false) => ("No valid mission available, loitering", Severity::Critical),
         };
-        self.say(severity, text);
+        events.say(severity, text);
         let at = match self.target {
             Target::Place { p_ned, .. } | Target::Up { p_ned } => Some(p_ned),
             _ => None,

@@ -107,7 +107,7 @@ impl Parameters {
     /// Puts the settings of the start into effect, in an autopilot that knows none of them.
     pub fn settle(&self, autopilot: &mut Autopilot) {
         for entry in self.entries.iter().filter(|entry| entry.role == Role::Setting) {
-            autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
+            autopilot.settings.set(&entry.name, entry.value.as_f64());
         }
     }
 
@@ -182,16 +182,18 @@ impl Parameters {
                         value: entry.value,
                         range: error.to_string(),
                     })?;
-                autopilot.tune(gains, limits);
+                autopilot.configure(|settings| (settings.gains, settings.limits) = (gains, limits));
             }
-            Role::Hover => autopilot.set_mass_kg(entry.value.as_f64() * self.mass_at_full_kg),
+            Role::Hover => {
+                let mass_kg = entry.value.as_f64() * self.mass_at_full_kg;
+                autopilot.configure(|settings| settings.airframe.mass_kg = mass_kg);
+            }
             Role::Setting => {
                 // What its range lets through it takes.
-                autopilot.settings_mut().set(&entry.name, entry.value.as_f64());
+                autopilot.settings.set(&entry.name, entry.value.as_f64());
             }
             Role::SetpointLife => {
-                autopilot.settings_mut().setpoint_timeout_us =
-                    (entry.value.as_f64() * US_PER_S).round() as u64;
+                autopilot.settings.setpoint_timeout_us = (entry.value.as_f64() * US_PER_S).round() as u64;
             }
             Role::AtBeginning(_)
             | Role::Vehicle

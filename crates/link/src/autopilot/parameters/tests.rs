@@ -53,7 +53,7 @@ fn closed_form_gains_in_effect_are_those_of_the_parameters_and_no_other_changes(
     parameters.set("MPC_TILTMAX_AIR", real(25.0), &mut autopilot).unwrap();
     assert_eq!(autopilot.control_settings().limits.tilt_rad, 25.0 * RAD_PER_DEG);
     parameters.set("COM_OF_LOSS_T", real(2.5), &mut autopilot).unwrap();
-    assert_eq!(autopilot.settings().setpoint_timeout_us, 2_500_000);
+    assert_eq!(autopilot.settings.setpoint_timeout_us, 2_500_000);
 }
 
 #[test]
@@ -179,7 +179,7 @@ fn regress_a_file_is_loaded_and_what_is_unknown_is_reported() {
         ]
     );
     assert_eq!(
-        (autopilot.settings().setpoint_timeout_us, parameters.get("RTL_RETURN_ALT")),
+        (autopilot.settings.setpoint_timeout_us, parameters.get("RTL_RETURN_ALT")),
         (3_000_000, Some(real(40.0)))
     );
     assert_eq!(autopilot.control_settings().gains, Gains { k_ptheta: 9.0, ..Gains::near_hover() });

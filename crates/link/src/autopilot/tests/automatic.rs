@@ -17,7 +17,7 @@ fn closed_form_hold_keeps_the_place_where_it_stopped() {
     // Pushed away it comes back, at K e.
     bench.p_ned.x += 2.0;
     bench.step();
-    let k = bench.autopilot.settings().position.k_pxy;
+    let k = bench.autopilot.settings.position.k_pxy;
     let north = target.p_ned[0].unwrap();
     let v = bench.autopilot.velocity_target().unwrap().v_ned.x;
     assert!((v - k * (north - bench.p_ned.x)).abs() < 0.02, "{v}");
@@ -36,11 +36,11 @@ fn closed_form_takeoff_climbs_to_its_height_above_home() {
     drift(&mut bench, 0.1);
     let up = bench.autopilot.velocity_target().unwrap().v_ned.z;
     // 2.5 m above home are 0.4 m/s by a position loop of a quarter of 0.675 1/s.
-    assert!((up + 2.5 * bench.autopilot.settings().position.k_pz).abs() < 0.02, "{up}");
-    assert!(bench.autopilot.settings_mut().set("MIS_TAKEOFF_ALT", 30.0));
+    assert!((up + 2.5 * bench.autopilot.settings.position.k_pz).abs() < 0.02, "{up}");
+    assert!(bench.autopilot.settings.set("MIS_TAKEOFF_ALT", 30.0));
     bench.step();
     assert_eq!(bench.autopilot.velocity_target().unwrap().v_ned.z, -1.5, "MPC_TKO_SPEED");
-    assert!(bench.autopilot.settings_mut().set("MIS_TAKEOFF_ALT", 2.5));
+    assert!(bench.autopilot.settings.set("MIS_TAKEOFF_ALT", 2.5));
     drift(&mut bench, 60.0);
     assert_eq!(bench.autopilot.mode(), FlightMode::AutoLoiter);
     assert!((bench.p_ned - Vector3::new(1.0, 2.0, 2.5)).norm() < 0.1, "{}", bench.p_ned);

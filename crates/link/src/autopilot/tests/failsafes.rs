@@ -36,18 +36,18 @@ fn regress_setpoints_lost_under_the_canopy_still_brake_the_fall() {
 fn regress_failsafes_do_not_soften() {
     let mut bench = Bench::engaged(velocity(0.0, YawSetpoint::Keep));
     bench.step();
-    assert!(!bench.autopilot.settings().has_fence());
-    assert!(bench.autopilot.settings_mut().set("GF_MAX_HOR_DIST", 10.0));
-    assert!(bench.autopilot.settings().has_fence() && !bench.autopilot.fence_is_breached());
+    assert!(!bench.autopilot.settings.has_fence());
+    assert!(bench.autopilot.settings.set("GF_MAX_HOR_DIST", 10.0));
+    assert!(bench.autopilot.settings.has_fence() && !bench.autopilot.guard.fence_is_breached());
     bench.autopilot.request_mode(bench.now_us, FlightMode::AutoLand).unwrap();
     bench.p_ned.x = 11.0;
     bench.autopilot.set_home(Vector3::zeros());
     bench.step();
     assert_eq!(bench.autopilot.mode(), FlightMode::AutoLand, "HOLD is milder than LAND");
-    assert!(bench.autopilot.in_failsafe() && bench.autopilot.fence_is_breached());
+    assert!(bench.autopilot.in_failsafe() && bench.autopilot.guard.fence_is_breached());
     bench.p_ned.x = 0.0;
     bench.step();
-    assert!(!bench.autopilot.fence_is_breached());
+    assert!(!bench.autopilot.guard.fence_is_breached());
     assert!(!bench.autopilot.in_failsafe());
 }
 
@@ -56,8 +56,8 @@ fn regress_failsafes_do_not_soften() {
 #[test]
 fn regress_termination_lasts() {
     let mut bench = Bench::engaged(velocity(0.0, YawSetpoint::Keep));
-    assert!(bench.autopilot.settings_mut().set("GF_MAX_HOR_DIST", 10.0));
-    assert!(bench.autopilot.settings_mut().set("GF_ACTION", 4.0));
+    assert!(bench.autopilot.settings.set("GF_MAX_HOR_DIST", 10.0));
+    assert!(bench.autopilot.settings.set("GF_ACTION", 4.0));
     bench.autopilot.set_home(Vector3::zeros());
     bench.step();
     bench.p_ned.x = 11.0;
@@ -67,29 +67,29 @@ fn regress_termination_lasts() {
         bench.p_ned.x = back;
         bench.offer(velocity(0.0, YawSetpoint::Keep));
         assert_eq!(bench.run(0.5), OFF);
-        assert!(bench.autopilot.is_terminated() && bench.autopilot.is_armed());
+        assert!(bench.autopilot.guard.is_terminated() && bench.autopilot.is_armed());
         assert_eq!(bench.autopilot.mode(), FlightMode::Manual);
         for mode in [FlightMode::Offboard, FlightMode::AutoLand] {
             let refused = bench.autopilot.request_mode(bench.now_us, mode);
             assert_eq!(refused, Err(ModeRefusal::Terminated(mode)));
         }
-        assert!(bench.autopilot.take_off_to(-5.0).is_err());
-        assert!(bench.autopilot.reposition(Vector3::zeros(), YawSetpoint::Keep).is_err());
+        assert!(bench.autopilot.take_off_to(bench.now_us, -5.0).is_err());
+        assert!(bench.autopilot.reposition(bench.now_us, Vector3::zeros(), YawSetpoint::Keep).is_err());
     }
     bench.autopilot.disarm(true).unwrap();
     for force in [false, true] {
         assert_eq!(bench.autopilot.arm(bench.now_us, force), Err(ArmingRefusal::Terminated));
     }
     bench.autopilot.restart();
-    assert!(!bench.autopilot.is_terminated());
+    assert!(!bench.autopilot.guard.is_terminated());
 }
 
 /// As PX4's FailsafeBase::inFailsafe, for which a warning is an action: it shows as long as it holds.
 #[test]
 fn regress_a_warning_shows_while_it_holds() {
     let mut bench = Bench::engaged(velocity(0.0, YawSetpoint::Keep));
-    assert!(bench.autopilot.settings_mut().set("GF_MAX_HOR_DIST", 10.0));
-    assert!(bench.autopilot.settings_mut().set("GF_ACTION", 1.0));
+    assert!(bench.autopilot.settings.set("GF_MAX_HOR_DIST", 10.0));
+    assert!(bench.autopilot.settings.set("GF_ACTION", 1.0));
     bench.autopilot.set_home(Vector3::zeros());
     bench.step();
     for (north_m, shows) in [(11.0, true), (9.0, false), (11.0, true)] {
@@ -98,6 +98,6 @@ fn regress_a_warning_shows_while_it_holds() {
         assert_eq!(bench.autopilot.in_failsafe(), shows, "{north_m} m");
         assert_eq!(bench.autopilot.mode(), FlightMode::Offboard);
     }
-    assert!(bench.autopilot.settings_mut().set("GF_ACTION", 0.0));
+    assert!(bench.autopilot.settings.set("GF_ACTION", 0.0));
     assert!(!bench.autopilot.in_failsafe());
 }

@@ -320,7 +320,7 @@ fn reference_loitering() {
     drift(&mut bench, 60.0);
     assert_eq!((bench.autopilot.mission().current(), bench.autopilot.mission().reached()), (1, Some(0)));
     assert_near(&bench.p_ned, 20.0, 0.0, 10.0, 0.2);
-    assert!(bench.autopilot.set_mission_item(2) && !bench.autopilot.set_mission_item(4));
+    assert!(bench.autopilot.mission_mut().set_current(2) && !bench.autopilot.mission_mut().set_current(4));
     drift_to(&mut bench, 2);
     drift(&mut bench, 1.0);
     assert!((bench.p_ned.z + 10.0).abs() < 0.2, "the place first: {}", bench.p_ned);
@@ -336,10 +336,10 @@ fn reference_a_release_is_an_item() {
     let items = [release, command(93, [0.5, 0.0, 0.0, 0.0]), waypoint(0.0, 0.0, -20.0)];
     let mut bench = started(&items);
     assert_eq!(bench.run(1.0), OFF);
-    assert_eq!(bench.autopilot.take_mission_command().map(|item| item.command), Some(211));
-    assert_eq!(bench.autopilot.take_mission_command(), None);
+    assert_eq!(bench.autopilot.mission_mut().take_command().map(|item| item.command), Some(211));
+    assert_eq!(bench.autopilot.mission_mut().take_command(), None);
     assert_eq!(bench.autopilot.mission().current(), 0);
-    bench.autopilot.acknowledge_mission_release();
+    bench.autopilot.mission_mut().acknowledge_release();
     bench.step();
     assert_eq!(bench.autopilot.mission().reached(), Some(0));
     bench.measurement.v_ned.z = 5.0;
@@ -395,8 +395,8 @@ fn reference_another_mission_in_flight() {
 fn reference_failsafes_take_over() {
     let mut bench = started(&[takeoff(10.0), waypoint(60.0, 0.0, 10.0)]);
     drift_to(&mut bench, 0);
-    assert!(bench.autopilot.settings_mut().set("GF_MAX_HOR_DIST", 20.0));
-    assert!(bench.autopilot.settings_mut().set("GF_ACTION", 3.0));
+    assert!(bench.autopilot.settings.set("GF_MAX_HOR_DIST", 20.0));
+    assert!(bench.autopilot.settings.set("GF_ACTION", 3.0));
     drift(&mut bench, 20.0);
     assert_eq!(bench.autopilot.mode(), FlightMode::AutoRtl);
     assert!(bench.said().contains(&"Failsafe: RETURN".to_owned()));
@@ -408,7 +408,7 @@ fn reference_failsafes_take_over() {
 fn reference_a_mission_may_follow_a_takeoff() {
     for (act, mode) in [(1.0, FlightMode::AutoMission), (0.0, FlightMode::AutoLoiter)] {
         let mut bench = with(&[waypoint(20.0, 0.0, 10.0)]);
-        assert!(bench.autopilot.settings_mut().set("COM_TAKEOFF_ACT", act));
+        assert!(bench.autopilot.settings.set("COM_TAKEOFF_ACT", act));
         bench.autopilot.request_mode(bench.now_us, FlightMode::AutoTakeoff).unwrap();
         bench.autopilot.arm(bench.now_us, false).unwrap();
         drift(&mut bench, 12.0);
@@ -460,12 +460,12 @@ fn reference_what_a_mission_must_have() {
         (4.0, &with_landing[..], "Mission rejected: Add Takeoff item or remove Landing."),
     ] {
         let mut bench = with(&[]);
-        assert!(bench.autopilot.settings_mut().set("MIS_TKO_LAND_REQ", required));
+        assert!(bench.autopilot.settings.set("MIS_TKO_LAND_REQ", required));
         bench.autopilot.load_mission(items, None, &site());
         assert_eq!(bench.said(), [reason]);
     }
     let mut bench = with(&[]);
-    assert!(bench.autopilot.settings_mut().set("GF_MAX_HOR_DIST", 30.0));
+    assert!(bench.autopilot.settings.set("GF_MAX_HOR_DIST", 30.0));
     bench.autopilot.load_mission(&[takeoff(5.0), waypoint(31.0, 0.0, 5.0)], None, &site());
     assert_eq!(bench.said(), ["Geofence violation for waypoint 2"]);
 }

@@ -93,7 +93,7 @@ fn closed_form_a_place_is_flown_axis_by_axis() {
     let mut bench = Bench::engaged(setpoint([None, None, Some(-2.0)], [Some(3.0), Some(0.0), None], none));
     bench.measurement.v_ned = Vector3::new(0.5, 0.0, 0.0);
     bench.step();
-    let k_pz = bench.autopilot.settings().position.k_pz;
+    let k_pz = bench.autopilot.settings.position.k_pz;
     assert_eq!(bench.autopilot.velocity_target().unwrap().v_ned, Vector3::new(3.0, 0.0, -2.0 * k_pz));
     // An acceleration alone asks for nothing of the velocity loop.
     let mut bench = Bench::engaged(setpoint(none, none, [Some(1.0), Some(0.0), Some(-0.5)]));

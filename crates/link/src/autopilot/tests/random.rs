@@ -12,19 +12,19 @@ fn happen(bench: &mut Bench, what: u8, x: f64) {
     match what % 20 {
         0 => drop(autopilot.arm(now, x > 0.0)),
         1 => drop(autopilot.disarm(x > 0.0)),
-        2 => drop(autopilot.take_off_to(x)),
-        3 => drop(autopilot.reposition(Vector3::new(x, -x, x), YawSetpoint::Angle(x))),
+        2 => drop(autopilot.take_off_to(now, x)),
+        3 => drop(autopilot.reposition(now, Vector3::new(x, -x, x), YawSetpoint::Angle(x))),
         4 => autopilot.set_speed((x > 0.0).then_some(x)),
         5 => autopilot.set_home(Vector3::new(x, x, x)),
-        6 => autopilot.set_charge(x.abs() / 100.0),
+        6 => autopilot.guard.set_charge(x.abs() / 100.0),
         7 => autopilot.hear_ground_station(now),
         16 | 17 => {
             let at = |k: f64| crate::math::sin(k * x);
             let sticks = Sticks { pitch: at(1.0), roll: at(2.0), throttle: at(3.0), yaw: at(4.0) };
             autopilot.take_sticks(now, StickSource(u64::from(what / 90)), sticks);
         }
-        8 => drop(autopilot.settings_mut().set("GF_ACTION", x.abs().rem_euclid(6.0).floor())),
-        9 => drop(autopilot.settings_mut().set("GF_MAX_HOR_DIST", x.abs())),
+        8 => drop(autopilot.settings.set("GF_ACTION", x.abs().rem_euclid(6.0).floor())),
+        9 => drop(autopilot.settings.set("GF_MAX_HOR_DIST", x.abs())),
         10 => bench.p_ned = Vector3::new(x, 0.0, -x),
         11 => bench.measurement.v_ned = Vector3::new(0.0, x / 10.0, x / 20.0),
         12 => {
@@ -35,7 +35,7 @@ fn happen(bench: &mut Bench, what: u8, x: f64) {
             let _ = autopilot.offer_setpoint(now, place);
         }
         18 => autopilot.load_mission(&missions::some_items(x), None, &missions::site()),
-        19 => drop(autopilot.set_mission_item(what.into())),
+        19 => drop(autopilot.mission_mut().set_current(what.into())),
         _ => drop(autopilot.request_mode(now, mode)),
     }
 }

@@ -41,7 +41,7 @@ impl Bench {
     }
 
     fn set(&mut self, name: &str, value: f64) {
-        assert!(self.autopilot.settings_mut().set(name, value), "{name}");
+        assert!(self.autopilot.settings.set(name, value), "{name}");
     }
 }
 
@@ -147,7 +147,7 @@ fn closed_form_posctl_flies_forward_and_holds_its_place() {
     assert!((bench.p_ned - Vector3::from(place)).norm() < 0.3 && (place[2] + 50.0).abs() < 0.2);
     bench.p_ned.y += 2.0;
     bench.pilot(CENTRED, 0.004);
-    let k = bench.autopilot.settings().position.k_pxy;
+    let k = bench.autopilot.settings.position.k_pxy;
     assert!((bench.autopilot.velocity_target().unwrap().v_ned.y + 2.0 * k).abs() < 0.06);
 }
 
@@ -301,7 +301,7 @@ fn regress_termination_ends_the_sticks() {
     bench.set("GF_ACTION", 4.0);
     bench.p_ned.x = 30.0;
     assert_eq!(bench.pilot(CLIMB, 0.2), OFF);
-    assert!(bench.autopilot.is_terminated());
+    assert!(bench.autopilot.guard.is_terminated());
     assert_eq!(bench.pilot(FORWARD, 2.0), OFF);
     assert_eq!(bench.autopilot.mode(), FlightMode::Manual);
 }
@@ -312,7 +312,7 @@ fn regress_termination_ends_the_sticks() {
 fn reference_posctl_falls_back_to_altctl_without_a_position() {
     let mut bench = Bench::piloted(FlightMode::Posctl);
     let blind = Estimator::new(EstimatorSettings::at_site(9.81, Vector3::x()));
-    bench.autopilot.watch_accuracy(bench.now_us, &blind);
+    bench.autopilot.watch_estimator(bench.now_us, &blind);
     bench.pilot(CENTRED, 0.1);
     assert_eq!(bench.autopilot.mode(), FlightMode::Altctl);
     assert!(bench.autopilot.in_failsafe());

@@ -116,7 +116,7 @@ impl Vehicle {
         if !GLOBAL_FRAMES.contains(&command.frame) {
             return self.no_such_place();
         }
-        Outcome::TemporarilyRejected.unless(self.autopilot.take_off_to(down_m).is_ok())
+        Outcome::TemporarilyRejected.unless(self.autopilot.take_off_to(now, down_m).is_ok())
     }
 
     /// DO_REPOSITION.
@@ -143,7 +143,7 @@ impl Vehicle {
             (Err(NoPlace), _) => return self.no_such_place(),
         };
         let yaw = yaw.map_or(YawSetpoint::Keep, YawSetpoint::Angle);
-        if self.autopilot.reposition(place, yaw).is_err() {
+        if self.autopilot.reposition(now, place, yaw).is_err() {
             return Outcome::TemporarilyRejected;
         }
         if let Some(speed) = command.param(1).filter(|&speed| speed > 0.0 && speed.is_finite()) {

@@ -29,7 +29,7 @@ impl AutopilotSession {
             autopilot.load_mission(&items, start, &self.vehicle.environment);
         }
         if let Some(seq) = self.missions.take_wanted_item() {
-            autopilot.set_mission_item(seq);
+            autopilot.mission_mut().set_current(seq);
         }
         self.missions.note_current(autopilot.mission().current());
     }
@@ -54,7 +54,7 @@ impl AutopilotSession {
         }
         // Before arming puts the motors on.
         if let Some(seq) = first {
-            self.vehicle.autopilot.set_mission_item(seq);
+            self.vehicle.autopilot.mission_mut().set_current(seq);
         }
         self.missions.note_current(self.vehicle.autopilot.mission().current());
         Outcome::TemporarilyRejected.unless(self.vehicle.autopilot.arm(now, false).is_ok())
@@ -80,7 +80,7 @@ impl AutopilotSession {
 
     /// Has the command of the mission's current item obeyed, and tells peers what has changed.
     pub(super) fn follow_mission(&mut self, now: TimeUs) {
-        if let Some(item) = self.vehicle.autopilot.take_mission_command() {
+        if let Some(item) = self.vehicle.autopilot.mission_mut().take_command() {
             self.obey_item(&item);
         }
         let mission = self.vehicle.autopilot.mission();

@@ -76,10 +76,10 @@ impl Relay {
         if accepted && ack.command == INJECT_FAILURE {
             autopilot.say(Severity::Warning, format!("failure injected: {}", words(&waiting.command)));
             if let Some((motor, is_off)) = motor_off(&waiting.command) {
-                autopilot.note_motor_off(motor, is_off);
+                autopilot.health.withhold_reports(motor, is_off);
             }
         } else if accepted && waiting.peer.is_none() {
-            autopilot.acknowledge_mission_release();
+            autopilot.mission_mut().acknowledge_release();
         }
         waiting.answer(ack.result, outbox);
     }

@@ -92,7 +92,7 @@ impl Vehicle {
         if let MavMessage::BATTERY_STATUS(m) = message
             && m.battery_remaining >= 0
         {
-            self.autopilot.set_charge(f64::from(m.battery_remaining) / 100.0);
+            self.autopilot.guard.set_charge(f64::from(m.battery_remaining) / 100.0);
         }
     }
 
@@ -116,8 +116,7 @@ impl Vehicle {
     pub(super) fn step(&mut self, now: TimeUs) -> (PerRotor, Option<VehicleState>) {
         if let (Some(estimator), Some(sensor)) = (&mut self.estimator, &self.hil.sensor) {
             sense(estimator, sensor, self.hil.gps.as_ref(), &self.environment);
-            self.autopilot.watch_alignment(now, estimator.check_aligned());
-            self.autopilot.watch_accuracy(now, estimator);
+            self.autopilot.watch_estimator(now, estimator);
         }
         let Some(state) = self.state(now) else { return (self.step_blind(now), None) };
         self.flies_blind = false;

@@ -166,7 +166,7 @@ impl Telemetry<'_> {
             base_mode |= MavModeFlag::MAV_MODE_FLAG_SAFETY_ARMED;
         }
         let system_status = match (armed, autopilot.in_failsafe(), self.state().is_some()) {
-            _ if autopilot.is_terminated() => MavState::MAV_STATE_FLIGHT_TERMINATION,
+            _ if autopilot.guard.is_terminated() => MavState::MAV_STATE_FLIGHT_TERMINATION,
             (true, true, _) => MavState::MAV_STATE_CRITICAL,
             (true, false, _) => MavState::MAV_STATE_ACTIVE,
             (false, _, true) => MavState::MAV_STATE_STANDBY,
@@ -189,13 +189,13 @@ impl Telemetry<'_> {
 
     fn sys_status(&self) -> MavMessage {
         let sensors = MavSysStatusSensor::from_bits_retain(SENSORS);
-        let fence = MavSysStatusSensor::MAV_SYS_STATUS_GEOFENCE;
+        let (fence, autopilot) = (MavSysStatusSensor::MAV_SYS_STATUS_GEOFENCE, &self.vehicle.autopilot);
         let mut present = sensors;
-        present.set(fence, self.vehicle.autopilot.has_fence());
+        present.set(fence, autopilot.guard.has_fence(&autopilot.settings));
         let mut health = MavSysStatusSensor::from_bits_retain(SENSORS & !ailing(self.now, self.vehicle));
         // Ground stations take a fence that is not healthy for one that is breached, even where there is
         // none.
-        health.set(fence, !self.vehicle.autopilot.fence_is_breached());
+        health.set(fence, !autopilot.guard.fence_is_breached());
         let battery = self.vehicle.hil.battery.as_ref().unwrap_or(&UNKNOWN_BATTERY);
         // "Not known" in each field's own way where no volts and amperes are modelled; the voltage of several
         // cells, or more than the field has, too.
