@@ -74,7 +74,7 @@ impl Autopilot {
         let seen = Seen {
             silence_s: self.guard.silence_s(now_us, armed_at_us),
             sticks_lost: self.pilot.is_missed(now_us, mode, &settings.sticks),
-            from_home_ned_m: self.whereabouts.from_home_ned(),
+            from_home_ned_m: self.whereabouts.off_home_ned(),
             left_fence: self.guard.fence().is_left_at(p_ne),
             entered_fence: self.guard.fence().is_entered_at(p_ne),
             charge: self.guard.charge(),

@@ -1,5 +1,6 @@
 //! Whether the vehicle falls, watched in every flight: a release in a mode in which nobody starts the motors
-//! is said, and any mode that is chosen in the fall starts them.
+//! is said, and any mode that is chosen in the fall starts them. Where nothing else reports the release, it is
+//! found by the fall too.
 //!
 //! The accelerometer shows where a fall begins ([`FreeFallDetector`]). Its end the accelerometer alone does
 //! not show: what falls at its terminal velocity is carried by the air as by a canopy. It is over
@@ -11,8 +12,9 @@
 
 use nalgebra::Vector3;
 
-use crate::control::{FreeFallDetector, FreeFallSettings};
-use crate::time::TimeUs;
+use super::event::{EventQueue, Severity};
+use crate::control::{self, FreeFallDetector, FreeFallSettings};
+use crate::time::{TimeUs, seconds};
 
 /// Fastest descent under a canopy into which a vehicle falls from rest [m/s].
 const CANOPY_M_S: f64 = 10.0;
@@ -40,6 +42,8 @@ enum Fall {
 pub(super) struct FallWatch {
     gravity_m_s2: f64,
     detector: Option<FreeFallDetector>,
+    /// Finds the release, where nothing else reports it.
+    release: Option<FreeFallDetector>,
     fall: Fall,
     /// Since when something carries the vehicle.
     carried_since: Option<TimeUs>,
@@ -52,7 +56,19 @@ impl FallWatch {
         let settings =
             FreeFallSettings::of(gravity_m_s2, FreeFallSettings::LEVEL, 0.0, FreeFallSettings::TIME_S);
         let detector = settings.map(FreeFallDetector::new);
-        Self { gravity_m_s2, detector, fall: Fall::None, carried_since: None, is_carried: false }
+        let (release, fall, carried_since, is_carried) = (None, Fall::None, None, false);
+        Self { gravity_m_s2, detector, release, fall, carried_since, is_carried }
+    }
+
+    /// From now on the release is looked for.
+    pub fn look_for_release(&mut self, settings: FreeFallSettings) {
+        self.release = Some(FreeFallDetector::new(settings));
+    }
+
+    /// Time has started over: neither a fall nor the release has been found yet.
+    pub fn restart(&mut self) {
+        let release = self.release.map(|detector| FreeFallDetector::new(*detector.settings()));
+        *self = Self { release, ..Self::new(self.gravity_m_s2) };
     }
 
     /// Takes the accelerometer's reading, body [m/s^2]; whether a fall is found by it.
@@ -65,6 +81,20 @@ impl FallWatch {
             self.fall = Fall::Found;
         }
         found
+    }
+
+    /// Takes the accelerometer's reading, body [m/s^2]; the release, where it is looked for and when this
+    /// reading shows it.
+    pub fn feel_release(
+        &mut self,
+        now_us: TimeUs,
+        specific_force_body: &Vector3<f64>,
+        events: &mut EventQueue,
+    ) -> Option<control::Fall> {
+        let fall = self.release.as_mut()?.take(now_us, specific_force_body)?;
+        let [began_s, found_s] = [fall.began_at, fall.found_at].map(seconds);
+        events.say(Severity::Notice, format!("Falls since {began_s:.3} s, found at {found_s:.3} s"));
+        Some(fall)
     }
 
     /// Takes the speed of descent [m/s] of a step.
@@ -80,16 +110,11 @@ impl FallWatch {
         let from_rest = from_m_s < AT_REST * self.gravity_m_s2 * FreeFallSettings::TIME_S;
         if v_down_m_s < from_m_s || (from_rest && self.is_carried && v_down_m_s < CANOPY_M_S) {
             // The detector finds one fall; the next one is another's.
-            self.restart();
+            *self = Self { release: self.release, ..Self::new(self.gravity_m_s2) };
         }
     }
 
-    /// Nothing has fallen yet.
-    pub fn restart(&mut self) {
-        *self = Self::new(self.gravity_m_s2);
-    }
-
-    /// Whether it falls.
+    /// Whether it falls by its accelerometer, and sinks faster than when that was found.
     pub fn falls(&self) -> bool {
         self.fall != Fall::None
     }

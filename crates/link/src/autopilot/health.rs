@@ -83,25 +83,19 @@ impl Health {
     /// Whether a mode, OFFBOARD with its setpoint, needs a position or velocity that is not valid (PX4's
     /// `getModeRequirements` and `OffboardChecks`, v1.14.3).
     pub(super) fn lacks_position_for(&self, mode: FlightMode, setpoint: Option<&OffboardSetpoint>) -> bool {
-        match (mode, setpoint) {
-            (FlightMode::Offboard, Some(OffboardSetpoint::Place { p, .. }))
-                if p.iter().any(Option::is_some) =>
-            {
-                !self.knows_position()
-            }
-            (
-                FlightMode::Offboard,
-                Some(OffboardSetpoint::Place { .. } | OffboardSetpoint::Velocity { .. }),
-            ) => !self.knows_velocity(),
-            (
-                FlightMode::Posctl
-                | FlightMode::AutoLoiter
-                | FlightMode::AutoTakeoff
-                | FlightMode::AutoMission
-                | FlightMode::AutoRtl
-                | FlightMode::AutoLand,
-                _,
-            ) => !self.knows_position(),
+        let (position, velocity) = (!self.knows_position(), !self.knows_velocity());
+        match mode {
+            FlightMode::Offboard => match setpoint {
+                Some(OffboardSetpoint::Place { p, .. }) if p.iter().any(Option::is_some) => position,
+                Some(OffboardSetpoint::Place { .. } | OffboardSetpoint::Velocity { .. }) => velocity,
+                _ => false,
+            },
+            FlightMode::Posctl
+            | FlightMode::AutoLoiter
+            | FlightMode::AutoTakeoff
+            | FlightMode::AutoMission
+            | FlightMode::AutoRtl
+            | FlightMode::AutoLand => position,
             _ => false,
         }
     }

@@ -17,7 +17,7 @@
 //! | `motors` | whether the motors are armed, may turn, and carry the vehicle |
 //! | [`arming`] | checks before arming and disarming, with reasons |
 //! | [`land_detector`] | whether it stands on something |
-//! | `falls`, `fall_watch` | whether it falls, for the crew and as the release |
+//! | `fall_watch` | whether it falls, for the crew and as the release |
 //! | `pilot`, [`sticks`] | the pilot's sticks: whose count, whether they are lost, missed or moved |
 //! | [`guard`], [`failsafe`] | what failsafes go by and have come to; when they act, and how |
 //! | [`fence`] | areas to stay in and to keep out of |
@@ -53,7 +53,6 @@ pub mod estimator;
 pub mod event;
 pub mod failsafe;
 mod fall_watch;
-mod falls;
 pub mod fence;
 pub mod flight;
 pub mod flight_log;
@@ -95,7 +94,7 @@ use crate::model::{MAX_ROTORS, PerRotor};
 use course::Course;
 use estimator::Estimator;
 use event::EventQueue;
-use falls::Falls;
+use fall_watch::FallWatch;
 use fence::Fence;
 use flight::{ControlLoops, StepState};
 use guard::Guard;
@@ -121,7 +120,7 @@ pub struct Autopilot {
     setpoints: SetpointStore,
     pilot: Pilot,
     motors: Motors,
-    falls: Falls,
+    fall_watch: FallWatch,
     whereabouts: Whereabouts,
     loops: ControlLoops,
     events: EventQueue,
@@ -145,7 +144,7 @@ impl Autopilot {
             setpoints: SetpointStore::default(),
             pilot: Pilot::default(),
             motors: Motors::default(),
-            falls: Falls::new(settings.airframe.gravity_m_s2),
+            fall_watch: FallWatch::new(settings.airframe.gravity_m_s2),
             whereabouts: Whereabouts::default(),
             loops: ControlLoops::new(controller, settings),
             events: EventQueue::default(),
@@ -158,7 +157,7 @@ impl Autopilot {
         self.say(Severity::Warning, "simulated time started over: disarmed");
         self.guard.restart();
         self.course.restart();
-        self.falls.restart();
+        self.fall_watch.restart();
         self.loops.restart();
         (self.health, self.setpoints) = (Health::default(), SetpointStore::default());
         (self.pilot, self.motors, self.whereabouts) = Default::default();
@@ -168,7 +167,7 @@ impl Autopilot {
     /// rotor, 0..1. All zero while disarmed.
     pub fn step(&mut self, now_us: u64, p_ned: &Vector3<f64>, measurement: &Measurement) -> PerRotor {
         let dt_s = self.whereabouts.take(now_us, p_ned, measurement);
-        self.falls.look(measurement.v_ned.z);
+        self.fall_watch.look(measurement.v_ned.z);
         self.check_mission();
         self.watch_setpoints(now_us);
         let in_flight = self.is_armed() && self.is_in_air();
@@ -233,20 +232,20 @@ impl Autopilot {
 
     /// From now on the release is looked for by the fall that the accelerometer shows.
     pub fn look_for_a_fall(&mut self, settings: FreeFallSettings) {
-        self.falls.look_for_release(settings);
+        self.fall_watch.look_for_release(settings);
     }
 
     /// Takes the accelerometer's reading of a time, body [m/s^2]; the fall, where that is looked for and when
     /// this reading shows it.
     pub fn feel(&mut self, now_us: u64, specific_force_body: &Vector3<f64>) -> Option<Fall> {
-        if self.falls.feel(now_us, specific_force_body) && self.motors.stand_still() {
+        if self.fall_watch.feel(now_us, specific_force_body) && self.motors.stand_still() {
             let text = format!(
                 "Falls, and the motors stand still in {}: HOLD, LAND or TAKEOFF, chosen now, starts them",
                 self.mode().name()
             );
             self.say(Severity::Critical, text);
         }
-        self.falls.feel_release(now_us, specific_force_body, &mut self.events)
+        self.fall_watch.feel_release(now_us, specific_force_body, &mut self.events)
     }
 
     /// Takes what the estimator says of itself at a step; to be called before the step, and by those alone
@@ -307,7 +306,7 @@ impl Autopilot {
 
     /// Whether it falls by its accelerometer, and sinks faster than when that was found.
     pub fn falls(&self) -> bool {
-        self.falls.falls()
+        self.fall_watch.falls()
     }
 
     /// Whether the mode takes it to the ground.

@@ -55,7 +55,7 @@ impl Whereabouts {
     }
 
     /// Position from home, NED [m].
-    pub fn from_home_ned(&self) -> Vector3<f64> {
+    pub fn off_home_ned(&self) -> Vector3<f64> {
         self.p_ned - self.home_ned.unwrap_or(self.p_ned)
     }
 
