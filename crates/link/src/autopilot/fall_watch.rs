@@ -1,6 +1,6 @@
 //! Whether the vehicle falls, watched in every flight: a release in a mode in which nobody starts the motors
-//! is said, and any mode that is chosen in the fall starts them. Where nothing else reports the release, it is
-//! found by the fall too.
+//! is said, and any mode that is chosen in the fall starts them. Where nothing else reports the release, it
+//! is found by the fall too.
 //!
 //! The accelerometer shows where a fall begins ([`FreeFallDetector`]). Its end the accelerometer alone does
 //! not show: what falls at its terminal velocity is carried by the air as by a canopy. It is over

@@ -9,6 +9,8 @@
 //!   FD_FAIL_R_TTRI and FD_FAIL_P_TTRI, by Euler's angles.
 //! - A motor (`FailureDetector::updateMotorStatus`) fails when its reports do not come, with FD_ACT_EN.
 //!
+//! Whether the estimate is good enough to arm is reported by `alignment`, and kept here.
+//!
 //! A motor's current is not on the simulator's link, so that a motor that draws too little (FD_ACT_MOT_*) is
 //! not found here: a motor counts as failed when its failure was injected by way of this autopilot, as with
 //! PX4's `FailureInjector`, which empties the reports of such a motor: they are too old at once.

@@ -195,7 +195,7 @@ impl MissionFlight {
     }
 
     /// Checks a mission that has not been checked, and says what is wrong with it.
-    pub fn check(&mut self, around: &Surroundings<'_>, events: &mut EventQueue) {
+    pub(super) fn check(&mut self, around: &Surroundings<'_>, events: &mut EventQueue) {
         if !self.awaits_check() {
             return;
         }
@@ -223,7 +223,7 @@ impl MissionFlight {
 
     /// Puts other items in the place of those that were there. As in PX4 the number of the current item stays
     /// where there is such an item, unless `start` says another; it begins anew.
-    pub fn load(&mut self, steps: Vec<Step>, start: Option<u16>) {
+    pub(super) fn load(&mut self, steps: Vec<Step>, start: Option<u16>) {
         let current = start.map_or(self.current, usize::from);
         let current = if current < steps.len() { current } else { 0 };
         self.jumped = vec![0; steps.len()];
@@ -247,21 +247,21 @@ impl MissionFlight {
 
     /// Begins, or goes on with the current item. `from_hold`: the vehicle comes from HOLD, which has kept a
     /// place; from any other mode it climbs before it goes to a place above it.
-    pub fn begin(&mut self, from_hold: bool) {
+    pub(super) fn begin(&mut self, from_hold: bool) {
         self.climbs |= !from_hold;
         (self.target, self.speed_m_s) = (Target::Nowhere, None);
         self.go_to(self.current);
     }
 
     /// Time has started over: back to the first item, and to be checked anew.
-    pub fn restart(&mut self) {
+    pub(super) fn restart(&mut self) {
         self.flown = true;
         self.disarmed();
         (self.feasible, self.reached, self.progress) = (None, None, Progress::NotStarted);
     }
 
     /// The vehicle was disarmed: back to the first item, if it has flown.
-    pub fn disarmed(&mut self) {
+    pub(super) fn disarmed(&mut self) {
         if !std::mem::take(&mut self.flown) {
             return;
         }
@@ -274,7 +274,7 @@ impl MissionFlight {
     }
 
     /// Changes the horizontal speed until the mission begins again [m/s]; `None` is the settings'.
-    pub fn set_speed(&mut self, speed_m_s: Option<f64>) {
+    pub(super) fn set_speed(&mut self, speed_m_s: Option<f64>) {
         self.speed_m_s = speed_m_s;
     }
 
@@ -294,7 +294,7 @@ impl MissionFlight {
 
     /// The next step: where to fly, `None` with the motors off; and whether another mode is to fly instead.
     /// On the ground in a landing there is nothing to carry any more.
-    pub fn step(
+    pub(super) fn step(
         &mut self,
         s: &Situation<'_>,
         contact: Contact,
