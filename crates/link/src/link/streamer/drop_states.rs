@@ -1,226 +1,184 @@
-//! The states of a drop and what leads from one to the next: the stream, OFFBOARD, arming, the release, the
-//! plan.
+//! What leads from one state of a drop to the next: the stream, OFFBOARD, arming, the release, the plan.
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
+use super::StreamerSession;
 use super::config::{Clock, StreamerConfig};
 use super::event::StreamerEvent;
-use super::request::{Progress, Request, result_name};
-use super::{StreamerSession, StreamerState};
+use super::hanging::Hang;
+use super::px4_waits::{awaits_checks, leave_hold};
+use super::request::{Progress, Request};
+use super::state::{Step, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::timing::TELEMETRY_PERIOD_US;
 use crate::link::parachute::PARACHUTE_COMPONENT;
-use crate::time::{TimeUs, microseconds, seconds};
+use crate::time::{TimeUs, microseconds};
 
 /// Setpoints must have run for this long before OFFBOARD is asked for.
 const STREAM_FIRST_US: TimeUs = 500_000;
-/// A release that comes so much later than it was to is reported.
-const LATE_US: TimeUs = 100_000;
 /// Arming, in words.
 const ARMING: &str = "arming";
 /// How long after the acknowledgement the instant of the release is waited for.
 const T_RELEASE_PATIENCE_US: TimeUs = 1_000_000;
 
 impl StreamerSession {
-    /// Enters a state; what was under way in the one before is dropped.
-    pub(super) fn enter(&mut self, state: StreamerState) {
-        self.flight.state = state;
-        self.flight.since = self.flight.now;
-        self.flight.request = None;
-    }
-
-    /// Gives up.
-    pub(super) fn fail(&mut self, reason: String) {
-        self.enter(StreamerState::Failed);
-        self.flight.failure = Some(reason.clone());
-        self.report(StreamerEvent::Failed(reason));
-    }
-
-    /// The vehicle is gone; whether that is a success depends on how far the plan had come.
-    pub(super) fn end(&mut self, why: &str) {
-        if self.flight.state == StreamerState::Target {
-            self.enter(StreamerState::Done);
-            self.report(StreamerEvent::Done);
-        } else {
-            self.fail(format!("{why}, and the plan is not at its end"));
+    /// Enters a state, or gives up; what was under way in the state before is dropped.
+    fn go(&mut self, step: Step) {
+        let state = match step.as_ref() {
+            Ok(None) => return,
+            Ok(&Some(state)) => state,
+            Err(_) => StreamerState::Failed,
+        };
+        self.flight.enter(state);
+        self.outbox.drop_request();
+        if let Err(reason) = step {
+            self.flight.failure = Some(reason.clone());
+            self.report(StreamerEvent::Failed(reason));
         }
     }
 
-    /// The simulation has ended, by the parachute; a streamer that waits for a vehicle waits for the next
-    /// one.
-    pub(super) fn note_end(&mut self, at: TimeUs) {
-        if !self.is_over() && self.flight.state != StreamerState::WaitingForVehicle {
-            self.end(&format!("the simulation ended at {:.3} s", seconds(at)));
+    /// The vehicle is gone; whether that is a success depends on how far the plan had come. A streamer that
+    /// waits for a vehicle waits for the next one.
+    pub(super) fn end(&mut self, why: &str) {
+        match self.flight.state {
+            StreamerState::WaitingForVehicle | StreamerState::Done | StreamerState::Failed => {}
+            StreamerState::Target => {
+                self.go(Ok(Some(StreamerState::Done)));
+                self.report(StreamerEvent::Done);
+            }
+            _ => self.go(Err(format!("{why}, and the plan is not at its end"))),
         }
     }
 
     /// One transition of the state machine; whether there was one.
     pub(super) fn step_state(&mut self) -> bool {
-        let now = self.flight.now;
         let before = self.flight.state;
-        match before {
-            StreamerState::WaitingForVehicle => self.wait_for_vehicle(),
-            StreamerState::Parameters => self.exchange_parameters(),
-            StreamerState::Streaming if now >= self.flight.since + STREAM_FIRST_US => {
-                let is_px4 = self.config.procedure.is_some();
-                self.enter(if is_px4 { StreamerState::Aligning } else { StreamerState::RequestingOffboard });
-            }
-            StreamerState::Aligning => self.align(),
-            StreamerState::Holding => self.hold(),
-            StreamerState::RequestingOffboard => {
-                if self.pursue(|c| {
-                    let px4_offboard = [1.0, f32::from(FlightMode::Offboard.main_number()), 0.0];
-                    let command = MavCmd::MAV_CMD_DO_SET_MODE;
-                    Request::to_autopilot(c.vehicle_system, command, px4_offboard, "OFFBOARD", c.attempts)
-                }) {
-                    self.report(StreamerEvent::Offboard);
-                    self.flight.vehicle.offboard = true;
-                    // They were for another mode.
-                    self.flight.vehicle.sensors = None;
-                    self.enter(StreamerState::Arming);
-                }
-            }
-            StreamerState::Arming if self.awaits_checks() => {}
-            StreamerState::Arming => {
-                let hurry = self.flight.released_at.is_some();
-                if self.pursue(|c| {
-                    let command = MavCmd::MAV_CMD_COMPONENT_ARM_DISARM;
-                    let params = [1.0, 0.0, 0.0];
-                    let request =
-                        Request::to_autopilot(c.vehicle_system, command, params, ARMING, c.attempts);
-                    if hurry { request.hurried() } else { request }
-                }) {
-                    self.report(StreamerEvent::Armed);
-                    // As a heartbeat will show; one that shows otherwise counts.
-                    self.flight.vehicle.note_armed(now, true);
-                    (self.flight.armed_at, self.flight.braced_at) = (now, None);
-                    self.enter(StreamerState::Hanging);
-                }
-            }
-            StreamerState::Hanging => self.hang(),
-            StreamerState::Releasing => self.release(),
-            StreamerState::Falling | StreamerState::Tracking | StreamerState::Target => self.follow_plan(),
-            StreamerState::Streaming | StreamerState::Done | StreamerState::Failed => {}
-        }
+        let step = self.step();
+        self.go(step);
         self.flight.state != before
     }
 
-    fn wait_for_vehicle(&mut self) {
-        if !self.flight.vehicle.heartbeat_heard {
-            return;
+    /// Does what is to be done in the present state.
+    fn step(&mut self) -> Step {
+        let is_released = self.release.at().is_some();
+        let Self { flight, outbox, reports, metadata, preparation, waits, hang, .. } = self;
+        Ok(match flight.state {
+            StreamerState::WaitingForVehicle => self.wait_for_vehicle(),
+            StreamerState::Parameters => return preparation.step(flight, outbox, reports, metadata),
+            StreamerState::Streaming => {
+                let has_run = flight.now >= flight.since + STREAM_FIRST_US;
+                has_run.then_some(match flight.config.procedure {
+                    Some(_) => StreamerState::Aligning,
+                    None => StreamerState::RequestingOffboard,
+                })
+            }
+            StreamerState::Aligning if is_released => Some(StreamerState::RequestingOffboard),
+            StreamerState::Aligning => waits.align(flight, preparation.hold_us(), reports),
+            StreamerState::Holding if is_released => leave_hold(flight, outbox, reports),
+            StreamerState::Holding => waits.hold(flight, preparation.hold_us(), outbox, reports),
+            StreamerState::RequestingOffboard => return self.request_offboard(),
+            StreamerState::Arming => return self.arm(is_released),
+            StreamerState::Hanging | StreamerState::Releasing if is_released => Some(StreamerState::Falling),
+            StreamerState::Hanging => hang.step(flight, preparation.velocity_before_release(flight), reports),
+            StreamerState::Releasing => return self.request_release(),
+            StreamerState::Falling | StreamerState::Tracking | StreamerState::Target => self.follow_plan(),
+            StreamerState::Done | StreamerState::Failed => None,
+        })
+    }
+
+    fn wait_for_vehicle(&mut self) -> Option<StreamerState> {
+        let Self { flight, outbox, .. } = self;
+        let (now, config) = (flight.now, &flight.config);
+        if !flight.vehicle.heartbeat_heard {
+            return None;
         }
-        let system_id = self.config.vehicle_system;
-        // A HEARTBEAT has no time of its own, and this may be the first that is known.
-        self.flight.vehicle.armed_since = self.flight.now;
-        self.report(StreamerEvent::VehicleHeard(system_id));
-        if self.config.clock == Clock::Vehicle {
-            // As fine as the control loop.
-            self.wish_for(ATTITUDE_DATA::ID, self.config.lead_us.max(1_000));
+        flight.vehicle.note_met(now);
+        self.reports.report(now, StreamerEvent::VehicleHeard(config.vehicle_system));
+        // As fine as the control loop.
+        let as_fine = config.lead_us.max(1_000);
+        if config.clock == Clock::Vehicle {
+            outbox.wish_for(now, ATTITUDE_DATA::ID, as_fine);
         }
-        if self.config.free_fall.is_some() {
-            self.wish_for(HIGHRES_IMU_DATA::ID, self.config.site_span_us(TELEMETRY_PERIOD_US));
+        if config.free_fall.is_some() {
+            outbox.wish_for(now, HIGHRES_IMU_DATA::ID, config.site_span_us(TELEMETRY_PERIOD_US));
         }
-        if self.replanning.is_some() {
+        if self.plan.is_renewed() {
             for message_id in [ATTITUDE_QUATERNION_DATA::ID, LOCAL_POSITION_NED_DATA::ID] {
-                self.wish_for(message_id, self.config.lead_us.max(1_000));
+                outbox.wish_for(now, message_id, as_fine);
             }
         }
-        if self.config.procedure.is_none() {
-            return self.enter(StreamerState::Streaming);
+        if config.procedure.is_none() {
+            return Some(StreamerState::Streaming);
         }
-        self.wish(MavCmd::MAV_CMD_REQUEST_MESSAGE, [AUTOPILOT_VERSION_DATA::ID as f32, 0.0, 0.0]);
-        self.flight.readiness.version_asked = Some(self.wire.send(self.flight.now));
-        self.wish_for(SYS_STATUS_DATA::ID, 100_000);
-        self.wish_for(ESTIMATOR_STATUS_DATA::ID, 100_000);
-        self.wish_for(EXTENDED_SYS_STATE_DATA::ID, 20_000);
-        self.enter(StreamerState::Parameters);
-    }
-
-    /// Asks for a message at an interval. Only before anything waits for the vehicle's answer: PX4's receiver
-    /// sleeps in simulated time until its sender has taken the wish.
-    fn wish_for(&mut self, message_id: u32, interval_us: TimeUs) {
-        let interval = [message_id as f32, interval_us as f32, 0.0];
-        self.wish(MavCmd::MAV_CMD_SET_MESSAGE_INTERVAL, interval);
-    }
-
-    /// Sends the autopilot a command whose answer does not matter.
-    fn wish(&mut self, command: MavCmd, params: [f32; 3]) {
-        let system_id = self.config.vehicle_system;
-        if let Progress::Send(m) = Request::to_autopilot(system_id, command, params, "a message", 1)
-            .poll(self.flight.now, &self.wire)
-        {
-            self.send(&MavMessage::COMMAND_LONG(m));
-        }
+        self.preparation.begin(now, outbox);
+        Some(StreamerState::Parameters)
     }
 
     /// Works at the request of the present state; whether it has been accepted.
-    fn pursue(&mut self, make: impl FnOnce(&StreamerConfig) -> Request) -> bool {
-        let now = self.flight.now;
-        let mut request = self.flight.request.take().unwrap_or_else(|| make(&self.config));
-        let (what, by, sent_at) = (request.what, request.by, request.sent_at());
-        let progress = request.poll(now, &self.wire);
-        self.flight.request = Some(request);
-        let (result, gave_up) = match progress {
-            Progress::Pending => return false,
-            Progress::Accepted => return true,
-            Progress::Send(message) => {
-                self.send(&MavMessage::COMMAND_LONG(message));
-                return false;
-            }
+    fn pursue(&mut self, make: impl FnOnce(&StreamerConfig) -> Request) -> Result<bool, String> {
+        let Self { flight, outbox, .. } = self;
+        let (failure, gave_up) = match outbox.pursue(flight.now, || make(&flight.config)) {
+            Progress::Pending | Progress::Send(_) => return Ok(false),
+            Progress::Accepted => return Ok(true),
             // The next tick sends it again.
-            Progress::Again(result) => (result.map(result_name), false),
-            Progress::GaveUp(result) => (result.map(result_name), true),
+            Progress::Again(failure) => (failure, false),
+            Progress::GaveUp(failure) => (failure, true),
         };
-        let mut said = self.flight.vehicle.said_since(sent_at.unwrap_or(0));
-        if what == ARMING {
-            said.extend(self.checks_against_arming());
+        let mut said = flight.vehicle.said_since(failure.sent_at);
+        if failure.what == ARMING {
+            said.extend(self.metadata.against_arming(&flight.vehicle.health));
         }
-        self.report(match result.clone() {
+        let (what, by) = (failure.what, failure.by);
+        self.report(match failure.result.clone() {
             Some(result) => StreamerEvent::Refused { what, result, said },
             None => StreamerEvent::Unanswered { what, by },
         });
         if gave_up {
-            let how = result.map_or("never answered".to_owned(), |result| format!("refused ({result})"));
-            self.fail(format!("{what} was {how} by the {by}"));
+            let how =
+                failure.result.map_or("never answered".to_owned(), |result| format!("refused ({result})"));
+            return Err(format!("{what} was {how} by the {by}"));
         }
-        false
+        Ok(false)
     }
 
-    fn hang(&mut self) {
-        let now = self.flight.now;
-        if self.flight.released_at.is_some() {
-            return self.enter(StreamerState::Falling);
+    fn request_offboard(&mut self) -> Step {
+        let accepted = self.pursue(|c| {
+            let px4_offboard = [1.0, f32::from(FlightMode::Offboard.main_number()), 0.0];
+            let command = MavCmd::MAV_CMD_DO_SET_MODE;
+            Request::to_autopilot(c.vehicle_system, command, px4_offboard, "OFFBOARD", c.attempts)
+        })?;
+        if accepted {
+            self.report(StreamerEvent::Offboard);
+            self.flight.vehicle.note_offboard();
         }
-        let settled = now >= self.flight.armed_at + self.config.settle_us;
-        let hang = microseconds(self.config.hang_s);
-        let ahead = self.velocity_before_release();
-        // What was lost is asked for again in time to settle until the release.
-        let is_near = now + self.config.settle_us + ahead >= hang;
-        let asks = if ahead > 0 { is_near } else { self.config.commands_release && (is_near || settled) };
-        let ready = asks && self.shows_itself_ready();
-        if ready && settled && ahead > 0 && now + ahead >= hang && !self.is_on_ground() {
-            self.flight.braced_at.get_or_insert(now);
-        }
-        let braced = ahead == 0 || self.flight.braced_at.is_some_and(|at| now >= at + ahead);
-        if ready && self.config.commands_release && settled && braced && now >= hang {
-            let late = now - hang;
-            if late >= LATE_US {
-                self.report(StreamerEvent::Late(late));
-            }
-            self.report(StreamerEvent::ReleaseAsked);
-            self.enter(StreamerState::Releasing);
-        }
+        Ok(accepted.then_some(StreamerState::Arming))
     }
 
-    fn release(&mut self) {
-        let now = self.flight.now;
-        if self.flight.released_at.is_some() {
-            return self.enter(StreamerState::Falling);
+    /// Arms the vehicle, in a hurry if it is falling.
+    fn arm(&mut self, in_hurry: bool) -> Step {
+        let checks = self.preparation.px4().checks;
+        if !in_hurry && awaits_checks(&self.flight, checks, &self.outbox, &mut self.reports) {
+            return Ok(None);
         }
-        if !self.flight.conduct.obeyed && !self.flight.vehicle.armed {
+        let accepted = self.pursue(|c| {
+            let (command, params) = (MavCmd::MAV_CMD_COMPONENT_ARM_DISARM, [1.0, 0.0, 0.0]);
+            let request = Request::to_autopilot(c.vehicle_system, command, params, ARMING, c.attempts);
+            if in_hurry { request.hurried() } else { request }
+        })?;
+        if accepted {
+            self.report(StreamerEvent::Armed);
+            // As a heartbeat will show; one that shows otherwise counts.
+            self.flight.vehicle.note_armed(self.flight.now, true);
+            self.hang = Hang::armed(self.flight.now);
+        }
+        Ok(accepted.then_some(StreamerState::Hanging))
+    }
+
+    fn request_release(&mut self) -> Step {
+        if !self.release.is_obeyed() && !self.flight.vehicle.armed {
             // Disarmed meanwhile: what is not released is not released.
-            return self.enter(StreamerState::Hanging);
+            return Ok(Some(StreamerState::Hanging));
         }
         let accepted = self.pursue(|c| {
             // param2 = 0: release.
@@ -231,46 +189,42 @@ impl StreamerSession {
                 ..COMMAND_LONG_DATA::default()
             };
             Request::new(message, "release", "parachute", c.attempts)
-        });
-        self.flight.conduct.obeyed |= accepted;
-        let sent_at = self.flight.request.as_ref().and_then(Request::sent_at).unwrap_or(now);
-        if accepted && self.config.free_fall.is_none() && now >= sent_at + T_RELEASE_PATIENCE_US {
-            self.note_release(sent_at, false);
+        })?;
+        if accepted {
+            self.release.note_obeyed();
+            let (flight, request) = (&self.flight, self.outbox.request());
+            let sent_at = request.and_then(Request::sent_at).unwrap_or(flight.now);
+            if flight.config.free_fall.is_none() && flight.now >= sent_at + T_RELEASE_PATIENCE_US {
+                self.release.note(flight, sent_at, false, &mut self.reports);
+            }
         }
+        Ok(None)
     }
 
-    /// The release and its instant are known, from the parachute or by its acknowledgement.
-    pub(super) fn note_release(&mut self, released_at: TimeUs, reported: bool) {
-        if self.flight.released_at.is_none() {
-            self.flight.released_at = Some(released_at);
-            self.flight.conduct.obeyed |= self.flight.state == StreamerState::Releasing;
-            self.flight.conduct.told |= reported;
-            self.flight.conduct.note_release(self.flight.now, self.flight.vehicle.was_armed_at(released_at));
-            self.report(StreamerEvent::Released { released_at, reported });
-        }
-    }
-
-    fn follow_plan(&mut self) {
-        let Some(start) = self.plan_start() else { return };
-        let ahead = self.flight.now + self.config.lead_us;
-        let end = self.config.end_s.map(|s| start + microseconds(s));
-        let state = if end.is_some_and(|end| self.flight.now >= end) {
+    fn follow_plan(&mut self) -> Option<StreamerState> {
+        let start = self.plan_start()?;
+        let Self { flight, waits, reports, .. } = self;
+        let ahead = flight.now + flight.config.lead_us;
+        let end = flight.config.end_s.map(|s| start + microseconds(s));
+        let is_falling = flight.state == StreamerState::Falling;
+        let state = if end.is_some_and(|end| flight.now >= end) {
             StreamerState::Done
-        } else if ahead < start || self.flight.state == StreamerState::Falling && self.holds_back() {
+        } else if ahead < start || is_falling && waits.hold_back(flight, reports) {
             StreamerState::Falling
-        } else if ahead < start + microseconds(self.setpoints.trajectory.end_s()) {
+        } else if ahead < start + microseconds(self.plan.end_s()) {
             StreamerState::Tracking
         } else {
             StreamerState::Target
         };
-        if state != self.flight.state {
-            match state {
-                StreamerState::Tracking => self.report(StreamerEvent::Tracking),
-                StreamerState::Target => self.report(StreamerEvent::Target),
-                StreamerState::Done => self.report(StreamerEvent::Done),
-                _ => {}
-            }
-            self.enter(state);
+        if state == flight.state {
+            return None;
         }
+        match state {
+            StreamerState::Tracking => self.report(StreamerEvent::Tracking),
+            StreamerState::Target => self.report(StreamerEvent::Target),
+            StreamerState::Done => self.report(StreamerEvent::Done),
+            _ => {}
+        }
+        Some(state)
     }
 }

@@ -20,14 +20,25 @@ const IN_PROGRESS: u8 = MavResult::MAV_RESULT_IN_PROGRESS as u8;
 #[derive(Clone, Debug)]
 pub(super) struct Request {
     message: COMMAND_LONG_DATA,
-    /// In words, for the messages.
-    pub(super) what: &'static str,
-    /// The component that is to answer, in words.
-    pub(super) by: &'static str,
+    what: &'static str,
+    by: &'static str,
     attempts_left: u32,
     retry_us: TimeUs,
     sent: Option<Sent>,
     result: Option<u8>,
+}
+
+/// A command that was refused or not answered.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Failure {
+    /// The command, in words.
+    pub what: &'static str,
+    /// The component that was to answer, in words.
+    pub by: &'static str,
+    /// When it was last sent.
+    pub sent_at: TimeUs,
+    /// The name of the refusal.
+    pub result: Option<String>,
 }
 
 /// What is to be done about a request.
@@ -39,10 +50,10 @@ pub(super) enum Progress {
     Send(COMMAND_LONG_DATA),
     /// It has been accepted.
     Accepted,
-    /// It was refused (`Some`: the result) or not answered, and is worth another try.
-    Again(Option<u8>),
-    /// It was refused or not answered, and is not to be tried again.
-    GaveUp(Option<u8>),
+    /// It has failed, and is worth another try.
+    Again(Failure),
+    /// It has failed, and is not to be tried again.
+    GaveUp(Failure),
 }
 
 impl Request {
@@ -119,17 +130,19 @@ impl Request {
             return Progress::Pending;
         }
         let result = self.result.take();
+        let (what, by, sent_at) = (self.what, self.by, sent.at);
+        let failure = Failure { what, by, sent_at, result: result.map(result_name) };
         if self.attempts_left == 0 || result == Some(UNSUPPORTED) {
-            return Progress::GaveUp(result);
+            return Progress::GaveUp(failure);
         }
         self.sent = None;
         self.message.confirmation = self.message.confirmation.wrapping_add(1);
-        Progress::Again(result)
+        Progress::Again(failure)
     }
 }
 
 /// The name of a `MAV_RESULT`.
-pub(super) fn result_name(result: u8) -> String {
+fn result_name(result: u8) -> String {
     MavResult::from_u8(result).map_or_else(
         || format!("result {result}"),
         |known| format!("{known:?}").trim_start_matches("MAV_RESULT_").to_owned(),

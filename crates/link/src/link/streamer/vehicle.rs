@@ -83,6 +83,16 @@ impl VehicleView {
         changes.into_iter().filter(|(_, was, is)| *was && !is).map(|(what, ..)| what).collect()
     }
 
+    /// It has been met at `now`: a HEARTBEAT has no time of its own, and this may be the first that is known.
+    pub(super) fn note_met(&mut self, now: TimeUs) {
+        self.armed_since = now;
+    }
+
+    /// It has acknowledged OFFBOARD; what it told of its sensors was for another mode.
+    pub(super) fn note_offboard(&mut self) {
+        (self.offboard, self.sensors) = (true, None);
+    }
+
     /// It is armed, or is not, by what has come at `now`.
     pub(super) fn note_armed(&mut self, now: TimeUs, armed: bool) {
         if armed && !self.armed {

@@ -199,7 +199,7 @@ fn regress_a_vehicle_that_is_released_too_soon_is_not_held() {
 #[test]
 fn a_release_that_comes_late_is_reported() {
     let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
-    careful.script.streamer.config.hang_s = 5.0;
+    careful.script.streamer.flight.config.hang_s = 5.0;
     let at = careful.until(StreamerState::Releasing);
     let late = format!("the release comes {:.1} s after hang_s", at as f64 * 1e-6 - 5.0);
     assert!(careful.reports().contains(&late), "{late}");

@@ -179,7 +179,7 @@ fn the_simulations_end_ends_the_stream_in_every_state() {
 
 /// EXTENDED_SYS_STATE of a vehicle, once the test lets it be careful.
 fn shows_landed_state(script: &mut ScriptedVehicle, landed_state: MavLandedState) {
-    script.streamer.config.procedure = Some(Procedure::default());
+    script.streamer.flight.config.procedure = Some(Procedure::default());
     script.vehicle_says(&MavMessage::EXTENDED_SYS_STATE(EXTENDED_SYS_STATE_DATA {
         landed_state,
         ..Default::default()

@@ -7,6 +7,7 @@ use mavlink::dialects::common::*;
 use super::scripted_px4::{ALIGNED, PASS, PREARM_CHECK, S, ScriptedPx4};
 use super::scripted_vehicle::WILLING;
 use super::*;
+use crate::control::px4::Version;
 use crate::control::px4::versions::{Number, VERSIONS};
 
 /// What v1.14 and later say when their checks pass, and before that.
