@@ -72,3 +72,23 @@ fn nothing_flies_above_or_below_the_studies() {
     }
     assert!(faults.is_empty(), "{}", faults.join("\n"));
 }
+
+/// HTML is written by `report/html.rs` alone, where what comes in as text is escaped.
+#[test]
+fn markup_is_written_in_one_place() {
+    let mut faults = Vec::new();
+    for path in super::sources(std::path::Path::new("src")) {
+        let name = path.to_string_lossy().replace('\\', "/");
+        // Figures are SVG; footprint and junit are XML; tests look for what was written.
+        let others = ["html.rs", "/figure/", "footprint.rs", "junit.rs", "tests.rs"];
+        if others.iter().any(|other| name.contains(other)) {
+            continue;
+        }
+        let text = fs::read_to_string(&path).unwrap();
+        let code = text.split("\n#[cfg(test)]").next().unwrap_or_default();
+        let closes = |line: &str| line.split("</").skip(1).any(|rest| rest.starts_with(char::is_alphabetic));
+        let lines = code.lines().enumerate().filter(|(_, line)| !line.trim_start().starts_with("//"));
+        faults.extend(lines.filter(|(_, line)| closes(line)).map(|(i, _)| format!("{name}:{}", i + 1)));
+    }
+    assert!(faults.is_empty(), "markup by hand:\n{}", faults.join("\n"));
+}
