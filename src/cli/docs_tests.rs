@@ -212,11 +212,22 @@ fn links_lead_somewhere() {
 }
 
 /// Files and folders named in backticks, but for those that the page's commands make; a Rust file also as it
-/// is below `src`.
+/// is below `src` of its crate.
 #[test]
 fn files_named_in_the_pages_exist() {
-    const FOLDERS: [&str; 9] =
-        ["src/", "tests/", "scripts/", "benches/", "examples/", "params/", "mission/", "docs/", "fuzz/"];
+    const FOLDERS: [&str; 10] = [
+        "src/",
+        "crates/",
+        "tests/",
+        "scripts/",
+        "benches/",
+        "examples/",
+        "params/",
+        "mission/",
+        "docs/",
+        "fuzz/",
+    ];
+    const SOURCES: [&str; 4] = ["", "src", "crates/core/src", "crates/link/src"];
     let mut count = 0;
     for (path, page) in pages() {
         let made = made_by(&page);
@@ -227,7 +238,7 @@ fn files_named_in_the_pages_exist() {
                 || made.iter().any(|name| code.contains(name.as_str()));
             if named && !pattern {
                 count += 1;
-                let found = root().join(code).exists() || root().join("src").join(code).exists();
+                let found = SOURCES.iter().any(|folder| root().join(folder).join(code).exists());
                 assert!(found, "{}: `{code}` is not there", path.display());
             }
         }

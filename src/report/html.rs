@@ -170,7 +170,7 @@ pub fn escape(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// By the escapes of HTML, section 13.1.2: nothing that comes in as text opens an element or ends a value.
+    /// By HTML's syntax, section 13.1.2: nothing that comes in as text opens an element or ends a value.
     #[test]
     fn text_stays_text_wherever_it_comes_in() {
         let evil = "</script>&\"<b";

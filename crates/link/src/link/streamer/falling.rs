@@ -24,7 +24,7 @@ pub(super) struct Release {
 }
 
 impl Release {
-    /// Its instant, once it is known.
+    /// The instant, once it is known.
     pub(super) fn at(&self) -> Option<TimeUs> {
         self.at
     }
