@@ -142,7 +142,7 @@ mod tests {
     fn solved(mission: &Mission, shape: [usize; AXES]) -> (Trajectory, PlanGrid) {
         let options = SolverOptions::default();
         let nominal = mission.solve(&options, &mut |_| ControlFlow::Continue(())).unwrap();
-        let axes = GridAxes::even(&grid_ranges(&mission), shape).unwrap();
+        let axes = GridAxes::even(&grid_ranges(mission), shape).unwrap();
         let problem = mission.plan_problem();
         let plans = (0..axes.count()).map(|number| {
             let plan = solve_grid_point((&problem, &nominal), &axes.state(number), &options).unwrap();

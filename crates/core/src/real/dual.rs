@@ -77,7 +77,7 @@ impl Sub for HyperDual {
 impl Div for HyperDual {
     type Output = Self;
     fn div(self, b: Self) -> Self {
-        self * b.recip()
+        Mul::mul(self, b.recip())
     }
 }
 
