@@ -113,7 +113,7 @@ pub fn log10(x: f64) -> f64 {
 /// A finite number with that many digits that count.
 ///
 /// ```
-/// # use samara::math::with_digits;
+/// # use samara_core::math::with_digits;
 /// assert_eq!([0.056_568, 1e-4, -1234.5, 0.0].map(|x| with_digits(x, 3)), [0.0566, 1e-4, -1230.0, 0.0]);
 /// ```
 pub fn with_digits(x: f64, digits: u32) -> f64 {

@@ -18,7 +18,7 @@ fn acts(character: char) -> bool {
 /// marks of direction. What is shown as it is stays as it is.
 ///
 /// ```
-/// # use samara::printable::printable;
+/// # use samara_core::printable::printable;
 /// assert_eq!(printable("good\r\u{1b}[2Kevil"), r"good\x0d\x1b[2Kevil");
 /// assert_eq!(printable("file\u{202e}nosj.txt"), r"file\u{202e}nosj.txt");
 /// assert_eq!(printable("Fallschirm über 5 km²"), "Fallschirm über 5 km²");
