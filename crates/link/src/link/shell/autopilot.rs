@@ -91,8 +91,10 @@ pub async fn run_autopilot<O: Observer>(
         if shell.connection.as_ref().is_some_and(Connection::is_held_up) {
             pause = pause.min(WATCH_PERIOD);
         }
-        // A peer that always has something to be read does not keep the runtime from its signals, timers and
-        // other sockets: `select!` has a budget, after which it lets them have their turn (tokio 1.44).
+        // A peer that always has something to be read must not keep the runtime from its signals, timers and
+        // other sockets: what is ready at once takes nothing of anybody's turn. (`select!` gives
+        // them theirs too, when its budget is spent: later.)
+        tokio::task::yield_now().await;
         tokio::select! {
             biased;
             () = &mut stop => break,
