@@ -9,7 +9,7 @@ use super::event::StreamerEvent;
 use super::hanging::Hang;
 use super::px4_waits::{awaits_checks, leave_hold};
 use super::request::{Progress, Request};
-use super::state::{Step, StreamerState};
+use super::state::{Next, Step, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::timing::TELEMETRY_PERIOD_US;
 use crate::link::parachute::PARACHUTE_COMPONENT;
@@ -61,7 +61,7 @@ impl StreamerSession {
 
     /// Does what is to be done in the present state.
     fn step(&mut self) -> Step {
-        let is_released = self.release.at().is_some();
+        let is_released = self.release.at.is_some();
         let Self { flight, outbox, reports, metadata, preparation, waits, hang, .. } = self;
         Ok(match flight.state {
             StreamerState::WaitingForVehicle => self.wait_for_vehicle(),
@@ -74,9 +74,9 @@ impl StreamerSession {
                 })
             }
             StreamerState::Aligning if is_released => Some(StreamerState::RequestingOffboard),
-            StreamerState::Aligning => waits.align(flight, preparation.hold_us(), reports),
+            StreamerState::Aligning => waits.align(flight, preparation.hold_us, reports),
             StreamerState::Holding if is_released => leave_hold(flight, outbox, reports),
-            StreamerState::Holding => waits.hold(flight, preparation.hold_us(), outbox, reports),
+            StreamerState::Holding => waits.hold(flight, preparation.hold_us, outbox, reports),
             StreamerState::RequestingOffboard => return self.request_offboard(),
             StreamerState::Arming => return self.arm(is_released),
             StreamerState::Hanging | StreamerState::Releasing if is_released => Some(StreamerState::Falling),
@@ -87,7 +87,7 @@ impl StreamerSession {
         })
     }
 
-    fn wait_for_vehicle(&mut self) -> Option<StreamerState> {
+    fn wait_for_vehicle(&mut self) -> Next {
         let Self { flight, outbox, .. } = self;
         let (now, config) = (flight.now, &flight.config);
         if !flight.vehicle.heartbeat_heard {
@@ -103,7 +103,7 @@ impl StreamerSession {
         if config.free_fall.is_some() {
             outbox.wish_for(now, HIGHRES_IMU_DATA::ID, config.site_span_us(TELEMETRY_PERIOD_US));
         }
-        if self.plan.is_renewed() {
+        if self.plan.replanning.is_some() {
             for message_id in [ATTITUDE_QUATERNION_DATA::ID, LOCAL_POSITION_NED_DATA::ID] {
                 outbox.wish_for(now, message_id, as_fine);
             }
@@ -192,7 +192,7 @@ impl StreamerSession {
         })?;
         if accepted {
             self.release.note_obeyed();
-            let (flight, request) = (&self.flight, self.outbox.request());
+            let (flight, request) = (&self.flight, self.outbox.request.as_ref());
             let sent_at = request.and_then(Request::sent_at).unwrap_or(flight.now);
             if flight.config.free_fall.is_none() && flight.now >= sent_at + T_RELEASE_PATIENCE_US {
                 self.release.note(flight, sent_at, false, &mut self.reports);
@@ -201,7 +201,7 @@ impl StreamerSession {
         Ok(None)
     }
 
-    fn follow_plan(&mut self) -> Option<StreamerState> {
+    fn follow_plan(&mut self) -> Next {
         let start = self.plan_start()?;
         let Self { flight, waits, reports, .. } = self;
         let ahead = flight.now + flight.config.lead_us;
@@ -211,7 +211,7 @@ impl StreamerSession {
             StreamerState::Done
         } else if ahead < start || is_falling && waits.hold_back(flight, reports) {
             StreamerState::Falling
-        } else if ahead < start + microseconds(self.plan.end_s()) {
+        } else if ahead < start + microseconds(self.plan.setpoints.trajectory.end_s()) {
             StreamerState::Tracking
         } else {
             StreamerState::Target

@@ -17,26 +17,18 @@ use crate::time::{TimeUs, microseconds};
 /// What is known of the release.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Release {
-    at: Option<TimeUs>,
+    /// The instant, once it is known.
+    pub at: Option<TimeUs>,
     detector: Option<FreeFallDetector>,
-    fall: Option<Fall>,
+    /// The fall by which it was found, where nothing else reported it.
+    pub fall: Option<Fall>,
     conduct: Conduct,
 }
 
 impl Release {
-    /// The instant, once it is known.
-    pub(super) fn at(&self) -> Option<TimeUs> {
-        self.at
-    }
-
     /// Simulated time of t = 0 of the plan.
     pub(super) fn plan_start(&self, config: &StreamerConfig) -> Option<TimeUs> {
         self.at.map(|at| at + microseconds(config.delay_s))
-    }
-
-    /// The fall by which it was found, where nothing else reported it.
-    pub(super) fn fall(&self) -> Option<Fall> {
-        self.fall
     }
 
     /// What keeps a drop whose plan was streamed to its end, `end_s` from t = 0, from being a success.

@@ -3,7 +3,7 @@
 use super::event::StreamerEvent;
 use super::flight::Flight;
 use super::reports::Reports;
-use super::state::StreamerState;
+use super::state::{Next, StreamerState};
 use crate::time::{TimeUs, microseconds};
 
 /// A release that comes so much later than it was to is reported.
@@ -36,12 +36,7 @@ impl Hang {
     }
 
     /// Waits for the release, before which velocity setpoints come by `ahead_us`; 0: they do not.
-    pub(super) fn step(
-        &mut self,
-        flight: &Flight,
-        ahead_us: TimeUs,
-        reports: &mut Reports,
-    ) -> Option<StreamerState> {
+    pub(super) fn step(&mut self, flight: &Flight, ahead_us: TimeUs, reports: &mut Reports) -> Next {
         let (now, config) = (flight.now, &flight.config);
         let settled = now >= self.armed_at + config.settle_us;
         let hang = microseconds(config.hang_s);

@@ -61,6 +61,7 @@ use self::outbox::Outbox;
 use self::plan::PlanStream;
 use self::preparation::Preparation;
 use self::px4_waits::Px4Waits;
+use self::replanning::Replanning;
 use self::reports::Reports;
 use self::silence::Silence;
 use self::trust::{CLOCK_JUMP_US, Met};
@@ -147,27 +148,28 @@ impl StreamerSession {
     /// ([`StreamerConfig::froude`]) flies on as it was planned.
     pub fn renewing(mut self, setup: ReplanSetup, by: SolvedBy) -> Self {
         if self.flight.config.froude.is_none() {
-            self.plan.renew_by(setup, by);
+            self.plan.replanning = Some(Replanning::new(setup, by));
         }
         self
     }
 
     /// What a host needs to solve for this session, where it is the host that does.
     pub fn host_renewal(&self) -> Option<Renewal> {
-        self.plan.host_renewal()
+        self.plan.replanning.as_ref().and_then(Replanning::host_renewal)
     }
 
     /// A solve that the host is asked for; its answer goes to [`Self::handle_replanned`].
     pub fn poll_replan(&mut self) -> Option<ReplanRequest> {
-        self.plan.poll_replan()
+        self.plan.replanning.as_mut().and_then(Replanning::poll)
     }
 
     /// Takes the answer to what [`Self::poll_replan`] asked for, after a solve that took so long.
     pub fn handle_replanned(&mut self, answer: ReplanAnswer, took: Duration) {
-        let Some(start) = self.plan_start() else { return };
-        if let Some(record) = self.plan.answered(self.flight.now, start, answer, took) {
-            let event = StreamerEvent::Replanned(record.clone());
-            self.report(event);
+        let (now, start) = (self.flight.now, self.plan_start());
+        let (Some(replanning), Some(start)) = (&mut self.plan.replanning, start) else { return };
+        let t_s = seconds(now) - seconds(start);
+        if let Some(record) = replanning.answered(t_s, answer, took.as_secs_f64()) {
+            self.reports.report(now, StreamerEvent::Replanned(record.clone()));
         }
     }
 
@@ -189,7 +191,7 @@ impl StreamerSession {
 
     /// What came of the attempts to renew the plan.
     pub fn replans(&self) -> &[ReplanRecord] {
-        self.plan.replans()
+        self.plan.replanning.as_ref().map_or(&[], Replanning::records)
     }
 
     /// State in the drop.
@@ -214,7 +216,7 @@ impl StreamerSession {
 
     /// What keeps a drop whose plan was streamed to its end from being a success.
     pub fn shortcoming(&self) -> Option<&'static str> {
-        self.release.shortcoming(&self.flight.config, self.plan.end_s())
+        self.release.shortcoming(&self.flight.config, self.plan.setpoints.trajectory.end_s())
     }
 
     /// Whether what it does next depends on what the vehicle answers and reports: until the vehicle is ready
@@ -241,7 +243,7 @@ impl StreamerSession {
 
     /// The velocity setpoint last sent, NED [m/s].
     pub fn velocity_setpoint_ned(&self) -> Option<Vector3<f64>> {
-        self.plan.velocity_ned()
+        self.plan.setpoints.velocity_ned
     }
 
     /// Simulated time of t = 0 of the plan, once the release is known.
@@ -251,7 +253,7 @@ impl StreamerSession {
 
     /// The fall by which the release was found, where nothing else reported it.
     pub fn fall(&self) -> Option<Fall> {
-        self.release.fall()
+        self.release.fall
     }
 
     /// The next event.
@@ -298,7 +300,7 @@ impl StreamerSession {
         if flight.state.is_flight() {
             plan.renew(flight, release, reports);
         }
-        if flight.state.is_over() || flight.waits() || outbox.is_mute() {
+        if flight.state.is_over() || flight.waits() || outbox.is_mute {
             return;
         }
         metadata.pursue(flight, outbox, reports);
@@ -312,7 +314,9 @@ impl StreamerSession {
     fn take_of_autopilot(&mut self, frame: &Frame) {
         let Self { flight, outbox, reports, preparation, release, .. } = self;
         flight.vehicle.take_status(frame);
-        self.plan.take(frame);
+        if let Some(replanning) = &mut self.plan.replanning {
+            replanning.take(frame);
+        }
         match frame.known() {
             Some(MavMessage::PARAM_VALUE(m)) => preparation.take(m),
             // Others may ask for what is not there.
@@ -405,7 +409,7 @@ impl Session for StreamerSession {
             (PARACHUTE_COMPONENT, Some(MavMessage::NAMED_VALUE_INT(m))) if !waits => {
                 let Self { flight, outbox, reports, release, .. } = self;
                 match (m.name.to_str(), u64::try_from(m.value)) {
-                    (Ok(MUTE), Ok(mute)) => outbox.set_mute(mute != 0),
+                    (Ok(MUTE), Ok(mute)) => outbox.is_mute = mute != 0,
                     (Ok(T_RELEASE), Ok(ms)) if flight.config.free_fall.is_none() => {
                         release.note(flight, flight.site_us(ms), true, reports);
                     }

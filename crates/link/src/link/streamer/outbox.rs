@@ -12,7 +12,7 @@ use crate::link::frame::CommandAck;
 use crate::link::wire::{heartbeat_after, heartbeat_of};
 use crate::time::TimeUs;
 
-/// Frames that wait to be fetched, and the command of the present state.
+/// Frames that wait to be fetched, and what waits for an answer.
 #[derive(Clone, Debug)]
 pub(super) struct Outbox {
     vehicle_system: u8,
@@ -20,9 +20,11 @@ pub(super) struct Outbox {
     frames: VecDeque<Vec<u8>>,
     /// What the host tells of the wire.
     pub wire: Wire,
-    request: Option<Request>,
+    /// The command of the present state.
+    pub request: Option<Request>,
     next_heartbeat: TimeUs,
-    is_mute: bool,
+    /// Nothing is sent, by a fault of the simulator's.
+    pub is_mute: bool,
 }
 
 impl Outbox {
@@ -47,16 +49,6 @@ impl Outbox {
     /// Takes the next frame to send.
     pub(super) fn poll(&mut self) -> Option<Vec<u8>> {
         self.frames.pop_front()
-    }
-
-    /// Whether nothing is sent, by a fault of the simulator's.
-    pub(super) fn is_mute(&self) -> bool {
-        self.is_mute
-    }
-
-    /// Sends nothing from now on, or something again.
-    pub(super) fn set_mute(&mut self, is_mute: bool) {
-        self.is_mute = is_mute;
     }
 
     pub(super) fn send(&mut self, message: &MavMessage) {
@@ -107,11 +99,6 @@ impl Outbox {
     /// Drops the request under way.
     pub(super) fn drop_request(&mut self) {
         self.request = None;
-    }
-
-    /// The request under way.
-    pub(super) fn request(&self) -> Option<&Request> {
-        self.request.as_ref()
     }
 
     /// Takes an acknowledgement that came from `from`; whether there is a request that it may be for.

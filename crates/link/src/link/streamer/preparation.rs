@@ -57,7 +57,8 @@ pub(super) struct Preparation {
     version_asked: Option<Sent>,
     /// The version of PX4 that the vehicle flies, or is taken for.
     px4: Option<&'static Version>,
-    hold_us: TimeUs,
+    /// How long it must be in HOLD, on its clock [us]; 0 where it has no tilt limit that must come up.
+    pub hold_us: TimeUs,
 }
 
 impl Preparation {
@@ -99,11 +100,6 @@ impl Preparation {
     /// The version of PX4 that is flown, or taken for what is flown.
     pub(super) fn px4(&self) -> &'static Version {
         self.px4.unwrap_or(Version::OLDEST)
-    }
-
-    /// How long it must be in HOLD, on its clock [us]; 0 where it has no tilt limit that must come up.
-    pub(super) fn hold_us(&self) -> TimeUs {
-        self.hold_us
     }
 
     /// Whether it is a PX4 that takes velocity setpoints late.

@@ -14,7 +14,7 @@ use super::flight::Flight;
 use super::outbox::Outbox;
 use super::reports::Reports;
 use super::request::{Progress, Request};
-use super::state::StreamerState;
+use super::state::{Next, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::versions::ChecksReport;
 use crate::time::TimeUs;
@@ -44,12 +44,7 @@ pub(super) struct Px4Waits {
 impl Px4Waits {
     /// Waits until the estimator has what velocity setpoints need; after it a HOLD of `hold_us` on the
     /// autopilot's clock.
-    pub(super) fn align(
-        &mut self,
-        flight: &Flight,
-        hold_us: TimeUs,
-        reports: &mut Reports,
-    ) -> Option<StreamerState> {
+    pub(super) fn align(&mut self, flight: &Flight, hold_us: TimeUs, reports: &mut Reports) -> Next {
         let (now, vehicle, config) = (flight.now, &flight.vehicle, &flight.config);
         let lacking = match vehicle.estimator {
             Some(_) => vehicle.lacking(),
@@ -89,7 +84,7 @@ impl Px4Waits {
         hold_us: TimeUs,
         outbox: &mut Outbox,
         reports: &mut Reports,
-    ) -> Option<StreamerState> {
+    ) -> Next {
         let (now, vehicle) = (flight.now, &flight.vehicle);
         let lacking = vehicle.lacking();
         if !lacking.is_empty() {
@@ -145,9 +140,9 @@ fn not_held(now: TimeUs, reports: &mut Reports) -> StreamerState {
 }
 
 /// Ends the wait in HOLD of a vehicle that has been released.
-pub(super) fn leave_hold(flight: &Flight, outbox: &Outbox, reports: &mut Reports) -> Option<StreamerState> {
+pub(super) fn leave_hold(flight: &Flight, outbox: &Outbox, reports: &mut Reports) -> Next {
     // An answer that is still to come would be taken for that to OFFBOARD.
-    let is_awaited = outbox.request().is_some_and(|r| r.is_under_way(flight.now, &outbox.wire));
+    let is_awaited = outbox.request.as_ref().is_some_and(|r| r.is_under_way(flight.now, &outbox.wire));
     (!is_awaited).then(|| not_held(flight.now, reports))
 }
 
@@ -160,7 +155,7 @@ pub(super) fn awaits_checks(
 ) -> bool {
     let config = &flight.config;
     let passed = flight.vehicle.checks_pass(report);
-    if config.procedure.is_none() || outbox.request().is_some() || passed == Some(true) {
+    if config.procedure.is_none() || outbox.request.is_some() || passed == Some(true) {
         return false;
     }
     let waits = flight.now < flight.since + config.site_span_us(CHECKS_US);

@@ -34,8 +34,10 @@ pub enum StreamerState {
     Failed,
 }
 
-/// Step of the state machine: the state to enter, if one is, or why the streamer gives up.
-pub(super) type Step = Result<Option<StreamerState>, String>;
+/// The state to enter, if one is.
+pub(super) type Next = Option<StreamerState>;
+/// The state to enter, if one is, or why the streamer gives up.
+pub(super) type Step = Result<Next, String>;
 
 impl StreamerState {
     /// Whether the vehicle must stay armed and in OFFBOARD.
