@@ -46,11 +46,6 @@ impl Html {
         pieces.fold(first, |done, piece| done + Self::text(between) + piece)
     }
 
-    /// Whether there is nothing.
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     /// The markup.
     pub fn as_str(&self) -> &str {
         &self.0
@@ -78,12 +73,6 @@ impl AddAssign for Html {
 impl Sum for Html {
     fn sum<I: Iterator<Item = Self>>(pieces: I) -> Self {
         pieces.fold(Self::default(), Self::add)
-    }
-}
-
-impl FromIterator<Html> for Html {
-    fn from_iter<I: IntoIterator<Item = Self>>(pieces: I) -> Self {
-        pieces.into_iter().sum()
     }
 }
 

@@ -76,7 +76,7 @@ impl Grid {
 
     /// The table as HTML with a caption; `class` of its figure.
     pub fn html(&self, class: &str) -> Html {
-        let head: Html = self.head.iter().map(|cell| el("th").attribute("scope", "col").rich(cell)).collect();
+        let head = self.head.iter().map(|cell| el("th").attribute("scope", "col").rich(cell)).sum();
         let row = |row: &TableRow| {
             let cells = row.cells.iter().enumerate().map(|(i, cell)| match i {
                 0 => el("th").attribute("scope", "row").rich(cell),
