@@ -14,6 +14,7 @@ use super::judge::{Course, Flown, Objection, OnTheGround, objections};
 use super::limits::Limits;
 use super::outcome::{CANOPY_DISTANCE, Outcome};
 use super::power::PowerUse;
+use super::scenario::Scenario;
 use crate::frames::{bank, pitch, tilt};
 use crate::model::rigid_body::BodyState;
 use crate::model::supply::PackLimits;
@@ -66,7 +67,11 @@ impl Peaks {
 /// Takes the samples of a flight from t = 0 for its [`Outcome`].
 #[derive(Clone, Debug)]
 pub struct FlightWatch<'a> {
-    limits: &'a SafetyLimits,
+    scenario: &'a Scenario,
+    start_ned_m: Vector3<f64>,
+    plan_end_s: f64,
+    way_ned_m: Vector3<f64>,
+    steady_after_s: Option<f64>,
     j_tpf: f64,
     peak_speed_m_s: f64,
     peaks: Peaks,
@@ -74,25 +79,41 @@ pub struct FlightWatch<'a> {
 }
 
 impl<'a> FlightWatch<'a> {
-    /// No sample yet, of a flight with these limits.
-    pub fn new(limits: &'a SafetyLimits) -> Self {
-        let (peaks, final_v_ned) = (Peaks::default(), Vector3::zeros());
-        Self { limits, j_tpf: 0.0, peak_speed_m_s: 0.0, peaks, final_v_ned }
+    /// No sample yet, of a flight that begins at a place, NED [m]; the samples of its plan come at times up to
+    /// `plan_end_s` [s].
+    pub fn new(scenario: &'a Scenario, start_ned_m: Vector3<f64>, plan_end_s: f64) -> Self {
+        Self {
+            scenario,
+            start_ned_m,
+            plan_end_s,
+            way_ned_m: Vector3::zeros(),
+            steady_after_s: None,
+            j_tpf: 0.0,
+            peak_speed_m_s: 0.0,
+            peaks: Peaks::default(),
+            final_v_ned: Vector3::zeros(),
+        }
     }
 
     /// Takes the next sample.
     pub fn observe(&mut self, sample: &Sample) {
         let body = &sample.state.body;
-        self.j_tpf = self.j_tpf.max(StateCost::of_sample(sample, self.limits).max());
+        self.j_tpf = self.j_tpf.max(StateCost::of_sample(sample, &self.scenario.limits.safety).max());
         self.peak_speed_m_s = self.peak_speed_m_s.max(body.v_ned.norm());
         self.peaks.observe(body);
         self.final_v_ned = body.v_ned;
+        if sample.t_s <= self.plan_end_s {
+            self.way_ned_m = body.p_ned - self.start_ned_m;
+        }
+        let near = self.scenario.is_steady(&body.v_ned);
+        self.steady_after_s = near.then(|| self.steady_after_s.unwrap_or(sample.t_s));
     }
 
-    /// The flight's peaks and end; its way and when it was steady are the caller's.
+    /// The flight's peaks and end, when it was steady, and its way from the start to the plan's end.
     pub fn outcome(&self) -> Outcome {
-        let (j_tpf, peak_speed_m_s) = (self.j_tpf, self.peak_speed_m_s);
-        Outcome { j_tpf, peak_speed_m_s, ..self.peaks.put_into(Outcome::default()) }
+        let Self { j_tpf, peak_speed_m_s, steady_after_s, .. } = *self;
+        Outcome { j_tpf, peak_speed_m_s, steady_after_s, ..self.peaks.put_into(Outcome::default()) }
+            .with_way(self.way_ned_m)
             .with_final_v(self.final_v_ned)
     }
 }

@@ -237,20 +237,14 @@ impl SafetyStudy {
     /// Flies from t = 0.
     pub fn outcome(&self, entry: &StudyEntry, start: impl Into<StudyStart>) -> Outcome {
         let start = start.into();
-        let (to_t0, plan_end_s) = (self.way_to_t0(&start.state), self.plan.end_s());
-        let mut watch = FlightWatch::new(&self.scenario.limits.safety);
-        let (mut way_ned_m, mut steady_after_s) = (Vector3::zeros(), None);
+        let plan_end_s = self.plan.end_s() + 0.5 * CONTROL_PERIOD_S;
+        let mut watch = FlightWatch::new(&self.scenario, start.state.p_ned, plan_end_s);
         self.fly(entry, start, CONTROL_PERIOD_S, &mut |sample| {
-            let body = &sample.state.body;
             watch.observe(sample);
-            if sample.t_s <= plan_end_s + 0.5 * CONTROL_PERIOD_S {
-                way_ned_m = to_t0 + (body.p_ned - start.state.p_ned);
-            }
-            let near = self.scenario.is_steady(&body.v_ned);
-            steady_after_s = near.then(|| steady_after_s.unwrap_or(sample.t_s));
             ControlFlow::Continue(())
         });
-        Outcome { steady_after_s, ..watch.outcome().with_way(way_ned_m) }
+        let outcome = watch.outcome();
+        outcome.with_way(self.way_to_t0(&start.state) + outcome.way_ned_m())
     }
 
     /// Distance from the plan, (45), of a flight whose steps fall on the plan's nodes.

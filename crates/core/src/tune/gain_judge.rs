@@ -9,8 +9,6 @@
 
 use std::fmt;
 
-use nalgebra::Vector3;
-
 use super::objective::{Evaluation, Objective};
 use super::unknowns::{self, APART, one_at_a_time, tipped};
 use super::{Longitudinal, ReleaseCase};
@@ -367,18 +365,10 @@ impl<'a> GainJudge<'a> {
             controller = Box::new(WithDelay::new(controller));
         }
         let mut tracking = TrackingError::new(setting.plan);
-        let mut watch = FlightWatch::new(&setting.scenario.limits.safety);
-        let (mut way_ned_m, mut steady_after_s) = (Vector3::zeros(), None);
         let plan_end_s = setting.plan.end_s() + 0.5 * control_period_s(setting.plan);
+        let mut watch = FlightWatch::new(&setting.scenario, trial.start.p_ned, plan_end_s);
         let flown = fly(&mut sim, &mut *controller, &flight_plan(setting), &mut |sample| {
-            let body = &sample.state.body;
-            if sample.t_s <= plan_end_s {
-                way_ned_m = body.p_ned - trial.start.p_ned;
-            }
             watch.observe(sample);
-            let away = (body.v_ned - setting.scenario.target_v_ned).norm();
-            steady_after_s = (away <= setting.scenario.limits.steady_within_m_s)
-                .then(|| steady_after_s.unwrap_or(sample.t_s));
             tracking.observe(sample)
         });
         let end = &sim.state().body;
@@ -389,8 +379,7 @@ impl<'a> GainJudge<'a> {
                 pitch_rad: pitch(end.q_ned_from_body),
             });
         }
-        let outcome = Outcome { steady_after_s, ..watch.outcome().with_way(way_ned_m) };
-        Ok(self.measured(trial, tracking.rms(), outcome.with_final_v(end.v_ned)))
+        Ok(self.measured(trial, tracking.rms(), watch.outcome().with_final_v(end.v_ned)))
     }
 }
 
