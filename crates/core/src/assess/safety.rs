@@ -79,8 +79,8 @@ pub struct FlightWatch<'a> {
 }
 
 impl<'a> FlightWatch<'a> {
-    /// No sample yet, of a flight that begins at a place, NED [m]; the samples of its plan come at times up to
-    /// `plan_end_s` [s].
+    /// No sample yet, of a flight that begins at a place, NED [m]; the samples of its plan come at times up
+    /// to `plan_end_s` [s].
     pub fn new(scenario: &'a Scenario, start_ned_m: Vector3<f64>, plan_end_s: f64) -> Self {
         Self {
             scenario,
