@@ -14,7 +14,7 @@ use samara::math::erfc;
 use samara::model::rigid_body::BodyState;
 use samara::model::wind::{Turbulence, TurbulenceScale};
 use samara::plan::SolverOptions;
-use samara::random::{Stream, normal_pair};
+use samara::random::{Purpose, Stream, normal_pair};
 use samara::sim::planar::Variation;
 use samara::study::own::own_entries;
 use samara::tune::unknowns::{self, varied};
@@ -45,7 +45,7 @@ fn normal_of(x: f64) -> f64 {
 /// The numbers of a stream as a plain flight's filters take them: in pairs, one column after the other, or
 /// both into one.
 fn pairs(seed: u64, stream: u64, count: usize) -> Vec<[f64; 2]> {
-    let mut stream = Stream::new(seed, stream);
+    let mut stream = Stream::new(seed, Purpose::Dice, stream);
     (0..count).map(|_| normal_pair(stream.bits())).collect()
 }
 

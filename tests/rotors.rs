@@ -10,7 +10,7 @@ use samara::config::{BladeFile, ConfigError, Mission, VehicleFile, blade_file, l
 use samara::model::rigid_body::BodyState;
 use samara::model::wind::{RingFluctuation, Wind};
 use samara::model::{DiskState, Rotor};
-use samara::random::Stream;
+use samara::random::{Purpose, Stream};
 use samara::sim::{DropSimulation, PlantKind};
 
 fn shipped(name: &str) -> BladeFile {
@@ -42,7 +42,7 @@ fn reference_the_shipped_tables_between_their_knots() {
         let file = shipped(name);
         let vehicle = load_vehicle(&file.path.with_file_name(format!("{name}.json"))).unwrap().vehicle;
         let Rotor::BladeElement(table) = &vehicle.rotor else { panic!() };
-        let mut stream = Stream::new(7, 0);
+        let mut stream = Stream::new(7, Purpose::Dice, 0);
         let mut errors = [Vec::new(), Vec::new(), Vec::new()];
         for _ in 0..1500 {
             let omega = fastest_rad_s * stream.uniform();

@@ -90,7 +90,7 @@ mod tests {
     /// Whatever the number, the shown ends hold it and are a unit of the last figure apart at most.
     #[test]
     fn prop_shown_ends_hold_the_number() {
-        let mut dice = crate::random::Stream::new(1, 2);
+        let mut dice = crate::random::Stream::new(1, crate::random::Purpose::Dice, 2);
         for _ in 0..2000 {
             let p = crate::math::exp(-30.0 * dice.uniform());
             let shown = [probability_at_least(p), probability_at_most(p)].map(|s| s.parse::<f64>().unwrap());

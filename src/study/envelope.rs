@@ -14,6 +14,7 @@ use crate::frames::{pitch, quaternion_from_euler};
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::{Turbulence, TurbulenceScale, Wind};
 use crate::model::{MAX_ROTORS, Parachute};
+use crate::random::Trials;
 use crate::sim::plant::Plant;
 use crate::sim::{PlantKind, PlantState, Start};
 use crate::trajectory::Trajectory;
@@ -30,8 +31,6 @@ const TURBULENCE_SHARE: f64 = 0.5;
 const DELAY_MOST_S: f64 = 60.0;
 /// Steps of the fall between release and t = 0 [s]: no rotor turns, and what moves it is smooth.
 const FALL_STEP_S: f64 = 0.02;
-/// The draws of envelopes are apart from those of campaigns and of searches of gains.
-const APART: u64 = 1 << 52;
 
 /// The mission's releases, flights and what is looked at.
 #[derive(Clone, Debug)]
@@ -117,7 +116,7 @@ impl MissionEnvelope {
     /// draw is from the nominal one, falls for the delay, and everything else is off that the controller does
     /// not know of.
     fn start(&self, point: &EnvelopePoint, draw: u64) -> EnvelopeStart {
-        let number = APART + draw;
+        let number = Trials::Envelope.first() + draw;
         let value = |axis| point.value(axis);
         let (nominal, drawn) = (self.releases.state(0.0, 0.0), self.releases.draw(self.seed, number).state);
         let wind_m_s = value(EnvelopeAxis::Wind);

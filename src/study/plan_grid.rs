@@ -10,6 +10,7 @@ use crate::control::ControlError;
 use crate::model::rigid_body::BodyState;
 use crate::plan::grid::{AXES, GridPlace, GridState, PlanGrid, grid_state};
 use crate::plan::{Guess, PlanProblem, PlanState, SolverOptions, Status, plan};
+use crate::random::Trials;
 use crate::sim::DropSimulation;
 use crate::trajectory::Trajectory;
 
@@ -17,17 +18,15 @@ use crate::trajectory::Trajectory;
 const SPANNED: u64 = 1000;
 /// What is added to a range at each end, as a share of it.
 const MARGIN: f64 = 0.05;
-/// The draws of grids are apart from those of campaigns, of searches and of envelopes.
-const APART: u64 = 1 << 53;
-/// The first of the draws that a grid is judged by, apart from those that it spans.
-pub const JUDGED_FROM: u64 = APART + (1 << 40);
 
 /// The smallest box that holds the states at t = 0 of 1000 releases drawn as `monte_carlo` says, the
 /// state that the plan begins in and that of the nominal drop, with a margin of 5 % at each end: low and
 /// high of each axis of a plan grid, in SI.
 pub fn grid_ranges(mission: &Mission) -> [[f64; 2]; AXES] {
     let releases = mission.releases();
-    let drawn = (APART..).take(SPANNED as usize).map(|k| grid_state(&releases.draw(mission.seed, k).state));
+    let drawn = (Trials::GridSpan.first()..)
+        .take(SPANNED as usize)
+        .map(|k| grid_state(&releases.draw(mission.seed, k).state));
     let dropped = DropSimulation::nominal_state_at_t0(
         mission.vehicle.clone(),
         mission.site.environment.clone(),
@@ -96,7 +95,7 @@ impl<'a> GridJudge<'a> {
     /// # Errors
     /// [`UnplannedError`] for a problem that cannot be posed.
     pub fn judge(&self, grid: &PlanGrid, number: u64) -> Result<JudgedRelease, UnplannedError> {
-        let release = self.mission.releases().draw(self.mission.seed, JUDGED_FROM + number);
+        let release = self.mission.releases().draw(self.mission.seed, Trials::GridJudged.first() + number);
         let state = grid_state(&release.state);
         let interpolated = grid.at(&state);
         let mut misread = release.state;
@@ -165,8 +164,9 @@ mod tests {
             let [q0, q1, q2, q3, v_north, _, v_down, ..] = mission.plan_initial_state();
             assert!(within(&[v_north, v_down, pitch([q0, q1, q2, q3]), 0.0]), "{ranges:?}");
             let releases = mission.releases();
-            let fresh =
-                (0..500).filter(|k| within(&grid_state(&releases.draw(mission.seed, JUDGED_FROM + k).state)));
+            let fresh = (0..500).filter(|k| {
+                within(&grid_state(&releases.draw(mission.seed, Trials::GridJudged.first() + k).state))
+            });
             assert!(fresh.count() > 490, "{ranges:?}");
         }
     }

@@ -52,6 +52,17 @@ fn no_type_has_more_methods_than_a_reader_can_hold() {
     assert!(large.is_empty(), "more than {METHODS_MOST} methods: {large:?}");
 }
 
+/// Random numbers are drawn by streams of the register alone: no other place knows the generator.
+#[test]
+fn random_numbers_come_from_the_register() {
+    let naming: Vec<_> = all_sources()
+        .into_iter()
+        .filter(|path| fs::read_to_string(path).unwrap().contains("chacha20"))
+        .map(|path| path.display().to_string())
+        .collect();
+    assert!(naming.len() == 1 && naming[0].ends_with("core/src/random/mod.rs"), "{naming:?}");
+}
+
 /// What reports results and what reads missions flies nothing and makes no controller: `study` does.
 #[test]
 fn nothing_flies_above_or_below_the_studies() {

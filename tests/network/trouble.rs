@@ -1,6 +1,6 @@
 //! What a seed brings: how the wire is, who stalls and starts anew, who else is there and what they send.
 
-use samara::random::Stream;
+use samara::random::{Purpose, Stream};
 use samara::sim::ReleaseTrigger;
 
 use super::frames;
@@ -147,7 +147,7 @@ impl Trouble {
 
     /// The trouble that a seed brings in a family.
     pub fn of_kind(kind: Kind, seed: u64) -> Self {
-        let mut dice = Stream::new(seed, 1);
+        let mut dice = Stream::new(seed, Purpose::Dice, 1);
         let speed = [1.0, 4.0, 10.0, 50.0][dice.below(4)];
         // The streamer is there first, so that ten seconds are enough.
         let [simulator, autopilot, operator] = [(); 3].map(|()| 50_000 + dice.below(250_000) as u64);

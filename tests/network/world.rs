@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 
 use mavlink::dialects::common::MavModeFlag;
 use samara::link::{AutopilotSession, HilSession, Pace, StreamerSession};
-use samara::random::Stream;
+use samara::random::{Purpose, Stream};
 
 use super::frames;
 use super::operator::Operator;
@@ -81,7 +81,7 @@ impl<'a> World<'a> {
             trouble,
             now: 0,
             queue: Queue::default(),
-            dice: Stream::new(trouble.seed, 2),
+            dice: Stream::new(trouble.seed, Purpose::Dice, 2),
             ours: pair(Vehicle::Ours),
             other: trouble.other_from.map(|_| pair(Vehicle::Other)),
             streamer: process::streamer(trouble, start(Host::Streamer), unix(Host::Streamer)),

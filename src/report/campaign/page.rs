@@ -95,7 +95,7 @@ fn origin(report: &CampaignReport<'_>, files: &[String]) -> Html {
         (
             "releases",
             format!(
-                "amplitude theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, stream k for trial k",
+                "amplitude theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, streams of its own for each trial",
                 monte_carlo.amplitude_sigma_rad * DEG_PER_RAD,
                 monte_carlo.omega_rad_s,
                 monte_carlo.length_m

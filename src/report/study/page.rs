@@ -115,7 +115,7 @@ fn origin(a: &Assessment<'_>) -> Html {
         (
             "releases",
             format!(
-                "theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, stream k for trial k",
+                "theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, streams of its own for each trial",
                 m.study.monte_carlo.amplitude_sigma_rad * crate::units::DEG_PER_RAD,
                 m.study.monte_carlo.omega_rad_s,
                 m.study.monte_carlo.length_m

@@ -217,10 +217,10 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::random::Stream;
+    use crate::random::{Purpose, Stream};
 
     fn value(trial: u64) -> Option<f64> {
-        let x = Stream::new(3, trial).normal();
+        let x = Stream::new(3, Purpose::Dice, trial).normal();
         (!trial.is_multiple_of(7)).then_some(1e3 + x)
     }
 

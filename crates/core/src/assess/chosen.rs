@@ -88,7 +88,7 @@ pub fn quantile_rank(n: usize, p: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Stream;
+    use crate::random::{Purpose, Stream};
 
     /// None of n missed: `(1-q)^n = alpha/N`. The correction of ten asks for the tenth part of alpha.
     #[test]
@@ -132,7 +132,7 @@ mod tests {
     /// in 95 of 100 at the least.
     #[test]
     fn prop_tail_means_hold() {
-        let mut dice = Stream::new(5, 5);
+        let mut dice = Stream::new(5, Purpose::Dice, 5);
         let mut held = [0; 2];
         for _ in 0..400 {
             let mut values: Vec<f64> = (0..200).map(|_| dice.uniform()).collect();

@@ -1,8 +1,8 @@
 //! Random drops: what a campaign of whole drops draws for each.
 //!
 //! A drop has the swing of a [`RandomRelease`](super::RandomRelease), which decides pitch and pitch rate at
-//! the release, a wind, and noise of its own on every sensor. Trial k draws from stream k, as the releases
-//! do: its swing is that of the release of that number.
+//! the release, a wind, and noise of its own on every sensor. Trial k draws from streams of its own, as the
+//! releases do: its swing is that of the release of that number.
 
 use nalgebra::Vector3;
 

@@ -203,7 +203,7 @@ pub fn conformal_margin(excesses: &[f64], confidence: f64) -> Option<f64> {
 mod tests {
     use super::*;
     use crate::assess::CONFIDENCE;
-    use crate::random::Stream;
+    use crate::random::{Purpose, Stream};
 
     fn by_trial(values: impl IntoIterator<Item = f64>) -> ByTrial {
         (0..).zip(values.into_iter().map(Some)).collect()
@@ -239,7 +239,7 @@ mod tests {
     /// A cheap rung that has flown the same trials and no more adds nothing.
     #[test]
     fn closed_form_no_more_trials_no_help() {
-        let mut dice = Stream::new(1, 1);
+        let mut dice = Stream::new(1, Purpose::Dice, 1);
         let cheap = by_trial((0..50).map(|_| dice.normal()));
         let costly = line(&cheap, 50, |b| b + dice.normal());
         let found = found_of(&costly, &[&cheap]).unwrap();
@@ -255,7 +255,7 @@ mod tests {
         const SEEDS: u64 = 400;
         let (mut covered, mut left_out) = (0, 0);
         for seed in 0..SEEDS {
-            let mut dice = Stream::new(seed, 9);
+            let mut dice = Stream::new(seed, Purpose::Dice, 9);
             let cheap = by_trial((0..2000).map(|_| dice.normal()));
             let costly = line(&cheap, 40, |b| 0.2 * b + dice.normal());
             let found = found_of(&costly, &[&cheap]).unwrap();
@@ -308,7 +308,7 @@ mod tests {
         const SEEDS: u64 = 1000;
         let mut covered = 0;
         for seed in 0..SEEDS {
-            let mut dice = Stream::new(seed, 10);
+            let mut dice = Stream::new(seed, Purpose::Dice, 10);
             let cheap = by_trial((0..2000).map(|_| dice.normal()));
             let costly = line(&cheap, 50, crate::math::exp);
             let (low, high) = found_of(&costly, &[&cheap]).unwrap().helped.interval();
@@ -327,7 +327,7 @@ mod tests {
         const SEEDS: u64 = 400;
         let (mut covered, mut narrower) = (0, 0.0);
         for seed in 0..SEEDS {
-            let mut dice = Stream::new(seed, 7);
+            let mut dice = Stream::new(seed, Purpose::Dice, 7);
             let (mut costly, mut middle, mut cheap) = (ByTrial::new(), ByTrial::new(), ByTrial::new());
             for trial in 0..8000 {
                 let x = dice.normal();
@@ -360,7 +360,7 @@ mod tests {
         const SEEDS: u64 = 400;
         let mut covered = 0;
         for seed in 0..SEEDS {
-            let mut dice = Stream::new(seed, 8);
+            let mut dice = Stream::new(seed, Purpose::Dice, 8);
             let (mut costly, mut middle, mut cheap) = (ByTrial::new(), ByTrial::new(), ByTrial::new());
             for trial in 0..4000 {
                 let a = dice.normal();
@@ -397,7 +397,7 @@ mod tests {
     /// exponential ones in the limit.
     #[test]
     fn prop_conformal_margins_cover() {
-        let mut dice = Stream::new(3, 3);
+        let mut dice = Stream::new(3, Purpose::Dice, 3);
         let mut exponential = || -crate::math::ln(1.0 - dice.uniform());
         let mut covered = 0;
         for _ in 0..2000 {

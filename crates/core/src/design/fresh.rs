@@ -3,13 +3,14 @@
 
 use std::ops::Range;
 
-use super::judge::{DesignFlights, DesignJudge, FINALISTS_FROM, Unknown};
+use super::judge::{DesignFlights, DesignJudge, Unknown};
 use super::objective::{DesignBounds, DesignObjective, JudgedFlight, LOST};
 use super::search::TriedDesign;
 use super::space::Design;
 use crate::assess::better::passes_less_often;
 use crate::assess::outcome::{J_TPF, OutcomeSummary, Quantity};
 use crate::assess::{ChosenAmong, Outcome, Share, Summary, clearly_less, quantile_rank};
+use crate::random::Trials;
 use crate::tune::{GainJudge, Longitudinal};
 
 /// Conditions of fresh flights: name, and what the controller does not know of.
@@ -169,7 +170,8 @@ pub fn judge_finalists(
     unseen: u64,
     fly: &FlyPortions<'_>,
 ) -> Vec<Finalist> {
-    let numbers = FINALISTS_FROM..FINALISTS_FROM + FINALIST_FLIGHTS.min(unseen);
+    let first = Trials::Finalists.first();
+    let numbers = first..first + FINALIST_FLIGHTS.min(unseen);
     let (_, unknown) = CONDITIONS[CONDITIONS.len() - 1];
     let judged = finalists.iter().map(|tried| {
         let results = results(judge, &tried.design, numbers.clone(), unknown, fly)?;

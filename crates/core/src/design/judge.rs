@@ -16,11 +16,12 @@ use crate::control::{ControlError, ControlLimits, Gains};
 use crate::model::rigid_body::BodyState;
 use crate::model::{MAX_ROTORS, trim};
 use crate::plan::{Guess, Plan, PlanProblem, SolverOptions, Status, plan};
+use crate::random::Trials;
 use crate::sim::PlantKind;
 use crate::sim::planar::{NotPlanar, Variation};
 use crate::trajectory::Trajectory;
 use crate::tune::gain_judge::{MeasuredFlight, Setting};
-use crate::tune::unknowns::{APART, tipped, varied};
+use crate::tune::unknowns::{tipped, varied};
 use crate::tune::{GainJudge, Longitudinal, ReleaseCase};
 
 /// Vehicle, site and limits of a design's flights.
@@ -105,9 +106,6 @@ impl DesignFlights {
     }
 }
 
-/// Random flights of a search are apart from those of finalists and of the last judgement.
-pub const FINALISTS_FROM: u64 = APART + (1 << 40);
-
 /// Flights between two looks at whether a design is beaten.
 const PORTION: usize = 32;
 
@@ -138,7 +136,8 @@ impl<'a> DesignJudge<'a> {
         let states: Vec<BodyState> = flights.cases.iter().map(ReleaseCase::state).collect();
         let mut cases: Vec<_> = states.iter().map(|state| (*state, Variation::NONE)).collect();
         cases.extend(tipped(&states));
-        let draws = (APART..).take(draws).map(|number| flights.draw(number, unknown)).collect();
+        let draws =
+            (Trials::Search.first()..).take(draws).map(|number| flights.draw(number, unknown)).collect();
         let target = steady_at_target(&problem, &flights);
         Self { problem, flights, objective, bounds, cases, draws, target }
     }

@@ -30,7 +30,7 @@ pub use fresh::{
     CONDITIONS, Finalist, FlyPortion, FlyPortions, FreshFlight, FreshResults, NotJudged, best_finalist,
     judge_finalists, judge_fresh,
 };
-pub use judge::{DesignFlights, DesignJudge, FINALISTS_FROM, Unknown};
+pub use judge::{DesignFlights, DesignJudge, Unknown};
 pub use linear_loop::{LinearLoop, Margins};
 pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, loops_at};
 pub use objective::{BOUNDED, DesignBounds, DesignObjective, Judgement};

@@ -351,7 +351,7 @@ impl Blades {
 mod tests {
     use super::*;
     use crate::model::blade_tests::{PROFILE, blades, table_of};
-    use crate::random::Stream;
+    use crate::random::{Purpose, Stream};
 
     /// Without tip loss and root cut-out, and for small angles, `2 l^2 = sigma a/2 (theta/3 - l/2)`
     /// (Leishman, 3.2.2): the sines of the angles, the finite elements and the root cost 0.4 %.
@@ -448,7 +448,7 @@ mod tests {
         let table = table_of(&rotor);
         let hover = rotor.hover();
         for (most_rad_s, bars) in [(133.0, [0.005, 0.02]), (60.0, [0.005, 0.04])] {
-            let mut stream = Stream::new(7, 0);
+            let mut stream = Stream::new(7, Purpose::Dice, 0);
             let mut errors = [Vec::new(), Vec::new(), Vec::new()];
             for _ in 0..1500 {
                 let omega = most_rad_s * stream.uniform();

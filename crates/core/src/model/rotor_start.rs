@@ -172,7 +172,7 @@ mod tests {
     use super::*;
     use crate::model::blade_tests::lander;
     use crate::model::coefficient_table::CoefficientTable;
-    use crate::random::Stream;
+    use crate::random::{Purpose, Stream};
 
     fn free(friction_nm: f64) -> RotorStart {
         RotorStart::new(BeforeStart::Free, friction_nm, None).unwrap()
@@ -251,7 +251,7 @@ mod tests {
         let none = vec![[0.0; 3]; CoefficientTable::grid().count()];
         let table = CoefficientTable::new(0.65, none).unwrap().with_backwards(&blades);
         let hover = blades.hover();
-        let mut stream = Stream::new(7, 0);
+        let mut stream = Stream::new(7, Purpose::Dice, 0);
         let mut errors = [Vec::new(), Vec::new(), Vec::new()];
         for _ in 0..1500 {
             let omega = -60.0 * stream.uniform();

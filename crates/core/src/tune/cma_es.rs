@@ -12,7 +12,7 @@
 
 use super::{Optimiser, usable};
 use crate::math;
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 
 /// How a coordinate is scaled to its bounds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,7 +70,9 @@ impl<const N: usize> CmaEs<N> {
         let mut made = Self {
             settings,
             bounds,
-            streams: (0..settings.samples).map(|i| Stream::new(seed, i as u64)).collect(),
+            streams: (0..settings.samples as u64)
+                .map(|i| Stream::new(seed, Purpose::EvolutionStrategy, i))
+                .collect(),
             mean: std::array::from_fn(|k| scaled(settings.scale, bounds[k], start[k])),
             sigma: settings.sigma,
             covariance: identity(),

@@ -10,7 +10,7 @@
 use std::fmt;
 
 use super::objective::{Evaluation, Objective};
-use super::unknowns::{self, APART, one_at_a_time, tipped};
+use super::unknowns::{self, one_at_a_time, tipped};
 use super::{Longitudinal, ReleaseCase};
 use crate::assess::Scenario;
 use crate::assess::safety::FlightWatch;
@@ -19,6 +19,7 @@ use crate::assess::{BatchFlight, BatchMeasure, Outcome, ReleaseDistribution, Tra
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
 use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
+use crate::random::Trials;
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
 use crate::trajectory::Trajectory;
@@ -201,7 +202,7 @@ impl<'a> GainJudge<'a> {
     pub fn with_draws(mut self, releases: &ReleaseDistribution, seed: u64, draws: usize) -> Self {
         let (g, target_m_s) =
             (self.setting.scenario.environment.gravity_m_s2, self.setting.scenario.target_v_ned.norm());
-        let drawn = (APART..).take(draws).map(|number| {
+        let drawn = (Trials::Search.first()..).take(draws).map(|number| {
             let release = releases.draw(seed, number).state;
             untracked(&unknowns::varied(&release, seed, number, g, target_m_s))
         });

@@ -14,7 +14,7 @@
 //! | [`near_hover`](mod@near_hover) | Ziegler and Nichols on the vehicle's own loops | IV.D |
 //!
 //! Optimisers give candidates and take their costs. They own no threads, no clock and nothing to print;
-//! random numbers come from ChaCha8, one stream for each particle, so that a search is its seed and the costs
+//! random numbers come from ChaCha8, a stream for each particle, so that a search is its seed and the costs
 //! it was given: a search that is given the same costs again is where it was.
 
 pub mod cma_es;

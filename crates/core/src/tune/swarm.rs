@@ -17,7 +17,7 @@
 //! numbers are our own, so that runs of MATLAB are not repeated digit by digit.
 
 use super::{Optimiser, usable};
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 
 /// Settings; the defaults are MATLAB's for seven variables.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -70,7 +70,8 @@ impl<const N: usize> ParticleSwarm<N> {
     /// least 3 particles.
     pub fn new(bounds: [(f64, f64); N], settings: SwarmSettings, seed: u64) -> Self {
         let settings = SwarmSettings { particles: settings.particles.max(3), ..settings };
-        let mut streams: Vec<Stream> = (0..settings.particles).map(|i| Stream::new(seed, i as u64)).collect();
+        let mut streams: Vec<Stream> =
+            (0..settings.particles as u64).map(|i| Stream::new(seed, Purpose::Swarm, i)).collect();
         let x: Vec<[f64; N]> =
             streams.iter_mut().map(|s| bounds.map(|(low, high)| s.between(low, high))).collect();
         let v =

@@ -6,7 +6,7 @@ use crate::model::rigid_body::BodyState;
 use crate::sim::planar::Variation;
 
 use crate::frames::{product, quaternion_from_euler};
-use crate::random::Stream;
+use crate::random::{Purpose, Stream, Trials};
 use crate::units::RAD_PER_DEG;
 
 /// Mass, either way, as a fraction.
@@ -59,8 +59,9 @@ pub fn one_at_a_time(
     (0u64..)
         .zip(releases)
         .flat_map(|(k, release)| {
-            let blown = (0..draws)
-                .map(|draw| (*release, Variation { air: Some(APART + k * AIR_DRAWS + draw), ..none }));
+            let blown = (0..draws).map(|draw| {
+                (*release, Variation { air: Some(Trials::SearchAir.first() + k * AIR_DRAWS + draw), ..none })
+            });
             let later = [-fall_m_s, fall_m_s].map(|more| {
                 let mut release = *release;
                 release.v_ned.z += more;
@@ -72,18 +73,11 @@ pub fn one_at_a_time(
         .collect()
 }
 
-/// The releases and the air of a search are apart from those of the trials of campaigns, whose numbers count
-/// from 0.
-pub const APART: u64 = 1 << 48;
-
 /// The release with another pitch.
 fn pitched(release: &BodyState, by_rad: f64) -> BodyState {
     let turn = quaternion_from_euler(0.0, by_rad, 0.0);
     BodyState { q_ned_from_body: product(turn, release.q_ned_from_body), ..*release }
 }
-
-/// Random numbers of the unknowns are apart from those of the releases of the same seed.
-const OTHER_NUMBERS: u64 = 0x7661_7269_6564;
 
 /// A release with unknowns of its own, every one uniform between its ends, in air of its own; measurements
 /// are a control period late in about every other flight. Trial `k` draws from stream `k` of the seed,
@@ -95,7 +89,7 @@ pub fn varied(
     gravity_m_s2: f64,
     target_m_s: f64,
 ) -> (BodyState, Variation) {
-    let mut stream = Stream::new(seed ^ OTHER_NUMBERS, k);
+    let mut stream = Stream::new(seed, Purpose::Unknowns, k);
     let mut off = |by: f64| stream.between(-by, by);
     let variation = Variation {
         mass: 1.0 + off(MASS),

@@ -7,6 +7,7 @@
 //! from edge to edge.
 
 use crate::math;
+use crate::random::Trials;
 
 /// Probability that a confirmed edge is about.
 pub const PROBABILITY: f64 = 0.99;
@@ -14,7 +15,7 @@ pub const PROBABILITY: f64 = 0.99;
 pub const CONFIDENCE: f64 = 0.95;
 
 /// Draws that no search has seen begin here; a ray has `1 << 32` of them, a limit `1 << 28`, a try `1 << 24`.
-const FRESH: u64 = 1 << 48;
+const FRESH: u64 = Trials::EnvelopeFresh.first() - Trials::Envelope.first();
 
 /// The search was broken off: it has no result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
@@ -202,7 +203,7 @@ impl EdgeSearch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Stream;
+    use crate::random::{Purpose, Stream};
 
     /// A plant whose envelope is known: a draw is safe up to `edge*limit` less what it adds, uniform from 0
     /// to `spread`; in a hole nothing is.
@@ -216,7 +217,7 @@ mod tests {
 
     impl Toy {
         fn adds(&self, draw: u64) -> f64 {
-            Stream::new(5, draw).between(0.0, self.spread)
+            Stream::new(5, Purpose::Dice, draw).between(0.0, self.spread)
         }
     }
 

@@ -25,7 +25,7 @@ use crate::frames::rotate_body_from_ned;
 use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::wind::{Turbulence, TurbulenceScale, Wind};
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 use crate::sim::sensors::Sensors;
 use crate::sim::{DropSimulation, SensorSettings, Start};
 use crate::time::{TimeUs, microseconds, seconds};
@@ -176,7 +176,7 @@ impl FreeFallStudy {
     fn flight(&self, trial: u64) -> (Flight, ReleaseTrial) {
         let FallCircumstances { swing_rad, tumble_rad_s, wind_m_s, turbulence_m_s, scale_m } =
             self.circumstances;
-        let mut draw = Stream::new(self.seed, trial);
+        let mut draw = Stream::new(self.seed, Purpose::FreeFall, trial);
         let swing_rad = draw.between(0.0, swing_rad);
         let phase_rad = draw.between(0.0, std::f64::consts::TAU);
         let (size, axis) = (draw.between(0.0, tumble_rad_s), draw.normals::<3>());

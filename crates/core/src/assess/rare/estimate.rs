@@ -114,7 +114,7 @@ fn least_variance(ascents: &[Ascent], x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::random::Stream;
+    use crate::random::{Purpose, Stream};
 
     /// Of eight log-normal numbers with a mean of 1, as scattered as those of the flights that
     /// docs/rare_events.md tells of (0.63) and with more than twice that, so many of the intervals hold 1,
@@ -124,7 +124,7 @@ mod tests {
         const TRIES: u64 = 20_000;
         for (sigma, expected) in [(0.63, 0.946), (1.5, 0.913)] {
             let covers = |k: u64| {
-                let mut stream = Stream::new(11, k);
+                let mut stream = Stream::new(11, Purpose::Dice, k);
                 let found: Vec<f64> =
                     (0..8).map(|_| math::exp(sigma * stream.normal() - 0.5 * sigma * sigma)).collect();
                 let estimate = Estimate::of_scatter(&found, 0.0);

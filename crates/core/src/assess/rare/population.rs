@@ -1,12 +1,10 @@
 //! A population on its way up: levels of points, each sampled beyond a threshold that the one before reached.
 
 use crate::math;
-use crate::random::{Stream, normal_pair};
+use crate::random::{Purpose, Stream, normal_pair};
 
 /// Share of a level's points that begin the next.
 pub(super) const SHARE: f64 = 0.1;
-/// What tells the streams of these searches from others of a seed.
-const OTHER_STREAMS: u64 = 0x7261_7265_0000_0000;
 /// Share of accepted steps that the width is steered to (Papaioannou et al. 2015, 4.2).
 const ACCEPTED: f64 = 0.44;
 /// Width of the first steps.
@@ -100,7 +98,7 @@ pub(super) struct Population {
 impl Population {
     pub(super) fn new(seed: u64, number: u64, size: usize, dimensions: usize) -> Self {
         Self {
-            seed: seed ^ OTHER_STREAMS,
+            seed,
             number,
             size,
             dimensions,
@@ -130,7 +128,7 @@ impl Population {
         let level = self.done.len() as u64;
         let place = [(self.number, 4), (level, 8), (chain as u64, 26), (self.steps as u64, 26)];
         let number = place.into_iter().fold(0, |number, (part, bits)| number << bits | part);
-        let mut stream = Stream::new(self.seed, number);
+        let mut stream = Stream::new(self.seed, Purpose::RareFailures, number);
         let mut normals = Vec::with_capacity(self.dimensions + 1);
         while normals.len() < self.dimensions {
             normals.extend(normal_pair(stream.bits()));

@@ -228,6 +228,7 @@ fn cholesky([q11, q12, q22]: [f64; 3]) -> [f64; 3] {
 mod tests {
     use super::*;
     use crate::math;
+    use crate::random::Purpose;
 
     /// `F P F' + Q = P` with P = [[1/2, 1/4], [1/4, 1/4]], and two steps add what one of both does,
     /// `Q(2d) = F Q F' + Q`, on both sides of the change of formula.
@@ -266,7 +267,7 @@ mod tests {
         let mut sums = [[0.0; 3]; 6];
         let mut squares = [[0.0; 3]; 6];
         for seed in 0..seeds {
-            let noise = |k| Noise::Drawn(Box::new([Stream::new(seed, k)]));
+            let noise = |k| Noise::Drawn(Box::new([Stream::of_part(seed, Purpose::Turbulence, k, 0)]));
             let mut along = Longitudinal::new(noise(0));
             let mut across = [1, 2].map(|k| Transverse::new(noise(k)));
             let (mut past, step) = (Vec::new(), Step::over([step]));

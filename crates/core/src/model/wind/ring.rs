@@ -15,7 +15,7 @@
 use super::dryden::{Longitudinal, Noise, Step};
 use super::given::GivenNoise;
 use crate::model::MAX_ROTORS;
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 
 /// Fluctuation of rotors' thrusts in the vortex ring.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,26 +33,23 @@ pub struct RingFluctuation {
     pub mirrored: bool,
 }
 
-/// What tells the streams of the ring from those of turbulence with the same seed.
-const OTHER_STREAMS: u64 = 0x7672_696e_6721_0000;
-
 impl RingFluctuation {
     /// The fluctuation of flights of these numbers at its beginning: each flight, and each rotor of it, has a
     /// draw of its own, or is driven by what is `given` for its number.
     pub fn course<const N: usize>(&self, numbers: [u64; N], given: Option<&GivenNoise>) -> RingCourse<N> {
-        let of_rotor = |rotor: u64| {
+        let of_rotor = |rotor: u32| {
             Longitudinal::new(match given {
                 Some(given) => {
                     let columns = numbers.map(|number| given.ring(number, rotor as usize));
                     Noise::Given { columns: Box::new(columns), next: 0 }
                 }
-                None => Noise::Drawn(Box::new(numbers.map(|number| {
-                    let stream = number.wrapping_mul(MAX_ROTORS as u64).wrapping_add(rotor);
-                    Stream::new(self.seed ^ OTHER_STREAMS, stream)
-                }))),
+                None => {
+                    let stream = |number| Stream::of_part(self.seed, Purpose::VortexRing, rotor, number);
+                    Noise::Drawn(Box::new(numbers.map(stream)))
+                }
             })
         };
-        RingCourse { settings: *self, of_rotors: (0..MAX_ROTORS as u64).map(of_rotor).collect() }
+        RingCourse { settings: *self, of_rotors: (0..MAX_ROTORS as u32).map(of_rotor).collect() }
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::dryden::{Draw, Longitudinal, Noise, Step, Transverse};
 use super::given::GivenNoise;
 use crate::math;
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 
 /// Turbulence in Dryden's form.
 #[derive(Clone, Debug, PartialEq)]
@@ -66,7 +66,7 @@ impl Turbulence {
     /// The turbulence of flights of these numbers at its beginning: each has its own draw of a seed, or is
     /// driven by what is `given` for its number; noise from a file is the same for all.
     pub fn eddies<const N: usize>(&self, numbers: [u64; N], given: Option<&GivenNoise>) -> Eddies<N> {
-        let noise = |k: u64, places: [usize; 2]| {
+        let noise = |axis: u32, places: [usize; 2]| {
             if let Some(rows) = &self.noise {
                 let columns = places.map(|place| rows.iter().map(|row| row[place]).collect::<Arc<[f64]>>());
                 Noise::Given { columns: Box::new([(); N].map(|()| columns.clone())), next: 0 }
@@ -76,9 +76,8 @@ impl Turbulence {
                     next: 0,
                 }
             } else {
-                Noise::Drawn(Box::new(
-                    numbers.map(|number| Stream::new(self.seed, number.wrapping_mul(3).wrapping_add(k))),
-                ))
+                let stream = |number| Stream::of_part(self.seed, Purpose::Turbulence, axis, number);
+                Noise::Drawn(Box::new(numbers.map(stream)))
             }
         };
         let [along, across, vertical] = self.sigma_m_s.map(|sigma| sigma != 0.0);

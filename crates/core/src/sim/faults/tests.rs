@@ -154,7 +154,7 @@ fn an_esc_that_does_not_start_leaves_a_rotor_at_rest_and_one_that_turns_alone() 
 #[test]
 fn prop_faults_that_do_not_act_change_nothing() {
     let fly = |faults: &[Fault]| {
-        let mut stream = crate::random::Stream::new(5, 1);
+        let mut stream = crate::random::Stream::new(5, crate::random::Purpose::Dice, 1);
         let mut sim = flying(with_dc_motors(), faults);
         let samples = (0..500).map(|_| {
             let throttle = std::array::from_fn(|_| stream.uniform());

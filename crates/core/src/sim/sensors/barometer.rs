@@ -7,7 +7,7 @@
 
 use super::noise::Walk;
 use crate::math;
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 
 /// Rate and errors of a barometer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,9 +36,10 @@ pub struct BarometerSensor {
 }
 
 impl BarometerSensor {
-    /// Starts a barometer; it uses two streams of random numbers of the seed, the first of them `stream`.
-    pub fn new(barometer: Barometer, seed: u64, stream: u64) -> Self {
-        let [white, drift] = [0, 1].map(|i| Stream::new(seed, stream + i));
+    /// Starts a barometer; `seed` draws its errors.
+    pub fn new(barometer: Barometer, seed: u64) -> Self {
+        let [white, drift] =
+            [Purpose::BarometerNoise, Purpose::BarometerDrift].map(|error| Stream::new(seed, error, 0));
         Self { barometer, drift: Walk::new(drift), white }
     }
 
@@ -93,18 +94,18 @@ mod tests {
     fn closed_form_noise_and_drift_have_their_deviations_and_zero_is_the_truth() {
         let silent = Barometer { period_us: 0, noise_hpa: 0.0, drift_hpa_per_sqrt_s: 0.0 };
         let truth = pressure_hpa(500.0);
-        assert_eq!(BarometerSensor::new(silent, 1, 0).read(500.0, 4_000).to_bits(), truth.to_bits());
+        assert_eq!(BarometerSensor::new(silent, 1).read(500.0, 4_000).to_bits(), truth.to_bits());
         let n = 3_000u64;
         let deviation = |errors: &mut dyn Iterator<Item = f64>| {
             (errors.map(|reading| (reading - truth).powi(2)).sum::<f64>() / n as f64).sqrt()
         };
         let bound = 5.0 / (2.0 * n as f64).sqrt();
-        let mut noisy = BarometerSensor::new(Barometer { noise_hpa: 0.03, ..silent }, 1, 0);
+        let mut noisy = BarometerSensor::new(Barometer { noise_hpa: 0.03, ..silent }, 1);
         let noisy = deviation(&mut (0..n).map(|i| noisy.read(500.0, i * 4_000)));
         assert!((noisy / 0.03 - 1.0).abs() < bound, "{noisy}");
         // After 25 s, over seeds: 5 times the drift of a second.
         let drifting = Barometer { drift_hpa_per_sqrt_s: 0.002, ..silent };
-        let after_25_s = |seed| BarometerSensor::new(drifting, seed, 0).read(500.0, 25_000_000);
+        let after_25_s = |seed| BarometerSensor::new(drifting, seed).read(500.0, 25_000_000);
         let drifted = deviation(&mut (0..n).map(after_25_s));
         assert!((drifted / 0.01 - 1.0).abs() < bound, "{drifted}");
     }

@@ -4,12 +4,9 @@
 
 use nalgebra::Vector3;
 
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 use crate::sim::faults::{FaultCourse, Sensor, SensorFault};
 use crate::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
-
-/// First of the streams of random numbers of what is read as garbage, one for each sensor.
-const FIRST_STREAM: u64 = 100;
 
 /// The readings of all sensors as their faults leave them.
 #[derive(Clone, Debug)]
@@ -72,7 +69,7 @@ impl FaultySensors {
 
     fn garbage(&mut self, sensor: Sensor) -> [Vector3<f64>; 2] {
         let stream = self.garbage[sensor as usize]
-            .get_or_insert_with(|| Stream::new(self.seed, FIRST_STREAM + sensor as u64));
+            .get_or_insert_with(|| Stream::of_part(self.seed, Purpose::Garbage, sensor as u32, 0));
         let mut within = |low: f64, high: f64| Vector3::from_fn(|_, _| stream.between(low, high));
         let either_way = |greatest: f64| (-greatest, greatest);
         let (low, high) = match sensor {

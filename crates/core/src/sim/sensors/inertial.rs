@@ -9,7 +9,7 @@
 use nalgebra::Vector3;
 
 use super::noise::Walk;
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 use crate::units::US_PER_S;
 
 /// Errors of a triad of sensors, in the unit u of what they measure (m/s^2, rad/s). All zero: the truth to
@@ -40,10 +40,10 @@ pub struct TriadSensor {
 }
 
 impl TriadSensor {
-    /// Starts a triad that is read once in every `period_us`. It uses three streams of random numbers of the
-    /// seed, the first of them `stream`.
-    pub fn new(triad: Triad, seed: u64, stream: u64, period_us: u64) -> Self {
-        let [mut bias, walk, white] = [0, 1, 2].map(|i| Stream::new(seed, stream + i));
+    /// Starts a triad that is read once in every `period_us`; `seed` draws its turn-on bias, random walk and
+    /// white noise for these purposes.
+    pub fn new(triad: Triad, seed: u64, errors: [Purpose; 3], period_us: u64) -> Self {
+        let [mut bias, walk, white] = errors.map(|error| Stream::new(seed, error, 0));
         Self {
             triad,
             deviation: triad.noise_density / (period_us as f64 / US_PER_S).sqrt(),
@@ -83,9 +83,10 @@ mod tests {
 
     const DT_US: u64 = 4_000;
     const DT_S: f64 = 0.004;
+    const ERRORS: [Purpose; 3] = [Purpose::GyroscopeBias, Purpose::GyroscopeWalk, Purpose::GyroscopeNoise];
 
     fn readings(triad: &Triad, truth: Vector3<f64>, n: u64) -> Vec<Vector3<f64>> {
-        let mut sensor = TriadSensor::new(*triad, 3, 10, DT_US);
+        let mut sensor = TriadSensor::new(*triad, 3, ERRORS, DT_US);
         (1..=n).map(|i| sensor.read(truth, i * DT_US)).collect()
     }
 
@@ -129,8 +130,9 @@ mod tests {
         let truth = Vector3::new(1.0, -2.0, -9.8);
         assert!(readings(&triad, truth, 100).windows(2).all(|w| w[0] == w[1]));
         let n = 2_000;
-        let square =
-            |seed| TriadSensor::new(triad, seed, 10, DT_US).read(Vector3::zeros(), 0).norm_squared() / 3.0;
+        let square = |seed| {
+            TriadSensor::new(triad, seed, ERRORS, DT_US).read(Vector3::zeros(), 0).norm_squared() / 3.0
+        };
         let deviation = ((0..n).map(square).sum::<f64>() / n as f64).sqrt();
         assert!((deviation / 0.1 - 1.0).abs() < 5.0 / (2.0 * 3.0 * n as f64).sqrt(), "{deviation}");
     }

@@ -36,16 +36,13 @@ use crate::frames::rotate_body_from_ned;
 use crate::model::Environment;
 use crate::model::magnetic_field::dipole_ned_gauss;
 use crate::model::rigid_body::BodyState;
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 
-/// Numbers of the streams of random numbers: for each sensor the first of those that it uses.
-mod stream {
-    pub(super) const BAROMETER: u64 = 0;
-    pub(super) const MAGNETOMETER: u64 = 2;
-    pub(super) const SATELLITE: u64 = 3;
-    pub(super) const ACCELEROMETER: u64 = 5;
-    pub(super) const GYROSCOPE: u64 = 8;
-}
+/// Errors of an accelerometer: turn-on bias, random walk, white noise.
+const OF_ACCELEROMETER: [Purpose; 3] =
+    [Purpose::AccelerometerBias, Purpose::AccelerometerWalk, Purpose::AccelerometerNoise];
+/// Errors of a gyroscope: turn-on bias, random walk, white noise.
+const OF_GYROSCOPE: [Purpose; 3] = [Purpose::GyroscopeBias, Purpose::GyroscopeWalk, Purpose::GyroscopeNoise];
 
 /// Rate and errors of a magnetometer, and the field around it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -98,14 +95,14 @@ impl Sensors {
     /// errors.
     pub fn new(environment: &Environment, settings: SensorSettings, seed: u64, period_us: u64) -> Self {
         let period_us = period_us.max(1);
-        let triad = |triad, stream| TriadSensor::new(triad, seed, stream, period_us);
+        let triad = |triad, errors| TriadSensor::new(triad, seed, errors, period_us);
         Self {
             field_ned_gauss: settings.magnetometer.field_at(environment),
-            accelerometer: triad(settings.accelerometer, stream::ACCELEROMETER),
-            gyroscope: triad(settings.gyroscope, stream::GYROSCOPE),
-            magnetometer: Stream::new(seed, stream::MAGNETOMETER),
-            barometer: BarometerSensor::new(settings.barometer, seed, stream::BAROMETER),
-            receiver: Receiver::new(settings.satellite, seed, stream::SATELLITE, period_us),
+            accelerometer: triad(settings.accelerometer, OF_ACCELEROMETER),
+            gyroscope: triad(settings.gyroscope, OF_GYROSCOPE),
+            magnetometer: Stream::new(seed, Purpose::MagnetometerNoise, 0),
+            barometer: BarometerSensor::new(settings.barometer, seed),
+            receiver: Receiver::new(settings.satellite, seed, period_us),
             settings,
         }
     }

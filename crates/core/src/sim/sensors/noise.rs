@@ -42,7 +42,7 @@ mod tests {
         let (from_us, to_us) = (1_000_000, 3_500_000);
         let mut sums = [0.0; 3];
         for seed in 0..n {
-            let mut walk = Walk::<1>::new(Stream::new(seed, 5));
+            let mut walk = Walk::<1>::new(Stream::new(seed, crate::random::Purpose::Dice, 5));
             assert_eq!(walk.at(0).x, 0.0);
             (0..250).for_each(|i| _ = walk.at(i * 4_000));
             let start = walk.at(from_us).x;

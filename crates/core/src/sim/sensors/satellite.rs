@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use nalgebra::Vector3;
 
 use crate::model::rigid_body::BodyState;
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 
 /// Rate and errors of a satellite receiver.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,10 +66,10 @@ pub struct Receiver {
 }
 
 impl Receiver {
-    /// Starts a receiver in steps of `step_us`; it uses two streams of random numbers of the seed, the first
-    /// of them `stream`.
-    pub fn new(satellite: Satellite, seed: u64, stream: u64, step_us: u64) -> Self {
-        let [position, velocity] = [0, 1].map(|i| Stream::new(seed, stream + i));
+    /// Starts a receiver in steps of `step_us`; `seed` draws its noise.
+    pub fn new(satellite: Satellite, seed: u64, step_us: u64) -> Self {
+        let [position, velocity] =
+            [Purpose::SatellitePosition, Purpose::SatelliteVelocity].map(|error| Stream::new(seed, error, 0));
         let delay_us = (satellite.delay_us + step_us / 2) / step_us * step_us;
         Self { satellite, delay_us, track: Track::default(), position, velocity }
     }
@@ -161,7 +161,7 @@ mod tests {
             q_ned_from_body: [1.0, 0.0, 0.0, 0.0],
             omega_body: Vector3::zeros(),
         };
-        let receiver = |satellite| Receiver::new(satellite, 1, 20, 4_000);
+        let receiver = |satellite| Receiver::new(satellite, 1, 4_000);
         let bits = |f: Fix| (f.p_ned.map(f64::to_bits), f.v_ned.map(f64::to_bits));
         assert_eq!(bits(receiver(Satellite::default()).read(&body, 7)), bits(fix(3)));
         let mut noisy = receiver(Satellite {

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use super::super::{EstimatorSettings, Fix, Inertial, NominalState, Sample};
 use super::flight::{DT_S, Truth};
 use crate::frames::rotate_body_from_ned;
-use crate::random::Stream;
+use crate::random::{Purpose, Stream};
 
 /// 5 Hz.
 const FIX_STEPS: usize = 50;
@@ -16,7 +16,7 @@ pub struct Random(Stream);
 
 impl Random {
     pub fn new(seed: u64) -> Self {
-        Self(Stream::new(seed, 0))
+        Self(Stream::new(seed, Purpose::Dice, 0))
     }
 
     pub fn uniform(&mut self) -> f64 {
