@@ -29,17 +29,17 @@
 //!
 //! The command line is the program's own (`src/cli`), not part of this library.
 
-#[cfg(feature = "files")]
-pub mod config;
 #[cfg(feature = "link")]
 pub mod link;
-#[cfg(feature = "files")]
-pub mod report;
-#[cfg(feature = "files")]
-pub mod study;
 
 pub use samara_core::{
     assess, checksum, control, design, frames, math, model, params, plan, printable, random, real, replan,
     sim, simd, time, trajectory, tune, units, verify,
 };
 pub use samara_link::autopilot;
+#[cfg(feature = "files")]
+pub use samara_mission as config;
+#[cfg(feature = "files")]
+pub use samara_report as report;
+#[cfg(feature = "files")]
+pub use samara_study as study;

@@ -1,0 +1,120 @@
+//! The inputs of a mission: the hash of its files and of what was chosen beside them, and where its gains
+//! come from.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::ConfigError;
+use crate::gains_file::{GainsFile, gains_of, load_gains};
+use crate::names::{gains_path, names_of};
+use crate::source::{InputHash, NamedFile, Source};
+
+/// Everything that the results of a mission depend on.
+#[derive(Clone, Debug)]
+pub struct Inputs {
+    /// SHA-256 of mission, vehicle, tables and gains, and of what was chosen beside them, hexadecimal.
+    pub hash: String,
+    /// Choices beside the files: name and value, in the order of choosing.
+    pub choices: Vec<(String, String)>,
+    /// File of the gains; of built-in ones the path begins with `built-in:`.
+    pub gains_file: PathBuf,
+    /// The directory of the mission's own gains file.
+    gains_directory: PathBuf,
+    hash_without_gains: InputHash,
+}
+
+impl Inputs {
+    /// The inputs of a mission as its files give them, and its gains.
+    pub(super) fn of_files(
+        source: &Source,
+        hash_without_gains: InputHash,
+    ) -> Result<(Self, GainsFile), ConfigError> {
+        let gains_directory = source.file.parent().map(Path::to_owned).unwrap_or_default();
+        let mut inputs = Self {
+            hash: String::new(),
+            choices: Vec::new(),
+            gains_file: PathBuf::new(),
+            gains_directory,
+            hash_without_gains,
+        };
+        let gains = inputs.take_gains(source)?;
+        Ok((inputs, gains))
+    }
+
+    /// Reads gains: those of the file `name_or_path`, or of that name beside the mission's own gains file, or
+    /// the built-in ones of that name. The hash follows.
+    pub(super) fn other_gains(&mut self, name_or_path: &str) -> Result<GainsFile, ConfigError> {
+        let path = gains_path(name_or_path, &self.gains_directory)?;
+        self.given_gains(&Source::read(&path, "gains file", None)?)
+    }
+
+    /// Takes gains in place of those that there are. The hash follows.
+    pub(super) fn given_gains(&mut self, source: &Source) -> Result<GainsFile, ConfigError> {
+        let gains = self.take_gains(source)?;
+        for (name, value) in self.choices.clone() {
+            self.absorb(&name, &value);
+        }
+        Ok(gains)
+    }
+
+    fn take_gains(&mut self, source: &Source) -> Result<GainsFile, ConfigError> {
+        let mut hash = self.hash_without_gains.clone();
+        let gains = gains_of(source, &mut hash)?;
+        (self.hash, self.gains_file) = (hash.hex(), source.file.clone());
+        Ok(gains)
+    }
+
+    /// Names of the gains beside the mission's own, in order.
+    pub(super) fn gains_beside(&self) -> Vec<String> {
+        names_of(&self.gains_directory)
+    }
+
+    /// The files that mission and vehicle name beside those of vehicle and gains: tables, and gains of
+    /// renewed plans.
+    pub fn named(&self) -> &[NamedFile] {
+        self.hash_without_gains.named()
+    }
+
+    /// Hash of mission, vehicle and tables alone, hexadecimal.
+    pub(super) fn hash_without_gains(&self) -> String {
+        self.hash_without_gains.hex()
+    }
+
+    /// Notes a choice; the hash follows.
+    pub(super) fn note(&mut self, name: &str, value: &str) {
+        self.choices.push((name.to_owned(), value.to_owned()));
+        self.absorb(name, value);
+    }
+
+    fn absorb(&mut self, name: &str, value: &str) {
+        let mut hash = InputHash::default();
+        hash.follow(&self.hash);
+        hash.absorb(name, value);
+        self.hash = hash.hex();
+    }
+
+    /// Takes another file into the hash.
+    pub(super) fn absorb_file(&mut self, role: &str, source: &Source) {
+        let mut hash = self.hash_without_gains.clone();
+        hash.follow(&self.hash);
+        hash.absorb(role, &source.text);
+        self.hash = hash.hex();
+    }
+
+    /// The texts of mission, vehicle and, if they are named `gains_name`, gains, as their files are now, each
+    /// with its name among results.
+    pub(super) fn texts(
+        &self,
+        mission: &Path,
+        vehicle: &Path,
+        gains_name: &str,
+    ) -> Result<Vec<(String, String)>, ConfigError> {
+        let mut files = vec![("mission.json", mission), ("vehicle.json", vehicle)];
+        // Others may have flown: of a parameter file, of a study.
+        if load_gains(&self.gains_file)?.name == gains_name {
+            files.push(("gains.json", &self.gains_file));
+        }
+        let read =
+            |(name, path): (&str, &Path)| Ok((name.to_owned(), Source::read(path, "file", None)?.text));
+        files.into_iter().map(read).collect()
+    }
+}

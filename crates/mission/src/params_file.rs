@@ -1,0 +1,27 @@
+//! PX4 parameter files, read from disk.
+
+use std::path::Path;
+
+use super::error::ConfigError;
+use super::source::Source;
+use samara_core::params::{ParameterFile, ParamsError};
+
+/// Reads a parameter file of any origin.
+///
+/// # Errors
+/// [`ConfigError`] with the line in the file, when it cannot be read or does not hold parameters.
+pub fn load_parameters(path: &Path) -> Result<ParameterFile, ConfigError> {
+    Ok(read(path)?.1)
+}
+
+/// A parameter file and the text that it was read from.
+pub(super) fn read(path: &Path) -> Result<(Source, ParameterFile), ConfigError> {
+    let source = Source::read(path, "parameter file", None)?;
+    let file = ParameterFile::parse(&source.text).map_err(|error| refuse(path, error))?;
+    Ok((source, file))
+}
+
+/// An error about a parameter file, with its path.
+pub(super) fn refuse(path: &Path, error: ParamsError) -> ConfigError {
+    ConfigError::Parameters { file: path.to_owned(), error }
+}

@@ -1,0 +1,168 @@
+//! The vehicle file: `params/vehicles/*.json`, with the rotor table in a CSV beside it.
+//!
+//! The structs whose names end in `Json` are the file as it is written; [`load_vehicle`] checks what serde
+//! cannot (relations between numbers) and builds the model. Angles are in degrees in the file and in radians
+//! inside. Rotors, body aerodynamics and motor have a file each.
+
+use std::path::Path;
+
+use nalgebra::Matrix3;
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use self::aero::{BodyAeroJson, build_aero};
+pub use self::blade_element::BladeFile;
+use self::motor::{MotorJson, build_motor, check_longest_step};
+use self::rotors::{
+    CoaxialJson, RotorJson, RotorModelJson, build_mounts, build_rotor, check_static_thrust, set_interference,
+    turning_backwards,
+};
+use self::start::{RotorStartJson, build_start};
+use super::error::ConfigError;
+use super::estimated::estimated_keys;
+use super::number::{Exactly, Name, Positive, Within};
+use super::source::{InputHash, Source};
+use samara_core::model::rigid_body::MassProperties;
+use samara_core::model::{Vehicle, VehicleOptions};
+
+mod aero;
+mod blade_element;
+mod motor;
+mod rotors;
+mod start;
+
+/// A multirotor: mass, rotors, body aerodynamics, rotor and motor models. Body axes: x forward, y right, z
+/// down.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct VehicleJson {
+    /// JSON schema of the file, for editors; samara does not read it.
+    #[serde(rename = "$schema")]
+    _schema: Option<String>,
+    /// Description of the vehicle, for the reader.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Name of the vehicle.
+    name: Name,
+    /// Mass [kg].
+    mass_kg: Positive<100_000>,
+    /// Moments of inertia about the centre of mass, Jxx, Jyy, Jzz [kg m^2]. Each is at most the sum of the
+    /// others.
+    inertia_kg_m2: Exactly<Positive<10_000_000>, 3>,
+    /// Off-diagonal entries Jxy, Jxz, Jyz of the inertia matrix [kg m^2], with the sign that they have in the
+    /// matrix; 0 when left out.
+    inertia_off_diagonal_kg_m2: Option<Exactly<Within<10_000_000>, 3>>,
+    /// The rotors, 1 to 8, in PX4's order (quad-X: front right, rear left, front left, rear right).
+    #[schemars(length(min = 1, max = 8))]
+    rotors: Vec<RotorJson>,
+    /// What the upper rotor of a coaxial pair leaves to the lower one; without it each rotor works as if
+    /// alone.
+    coaxial: Option<CoaxialJson>,
+    /// Which reactions of the rotors on the body are modelled.
+    effects: EffectsJson,
+    /// Body aerodynamics, (13)-(18); none when left out.
+    body_aero: Option<BodyAeroJson>,
+    /// The rotor model, the same for all rotors.
+    rotor: RotorModelJson,
+    /// The motor model, the same for all rotors.
+    motor: MotorJson,
+    /// Rotors before their motors drive them, and their start; without it rotors are held at rest until t =
+    /// 0, and driven from there on.
+    rotor_start: Option<RotorStartJson>,
+    /// Keys of this file whose numbers are estimated or guessed, neither measured nor given by a data sheet,
+    /// as paths (`inertia_kg_m2`, `motor.first_order.tau_up_s`); a section's key stands for all that is in
+    /// it. None: `[]`. A release card asks for their acceptance, also where this key is left out, since
+    /// nobody knows then.
+    estimated: Option<Vec<String>>,
+    /// Where the numbers come from.
+    #[serde(rename = "provenance")]
+    _provenance: Option<Vec<String>>,
+}
+
+/// A vehicle as its file describes it.
+#[derive(Clone, Debug)]
+pub struct VehicleFile {
+    /// The vehicle's name.
+    pub name: String,
+    /// The model.
+    pub vehicle: Vehicle,
+    /// Radius of a rotor [m], where the file gives one.
+    pub rotor_radius_m: Option<f64>,
+    /// Keys of its file whose numbers are estimated; `None`: the file does not say.
+    pub estimated: Option<Vec<String>>,
+}
+
+/// Reads a vehicle file and its tables.
+///
+/// # Errors
+/// [`ConfigError`] with the place in the file, when it cannot be read or is not a vehicle.
+pub fn load_vehicle(path: &Path) -> Result<VehicleFile, ConfigError> {
+    vehicle_of(&Source::read(path, "vehicle file", None)?, &mut InputHash::default())
+}
+
+/// The blades of a vehicle file, whether or not there is a table of their coefficients.
+///
+/// # Errors
+/// [`ConfigError`] with the place in the file, when it cannot be read, is not a vehicle or has no blades.
+pub fn blade_file(path: &Path) -> Result<BladeFile, ConfigError> {
+    let source = Source::read(path, "vehicle file", None)?;
+    let json: VehicleJson = source.parse()?;
+    match &json.rotor {
+        RotorModelJson::BladeElement(rotor) => rotor.file(&source),
+        _ => {
+            let message = "expected `blade_element`, a rotor whose blades are known, found another model";
+            Err(source.refuse("rotor", message.to_owned()))
+        }
+    }
+}
+
+/// The vehicle of a text, with its tables; all that is read goes into `hash`.
+pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<VehicleFile, ConfigError> {
+    let json: VehicleJson = source.parse()?;
+    hash.absorb("vehicle", &source.text);
+    let mut rotor = build_rotor(source, &json.rotor, hash)?;
+    let motor = build_motor(source, &json.motor)?;
+    let mut start = None;
+    if let Some(start_json) = &json.rotor_start {
+        start = Some(build_start(source, start_json, &rotor, &motor)?);
+        rotor = turning_backwards(source, &json.rotor, rotor)?;
+    }
+    let options = VehicleOptions {
+        reaction_torque: json.effects.reaction_torque,
+        rotor_momentum: json.effects.rotor_momentum,
+    };
+    let mass = build_mass(source, &json)?;
+    let mut mounts = build_mounts(source, &json.rotors)?;
+    if let Some(coaxial) = &json.coaxial {
+        set_interference(source, coaxial, &mut mounts)?;
+    }
+    let aero = build_aero(source, json.body_aero.as_ref())?;
+    let vehicle = Vehicle::new(mass, mounts, aero, rotor, motor, options)
+        .map_err(|e| source.refuse("rotors", e.to_string()))?;
+    let vehicle = Vehicle { start, ..vehicle };
+    check_static_thrust(source, &vehicle)?;
+    check_longest_step(source, &vehicle)?;
+    let estimated = estimated_keys(source, json.estimated.as_ref())?;
+    Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m: json.rotor.radius_m(), estimated })
+}
+
+/// Which reactions of the rotors on the body are modelled.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+struct EffectsJson {
+    /// Remarks for the reader.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// The torque that turns a rotor turns the body the other way.
+    reaction_torque: bool,
+    /// The rotors' angular momentum acts on the body, (19)-(22).
+    rotor_momentum: bool,
+}
+
+fn build_mass(source: &Source, json: &VehicleJson) -> Result<MassProperties, ConfigError> {
+    let [xx, yy, zz] = json.inertia_kg_m2.0.map(Positive::get);
+    let [xy, xz, yz] = json.inertia_off_diagonal_kg_m2.map_or([0.0; 3], Exactly::get);
+    let inertia = Matrix3::new(xx, xy, xz, xy, yy, yz, xz, yz, zz);
+    MassProperties::new(json.mass_kg.get(), inertia)
+        .map_err(|e| source.refuse("inertia_kg_m2", e.to_string()))
+}

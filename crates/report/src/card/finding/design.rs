@@ -1,0 +1,278 @@
+//! A plan, gains that were searched, a design with its margins.
+
+use serde::Deserialize;
+use serde_json::Value;
+
+use super::campaign::probability;
+use crate::columns::short;
+use crate::json::status_name;
+use crate::plan::plan_shortfall;
+use crate::range_ends::range_ends_words;
+use samara_core::assess::{ChosenAmong, IntegratedPlan, Share};
+use samara_core::plan::Status;
+use samara_core::tune::{RangeEnds, SearchedNumber};
+use samara_mission::Mission;
+
+/// `plan.json`.
+#[derive(Clone, Debug, Deserialize)]
+pub struct PlanFound {
+    /// How the solve ended.
+    pub status: String,
+    /// Why, in words.
+    pub diagnosis: Option<String>,
+    /// J_TPF of the plan, integrated from node to node.
+    pub j_tpf: Option<f64>,
+    j_tpf_at_nodes: Option<f64>,
+    velocity_defect_m_s: Option<f64>,
+    /// Number of nodes.
+    pub nodes: u64,
+    /// Time from t = 0 to the plan's end [s].
+    pub horizon_s: f64,
+}
+
+/// `gains.json` of a tuning.
+#[derive(Clone, Debug, Deserialize)]
+pub struct TuneFound {
+    /// Name of the gains.
+    pub name: String,
+}
+
+/// `design.json`.
+#[derive(Clone, Debug, Deserialize)]
+pub struct DesignFound {
+    /// Name of the gains.
+    pub name: String,
+    /// What was made small.
+    pub objective: String,
+    /// Whether the design keeps every bound on the flights of the search.
+    pub allowed: bool,
+    /// The design.
+    pub design: Value,
+    /// The mission's own design.
+    pub own: Value,
+    /// Margins of each loop at each state.
+    pub margins: Vec<MarginFound>,
+    /// Results on fresh flights.
+    pub fresh: Vec<FreshFound>,
+    /// Numbers at an end of their range; none of an older version.
+    at_range_ends: Option<RangeEndsFound>,
+    input_hash: String,
+}
+
+/// Numbers of a search that stand at an end of their range.
+#[derive(Clone, Debug, Deserialize)]
+struct RangeEndsFound {
+    of: usize,
+    numbers: Vec<NumberFound>,
+}
+
+/// A number that was searched.
+#[derive(Clone, Debug, Deserialize)]
+struct NumberFound {
+    name: String,
+    value: f64,
+    least: f64,
+    most: f64,
+}
+
+/// Margins of a loop at a state; `None`: any is stable.
+#[derive(Clone, Debug, Deserialize)]
+pub struct MarginFound {
+    /// Name of the loop.
+    pub r#loop: String,
+    /// Name of the state.
+    pub state: String,
+    /// Whether the loop is stable.
+    pub stable: bool,
+    /// Factor on the gain at which it is no longer.
+    pub gain_up: Option<f64>,
+    /// Likewise, below one.
+    pub gain_down: Option<f64>,
+    /// Phase margin [deg].
+    pub phase_deg: Option<f64>,
+    /// Delay margin [s].
+    pub delay_s: Option<f64>,
+    /// Least distance of the loop's response from instability.
+    pub modulus: f64,
+}
+
+/// Results of a design on fresh flights in one air.
+#[derive(Clone, Debug, Deserialize)]
+pub struct FreshFound {
+    /// Name of the design.
+    pub design: String,
+    /// Name of the air.
+    pub air: String,
+    /// The results.
+    pub results: FreshNumbers,
+}
+
+/// Numbers of fresh flights.
+#[derive(Clone, Debug, Deserialize)]
+pub struct FreshNumbers {
+    /// Flights.
+    pub flights: u64,
+    /// Those that were not safe.
+    pub unsafe_flights: u64,
+    /// Those that become steady.
+    pub steady_flights: u64,
+    /// How many designs there were to choose among by these flights.
+    pub chosen_among: u64,
+}
+
+impl FreshNumbers {
+    /// Flights that never become steady.
+    pub fn never_steady(&self) -> u64 {
+        self.flights.saturating_sub(self.steady_flights)
+    }
+
+    /// Whether a flight failed.
+    pub fn any_failed(&self) -> bool {
+        self.unsafe_flights > 0
+    }
+
+    /// The greatest probability of a failure that these flights leave possible.
+    pub fn failing_at_most(&self) -> f64 {
+        let safe = Share::of(self.flights.saturating_sub(self.unsafe_flights), self.flights);
+        ChosenAmong::new(self.chosen_among).misses_at_most(&safe)
+    }
+
+    /// What came of the flights, in words.
+    pub fn words(&self) -> String {
+        format!(
+            "of {} flights that chose nothing {} were not safe, {} never steady",
+            self.flights,
+            self.unsafe_flights,
+            self.never_steady()
+        )
+    }
+}
+
+impl PlanFound {
+    /// Whether there is a plan.
+    pub fn converged(&self) -> bool {
+        self.status == status_name(Status::Converged)
+    }
+
+    /// Why it is no plan to fly, if it is none: there is none, or its nodes do not tell what flies.
+    pub fn fault(&self, mission: &Mission) -> Option<String> {
+        if !self.converged() {
+            let why = self.diagnosis.as_deref().map_or_else(String::new, |why| format!(", {why}"));
+            return Some(format!("no plan was found: {}{why}", self.status.replace('_', " ")));
+        }
+        let integrated = IntegratedPlan {
+            j_tpf: self.j_tpf?,
+            j_tpf_at_nodes: self.j_tpf_at_nodes?,
+            velocity_defect_m_s: self.velocity_defect_m_s?,
+            attitude_defect_rad: 0.0,
+            body_rate_defect_rad_s: 0.0,
+        };
+        let words = plan_shortfall(mission, &integrated)?;
+        Some(format!("the plan's {} nodes do not tell what flies: {words}", self.nodes))
+    }
+}
+
+impl DesignFound {
+    /// Whether the chosen design is the mission's own, searched from the inputs with this hash, gains left
+    /// out.
+    pub fn is_own(&self, hash_without_gains: &str) -> bool {
+        self.design == self.own && self.input_hash == hash_without_gains
+    }
+
+    /// Margins of the loop that is nearest to instability.
+    pub fn tightest(&self) -> Option<&MarginFound> {
+        self.margins.iter().min_by(|a, b| a.modulus.total_cmp(&b.modulus))
+    }
+
+    /// Which numbers stand at an end of their range, in words; `None`: none does.
+    pub fn range_ends_words(&self) -> Option<String> {
+        let found = self.at_range_ends.as_ref()?;
+        let number = |number: &NumberFound| {
+            let NumberFound { name, value, least, most } = number;
+            SearchedNumber { name: name.clone().into(), value: *value, least: *least, most: *most }
+        };
+        let at_end = found.numbers.iter().map(number).collect();
+        range_ends_words(&RangeEnds { searched: found.of, at_end })
+    }
+
+    /// Fresh flights of the design in the last air, which has everything that is unknown and turbulence.
+    pub fn hardest_air(&self) -> Option<&FreshFound> {
+        let own = self.fresh.iter().rfind(|fresh| fresh.design == self.name);
+        own.or_else(|| self.fresh.iter().rfind(|fresh| fresh.design == samara_study::designing::OWN))
+    }
+
+    /// Why it is no design to fly, if it is none. Flights that it was not chosen by count as the trials of a
+    /// campaign do, where no probability of failure is `accepted` or they leave a greater one possible.
+    pub fn fault(&self, accepted: Option<f64>) -> Option<String> {
+        if let Some(loop_) = self.margins.iter().find(|margins| !margins.stable) {
+            return Some(format!("the {} loop is not stable at the {}", loop_.r#loop, loop_.state));
+        }
+        if !self.allowed {
+            return Some(
+                "the design breaks a bound or passes a limit on the flights of its search".to_owned(),
+            );
+        }
+        let FreshFound { air, results, .. } =
+            self.hardest_air().filter(|fresh| fresh.results.any_failed())?;
+        let words = format!("{}, {}", in_air(air), results.words());
+        let at_most = results.failing_at_most();
+        match accepted {
+            None => Some(words),
+            Some(accepted) => (at_most > accepted).then(|| {
+                format!(
+                    "{words}, which leaves a probability of failure of {} possible; at most {} is asked for",
+                    probability(at_most, f64::ceil),
+                    short(accepted, 12)
+                )
+            }),
+        }
+    }
+}
+
+/// Where flights flew, in words: `in turbulence`.
+pub fn in_air(air: &str) -> String {
+    match air {
+        "unknowns" => "with unknowns".to_owned(),
+        air => format!("in {}", air.replace('_', " ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A flight has failed where the judge of `samara design` says so, once: those that are never steady are
+    /// among them. Of none 300 leave `1 - 0.05^(1/300)` possible; of 36 of 300 Clopper and Pearson's bound is
+    /// 0.15537.
+    #[test]
+    fn regress_flights_that_are_never_steady_have_failed() {
+        let numbers = |unsafe_flights, steady_flights| FreshNumbers {
+            flights: 300,
+            unsafe_flights,
+            steady_flights,
+            chosen_among: 1,
+        };
+        let design = |results: FreshNumbers| DesignFound {
+            name: "design".to_owned(),
+            objective: String::new(),
+            allowed: true,
+            design: Value::Null,
+            own: Value::Null,
+            margins: Vec::new(),
+            fresh: vec![FreshFound { design: "design".to_owned(), air: "turbulence".to_owned(), results }],
+            at_range_ends: None,
+            input_hash: String::new(),
+        };
+        let good = numbers(0, 300);
+        assert!(!good.any_failed());
+        assert!((good.failing_at_most() - (1.0 - samara_core::math::powf(0.05, 1.0 / 300.0))).abs() < 1e-12);
+        assert_eq!(design(good).fault(None), None);
+        let restless = design(numbers(36, 264));
+        let why = restless.fault(None).unwrap();
+        assert!(why.contains("in turbulence, of 300 flights"), "{why}");
+        assert!(why.contains("36 were not safe, 36 never steady"), "{why}");
+        assert!(restless.fault(Some(0.1)).unwrap().contains("possible; at most 0.1 is asked for"));
+        assert_eq!(restless.fault(Some(0.2)), None);
+        assert!((numbers(36, 264).failing_at_most() - 0.155_370).abs() < 1e-6);
+    }
+}

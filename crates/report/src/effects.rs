@@ -1,0 +1,303 @@
+//! What each effect of a mission does to its drops: tables, JSON and rows of [`samara_study::effects`].
+
+use serde::Serialize;
+
+use super::json::{head, object, text};
+use super::outcome::{column_names, push_cells};
+use super::study::grid::Grid;
+use samara_core::assess::outcome::{COMPARED, J_TPF};
+use samara_core::assess::{Quantity, Summary};
+use samara_mission::{Effect, Mission};
+use samara_study::effects::{EffectsOn, JudgedDrop};
+
+/// A campaign with some of the effects.
+#[derive(Clone, Debug)]
+pub struct EffectCampaign {
+    /// Which effects are at work.
+    pub on: EffectsOn,
+    /// The trials, in their order.
+    pub drops: Vec<JudgedDrop>,
+}
+
+/// Campaigns with and without the effects of a mission.
+#[derive(Clone, Debug)]
+pub struct EffectReport<'a> {
+    /// The mission with all its effects.
+    pub mission: &'a Mission,
+    /// Effects that it names.
+    pub effects: Vec<Effect>,
+    /// The campaigns, in the order of [`EffectsOn::campaigns`].
+    pub campaigns: Vec<EffectCampaign>,
+}
+
+impl EffectCampaign {
+    fn failed(&self) -> usize {
+        failed(&self.drops)
+    }
+
+    fn summary(&self, quantity: &Quantity) -> Summary {
+        summary(&self.drops, quantity)
+    }
+
+    fn p99(&self, quantity: &Quantity) -> f64 {
+        p99(&self.drops, quantity)
+    }
+
+    fn change_from(&self, other: &Self, quantity: &Quantity) -> Summary {
+        change(&self.drops, &other.drops, quantity)
+    }
+}
+
+/// How many were not safe.
+pub(super) fn failed(drops: &[JudgedDrop]) -> usize {
+    drops.iter().filter(|drop| !drop.safe).count()
+}
+
+/// A quantity of those that have it.
+pub(super) fn summary(drops: &[JudgedDrop], quantity: &Quantity) -> Summary {
+    let mut summary = Summary::default();
+    drops.iter().filter_map(|drop| quantity.of(&drop.outcome)).for_each(|x| summary.push(x));
+    summary
+}
+
+/// The least value that 99 % of the trials which have one do not exceed; NaN where none has.
+pub(super) fn p99(drops: &[JudgedDrop], quantity: &Quantity) -> f64 {
+    let mut values: Vec<f64> = drops.iter().filter_map(|drop| quantity.of(&drop.outcome)).collect();
+    values.sort_by(f64::total_cmp);
+    let place = (values.len() * 99).div_ceil(100);
+    place.checked_sub(1).and_then(|i| values.get(i)).copied().unwrap_or(f64::NAN)
+}
+
+/// Differences of a campaign from another one, of the trials that have the quantity in both.
+pub(super) fn change(drops: &[JudgedDrop], from: &[JudgedDrop], quantity: &Quantity) -> Summary {
+    let mut summary = Summary::default();
+    let of = |drop: &JudgedDrop| quantity.of(&drop.outcome);
+    let pairs = drops.iter().zip(from);
+    pairs.filter_map(|(a, b)| Some(of(a)? - of(b)?)).for_each(|x| summary.push(x));
+    summary
+}
+
+/// The quantities of some drops, and how each differs from that of the same drops flown otherwise.
+pub(super) fn compared_json(
+    drops: &[JudgedDrop],
+    from: Option<&[JudgedDrop]>,
+) -> Vec<impl Serialize + use<>> {
+    let of = |quantity: &Quantity| {
+        let s = summary(drops, quantity);
+        let change = from.map(|from| {
+            let change = change(drops, from, quantity);
+            let (mean_low, mean_high) = change.mean_interval();
+            object! {
+                count: change.count(),
+                mean: change.mean(),
+                mean_low: mean_low,
+                mean_high: mean_high,
+            }
+        });
+        object! {
+            name: quantity.key,
+            count: s.count(),
+            mean: s.mean(),
+            p99: p99(drops, quantity),
+            min: s.min(),
+            max: s.max(),
+            change: change,
+        }
+    };
+    COMPARED.iter().map(of).collect()
+}
+
+pub(super) fn number(x: f64, decimals: usize) -> String {
+    if x.is_finite() { format!("{x:.decimals$}") } else { "-".to_owned() }
+}
+
+impl EffectReport<'_> {
+    fn campaign(&self, on: EffectsOn) -> Option<&EffectCampaign> {
+        self.campaigns.iter().find(|campaign| campaign.on == on)
+    }
+
+    /// The campaign that another one's changes are counted from.
+    fn base_of(&self, on: EffectsOn) -> Option<&EffectCampaign> {
+        match on {
+            EffectsOn::Plain => None,
+            EffectsOn::Alone(effect) if let Some(needed) = effect.needs() => {
+                self.campaign(EffectsOn::Alone(needed))
+            }
+            EffectsOn::Alone(_) | EffectsOn::All => self.campaign(EffectsOn::Plain),
+            EffectsOn::Without(_) => self.campaign(EffectsOn::All),
+        }
+    }
+
+    /// The tables: what each effect does alone, and what its absence does where all others are.
+    pub fn text(&self) -> String {
+        let trials = self.campaigns.first().map_or(0, |campaign| campaign.drops.len());
+        let mission = self.mission;
+        let mut out = format!(
+            "{}: {trials} drops for each row, gains {}, seed {}\n\nEffects\n",
+            mission.name, mission.control.gains_name, mission.seed
+        );
+        let width = self.effects.iter().map(|effect| effect.name().len()).max().unwrap_or(0);
+        for effect in &self.effects {
+            out += &format!("  {:width$}  {}; left out: {}\n", effect.name(), effect.key(), effect.instead());
+        }
+        let alone =
+            self.table("Each alone: change of the mean from none of them", &[EffectsOn::Plain], |on| {
+                matches!(on, EffectsOn::Alone(_) | EffectsOn::All)
+            });
+        out += &format!("\n{}", alone.text());
+        if self.effects.len() > 1 {
+            let without =
+                self.table("Each left out: change of the mean from all of them", &[EffectsOn::All], |on| {
+                    matches!(on, EffectsOn::Without(_))
+                });
+            out += &format!("\n{}", without.text());
+        }
+        out + "\n+- is the 95 % interval of a mean change, trial by trial; p99 and worst are of J_TPF.\n"
+    }
+
+    fn table(&self, title: &str, base: &[EffectsOn], shown: impl Fn(EffectsOn) -> bool) -> Grid {
+        let names = COMPARED.map(|quantity| quantity.head());
+        let [cost, others @ ..] = names.each_ref().map(String::as_str);
+        let head = ["", cost, "+-", "p99", "worst"].into_iter().chain(others).chain(["failed"]);
+        let mut grid = Grid::new(title, head);
+        let bases = self.campaigns.iter().filter(|campaign| base.contains(&campaign.on));
+        let rows = self.campaigns.iter().filter(|campaign| shown(campaign.on));
+        for campaign in bases.chain(rows) {
+            let from = self.base_of(campaign.on).filter(|_| !base.contains(&campaign.on));
+            let mean = |quantity: &Quantity| match from {
+                None => number(campaign.summary(quantity).mean(), quantity.decimals),
+                Some(base) => {
+                    let mean = campaign.change_from(base, quantity).mean();
+                    if mean.is_finite() { format!("{mean:+.*}", quantity.decimals) } else { "-".to_owned() }
+                }
+            };
+            let half = from.map_or(f64::NAN, |base| {
+                let (low, high) = campaign.change_from(base, &J_TPF).mean_interval();
+                0.5 * (high - low)
+            });
+            let [cost, others @ ..] = &COMPARED;
+            let beside = match campaign.on {
+                EffectsOn::Alone(effect) => {
+                    effect.needs().map_or(String::new(), |n| format!(", with {}", n.name()))
+                }
+                _ => String::new(),
+            };
+            grid.row(
+                &format!("{}{beside}", campaign.on.name().replace('_', " ")),
+                std::iter::once(mean(cost))
+                    .chain(
+                        [half, campaign.p99(cost), campaign.summary(cost).max()]
+                            .map(|x| number(x, cost.decimals)),
+                    )
+                    .chain(others.iter().map(mean))
+                    .chain([campaign.failed().to_string()]),
+            );
+        }
+        grid
+    }
+
+    /// The object of `--json` and of `effects.json`.
+    pub fn json(&self) -> String {
+        let effects = self.effects.iter();
+        let effects = effects
+            .map(|e| object! { name: e.name(), key: e.key(), left_out: e.instead() })
+            .collect::<Vec<_>>();
+        let campaigns = self.campaigns.iter().map(|campaign| self.campaign_json(campaign));
+        text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            gains: &self.mission.control.gains_name,
+            effects: effects,
+            campaigns: campaigns.collect::<Vec<_>>(),
+        })
+    }
+
+    fn campaign_json(&self, campaign: &EffectCampaign) -> impl Serialize {
+        let base = self.base_of(campaign.on);
+        object! {
+            name: campaign.on.name(),
+            effects: campaign.on.kept(&self.effects).into_iter().map(Effect::name).collect::<Vec<_>>(),
+            changed_from: base.map(|base| base.on.name()),
+            trials: campaign.drops.len(),
+            failed: campaign.failed(),
+            measures: compared_json(&campaign.drops, base.map(|base| base.drops.as_slice())),
+        }
+    }
+
+    /// Every drop, a row each: `effects.csv`.
+    pub fn csv(&self) -> String {
+        let mut out = format!(
+            "{}# drops of {} with and without its effects, gains {}\ntrial,effects,{},safe\n",
+            self.mission.stamp().csv_comment(),
+            self.mission.name,
+            self.mission.control.gains_name,
+            column_names(&COMPARED)
+        );
+        for campaign in &self.campaigns {
+            let name = campaign.on.name();
+            for (trial, drop) in campaign.drops.iter().enumerate() {
+                out += &format!("{trial},{name}");
+                push_cells(&mut out, Some(&drop.outcome), &COMPARED);
+                out += &format!(",{}\n", u8::from(drop.safe));
+            }
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use samara_core::sim::{Fault, FaultKind};
+
+    /// By hand: what needs another effect stands with it, is counted from it, and goes with it.
+    #[test]
+    fn an_effect_stands_with_the_one_that_it_needs() {
+        let effects = [Effect::Gusts, Effect::RotorInflow, Effect::RotorStart];
+        let kept = |on: EffectsOn| on.kept(&effects);
+        assert_eq!(kept(EffectsOn::Alone(Effect::RotorStart)), [Effect::RotorInflow, Effect::RotorStart]);
+        assert_eq!(kept(EffectsOn::Alone(Effect::Gusts)), [Effect::Gusts]);
+        assert_eq!(kept(EffectsOn::Without(Effect::RotorInflow)), [Effect::Gusts]);
+        assert_eq!(kept(EffectsOn::Without(Effect::RotorStart)), [Effect::Gusts, Effect::RotorInflow]);
+        assert_eq!(EffectsOn::campaigns(&effects).len(), 8);
+        assert_eq!(EffectsOn::campaigns(&effects[..1]), [EffectsOn::Plain, EffectsOn::All]);
+        let mission = Mission::shipped("titan_real_air").unwrap();
+        let campaigns = EffectsOn::campaigns(&effects)
+            .into_iter()
+            .map(|on| EffectCampaign { on, drops: Vec::new() })
+            .collect();
+        let report = EffectReport { mission: &mission, effects: effects.to_vec(), campaigns };
+        let base = |on| report.base_of(on).map(|campaign| campaign.on);
+        assert_eq!(base(EffectsOn::Alone(Effect::RotorStart)), Some(EffectsOn::Alone(Effect::RotorInflow)));
+        assert_eq!(base(EffectsOn::Alone(Effect::Gusts)), Some(EffectsOn::Plain));
+        assert_eq!(base(EffectsOn::Without(Effect::Gusts)), Some(EffectsOn::All));
+    }
+
+    /// A leg of the bridle hangs up under the canopy that it is of, and not where that is left out.
+    #[test]
+    fn a_riser_hangs_up_under_its_canopy_alone() {
+        let mut mission = Mission::shipped("titan_real_air").unwrap();
+        let kind = FaultKind::RiserHungUp { attachment_body_m: nalgebra::Vector3::new(0.6, 0.0, -0.5) };
+        mission.faults.list = vec![Fault { kind, at_s: -1.0, until_s: None }];
+        assert_eq!(mission.with_effects(&mission.effects()).faults.list.len(), 1);
+        let alone = mission.with_effects(&[Effect::Faults]);
+        assert!(alone.faults.list.is_empty() && alone.release.parachute.suspension.is_none());
+        mission.faults.list.push(Fault { kind: FaultKind::SetpointLoss, at_s: 1.0, until_s: None });
+        assert_eq!(mission.with_effects(&[Effect::Faults]).faults.list.len(), 1);
+    }
+
+    /// A mission with all of its effects is itself, and without any of them it has none.
+    #[test]
+    fn prop_effects_can_be_left_out_and_kept() {
+        for name in ["titan_real_air", "x500_real_air"] {
+            let mission = Mission::shipped(name).unwrap();
+            let effects = mission.effects();
+            assert!(effects.len() >= 8, "{effects:?}");
+            assert_eq!(mission.with_effects(&effects).effects(), effects);
+            assert_eq!(mission.with_effects(&[]).effects(), []);
+            for effect in &effects {
+                let alone = mission.with_effects(&EffectsOn::Alone(*effect).kept(&effects)).effects();
+                assert!(alone.contains(effect), "{effect:?}: {alone:?}");
+            }
+        }
+    }
+}

@@ -1,0 +1,332 @@
+//! Results of finding the fall from the accelerometer alone: a table for the terminal, CSV, JSON.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::columns::fixed;
+use super::json::{head, object, text};
+use super::study::grid::Grid;
+use samara_core::assess::free_fall::rules::{Rule, TIMES_S};
+use samara_core::assess::free_fall::{DESCENT_S, Descent, FoundRelease, FreeFallStudy, ReleaseTrial};
+use samara_core::assess::{Share, rate_bound};
+use samara_core::units::DEG_PER_RAD;
+use samara_mission::Mission;
+
+/// Seconds of an hour.
+const S_PER_H: f64 = 3600.0;
+
+/// Releases and descents of a mission.
+#[derive(Clone, Debug)]
+pub struct FreeFallReport<'a> {
+    /// The mission.
+    pub mission: &'a Mission,
+    /// What was flown.
+    pub study: FreeFallStudy,
+    /// The releases, in their order.
+    pub releases: Vec<ReleaseTrial>,
+    /// The descents, in their order.
+    pub descents: Vec<Descent>,
+}
+
+/// What the readings at a rate made of all releases.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct FoundBy {
+    missed: u64,
+    /// Upper end of Clopper and Pearson's interval of the share that is missed.
+    missed_share_high: f64,
+    early: u64,
+    median_s: f64,
+    p99_s: f64,
+    worst_s: f64,
+    /// Median of how much later than the release the fall is said to have begun [s].
+    dated_median_s: f64,
+    dated_least_s: f64,
+    dated_most_s: f64,
+}
+
+/// A rule's place among the others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OperatingPoint {
+    /// The rule.
+    pub rule: Rule,
+    /// Releases that it missed.
+    pub missed: u64,
+    /// Median time from the release until it found the fall [s]; infinite where it missed half.
+    pub median_s: f64,
+    /// Falls that it found in descents under a taut riser, each hour.
+    pub alarms_per_h: f64,
+    /// Upper bound of that rate, 95 %.
+    pub alarms_per_h_high: f64,
+    /// Falls that it found in descents with a slack riser.
+    pub slack_alarms: u64,
+}
+
+/// The value below which a share of sorted values lies.
+fn quantile(sorted: &[f64], share: f64) -> f64 {
+    let last = sorted.len().checked_sub(1);
+    last.map_or(f64::NAN, |last| sorted[((last as f64 * share).round() as usize).min(last)])
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+impl FoundBy {
+    fn of<'a>(found: impl Iterator<Item = &'a FoundRelease> + Clone) -> Self {
+        let mut missed = Share::default();
+        found.clone().for_each(|found| missed.push(found.is_missed()));
+        let after = sorted(found.clone().map(|found| found.after_s.unwrap_or(f64::INFINITY)));
+        let dated = sorted(found.clone().filter_map(|found| found.dated_late_s));
+        Self {
+            missed: missed.trials() - missed.misses(),
+            missed_share_high: missed.interval().1,
+            early: found.filter(|found| found.is_early()).count() as u64,
+            median_s: quantile(&after, 0.5),
+            p99_s: quantile(&after, 0.99),
+            worst_s: quantile(&after, 1.0),
+            dated_median_s: quantile(&dated, 0.5),
+            dated_least_s: quantile(&dated, 0.0),
+            dated_most_s: quantile(&dated, 1.0),
+        }
+    }
+
+    fn json(&self) -> impl Serialize {
+        object! {
+            missed: self.missed,
+            missed_share_high: self.missed_share_high,
+            early: self.early,
+            median_s: self.median_s,
+            p99_s: self.p99_s,
+            worst_s: self.worst_s,
+            dated_late_median_s: self.dated_median_s,
+            dated_late_least_s: self.dated_least_s,
+            dated_late_most_s: self.dated_most_s,
+        }
+    }
+}
+
+impl FreeFallReport<'_> {
+    fn hours(&self) -> f64 {
+        self.descents.len() as f64 * DESCENT_S / S_PER_H
+    }
+
+    fn sum(&self, of: fn(&Descent) -> u64) -> u64 {
+        self.descents.iter().map(of).sum()
+    }
+
+    fn slack_s(&self) -> f64 {
+        self.descents.iter().map(|descent| descent.slack_s).sum()
+    }
+
+    fn least_share(&self) -> f64 {
+        let least = self.descents.iter().fold(f64::INFINITY, |least, descent| least.min(descent.least_m_s2));
+        least / self.study.environment.gravity_m_s2
+    }
+
+    fn found(&self) -> [(&'static str, FoundBy); 2] {
+        [
+            ("autopilot, 250 Hz", FoundBy::of(self.releases.iter().map(|trial| &trial.autopilot))),
+            ("companion, 62.5 Hz", FoundBy::of(self.releases.iter().map(|trial| &trial.companion))),
+        ]
+    }
+
+    /// Whether every release was found, none before it was, and nothing else while the riser was taut.
+    pub fn holds(&self) -> bool {
+        self.found().iter().all(|(_, found)| found.missed == 0 && found.early == 0)
+            && self.sum(|descent| descent.alarms) == 0
+    }
+
+    /// Every rule's place, in the order of [`Rule::all`].
+    pub fn operating_points(&self) -> Vec<OperatingPoint> {
+        let hours = self.hours();
+        let at = |(k, rule): (usize, Rule)| {
+            let after = sorted(self.releases.iter().map(|trial| f64::from(trial.rules_s[k])));
+            let alarms = |slack: usize| -> u64 { self.descents.iter().map(|d| d.rules[k][slack]).sum() };
+            OperatingPoint {
+                rule,
+                missed: after.iter().filter(|after_s| after_s.is_infinite()).count() as u64,
+                median_s: quantile(&after, 0.5),
+                alarms_per_h: alarms(0) as f64 / hours,
+                alarms_per_h_high: rate_bound(alarms(0), hours),
+                slack_alarms: alarms(1),
+            }
+        };
+        Rule::all().enumerate().map(at).collect()
+    }
+
+    /// The tables.
+    pub fn text(&self) -> String {
+        let Self { mission, study, .. } = self;
+        let (g, circumstances) = (study.environment.gravity_m_s2, &study.circumstances);
+        let mut out = format!(
+            "{}: releases found by the fall, seed {}; level {:.3} g, {:.4} m/s of lack, where the air carries {:.3} g after the release\n\
+             swing to {:.0} deg, tumbling to {:.0} deg/s, wind to {:.0} m/s, turbulence of {} m/s at a scale of {} m\n\n",
+            mission.name,
+            mission.seed,
+            study.settings.level_m_s2 / g,
+            study.settings.lack_m_s,
+            study.fall_m_s2 / g,
+            circumstances.swing_rad * DEG_PER_RAD,
+            circumstances.tumble_rad_s * DEG_PER_RAD,
+            circumstances.wind_m_s,
+            circumstances.turbulence_m_s,
+            circumstances.scale_m,
+        );
+        let head = [
+            "",
+            "missed",
+            "share below",
+            "early",
+            "median [ms]",
+            "p99 [ms]",
+            "worst [ms]",
+            "dated late [ms]",
+        ];
+        let mut grid = Grid::new(&format!("{} releases", self.releases.len()), head);
+        let ms = |s: f64| if s.is_finite() { fixed(1e3 * s, 0) } else { "-".to_owned() };
+        for (name, found) in self.found() {
+            grid.row(
+                name,
+                [
+                    found.missed.to_string(),
+                    format!("{:.1e}", found.missed_share_high),
+                    found.early.to_string(),
+                    ms(found.median_s),
+                    ms(found.p99_s),
+                    ms(found.worst_s),
+                    format!(
+                        "{} ({} to {})",
+                        ms(found.dated_median_s),
+                        ms(found.dated_least_s),
+                        ms(found.dated_most_s)
+                    ),
+                ],
+            );
+        }
+        out += &grid.text();
+        let (alarms, hours) = (self.sum(|descent| descent.alarms), self.hours());
+        let _ = writeln!(
+            out,
+            "\n{hours:.0} h of descent without a release: {alarms} false alarms under a taut riser, below {:.2e} an hour (95 %);\n\
+             {} alarms with the riser slack; it was slack {} times, {:.2} s together; least specific force {:.3} g",
+            rate_bound(alarms, hours),
+            self.sum(|descent| descent.slack_alarms),
+            self.sum(|descent| descent.slack_spells),
+            self.slack_s(),
+            self.least_share(),
+        );
+        out += &format!("\n{}", self.rules_grid().text());
+        out += "lack: the lack is summed; hold: below the level all the time, as PX4 has it; median from the release [ms], \
+                then false alarms an hour under a taut riser, then releases missed.\n";
+        out
+    }
+
+    fn rules_grid(&self) -> Grid {
+        let head = std::iter::once("rule, level".to_owned())
+            .chain(TIMES_S.iter().map(|time_s| format!("{:.0} ms", 1e3 * time_s)));
+        let mut grid = Grid::new("Rules and settings beside each other", head);
+        for points in self.operating_points().chunks(TIMES_S.len()) {
+            let Some(OperatingPoint { rule, .. }) = points.first() else { continue };
+            let cell = |point: &OperatingPoint| {
+                let median = if point.median_s.is_finite() {
+                    format!("{:.0}", 1e3 * point.median_s)
+                } else {
+                    "-".to_owned()
+                };
+                format!("{median} {:.2e} {}", point.alarms_per_h, point.missed)
+            };
+            grid.row(&format!("{} {}", rule.kind.name(), rule.level), points.iter().map(cell));
+        }
+        grid
+    }
+
+    /// The object of `--json` and of `free_fall.json`.
+    pub fn json(&self) -> String {
+        let Self { study, .. } = self;
+        let (alarms, hours) = (self.sum(|descent| descent.alarms), self.hours());
+        let circumstances = &study.circumstances;
+        let [(_, autopilot), (_, companion)] = self.found();
+        text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            level_m_s2: study.settings.level_m_s2,
+            lack_m_s: study.settings.lack_m_s,
+            fall_m_s2: study.fall_m_s2,
+            swing_deg: circumstances.swing_rad * DEG_PER_RAD,
+            tumble_deg_s: circumstances.tumble_rad_s * DEG_PER_RAD,
+            wind_m_s: circumstances.wind_m_s,
+            turbulence_m_s: circumstances.turbulence_m_s,
+            scale_m: circumstances.scale_m,
+            releases: self.releases.len(),
+            autopilot: autopilot.json(),
+            companion: companion.json(),
+            hours: hours,
+            alarms: alarms,
+            alarms_per_h_high: rate_bound(alarms, hours),
+            slack_alarms: self.sum(|descent| descent.slack_alarms),
+            slack_spells: self.sum(|descent| descent.slack_spells),
+            slack_s: self.slack_s(),
+            least_share: self.least_share(),
+            holds: self.holds(),
+        })
+    }
+
+    fn csv(&self, what: &str, columns: &str, rows: impl Iterator<Item = String>) -> String {
+        let comment = self.mission.stamp().csv_comment();
+        let mut out = format!("{comment}# {what} of {}\n{columns}\n", self.mission.name);
+        rows.for_each(|row| out += &(row + "\n"));
+        out
+    }
+
+    /// Every release, a row each: `free_fall_releases.csv`.
+    pub fn releases_csv(&self) -> String {
+        let cell = |x: Option<f64>| x.map_or(String::new(), |x| format!("{:?}", (1e6 * x).round() / 1e6));
+        let rows = self.releases.iter().map(|trial| {
+            format!(
+                "{},{:?},{:?},{:?},{},{},{},{}",
+                trial.trial,
+                trial.swing_rad * DEG_PER_RAD,
+                trial.tumble_rad_s * DEG_PER_RAD,
+                trial.wind_m_s,
+                cell(trial.autopilot.after_s),
+                cell(trial.autopilot.dated_late_s),
+                cell(trial.companion.after_s),
+                cell(trial.companion.dated_late_s),
+            )
+        });
+        let columns = "trial,swing_deg,tumble_deg_s,wind_m_s,autopilot_after_s,autopilot_dated_late_s,companion_after_s,\
+                       companion_dated_late_s";
+        self.csv("releases", columns, rows)
+    }
+
+    /// Every hour of descent, a row each: `free_fall_descents.csv`.
+    pub fn descents_csv(&self) -> String {
+        let rows = self.descents.iter().map(|descent| {
+            let Descent { trial, alarms, slack_alarms, slack_spells, slack_s, least_m_s2, .. } = descent;
+            format!("{trial},{alarms},{slack_alarms},{slack_spells},{slack_s:.3},{least_m_s2:?}")
+        });
+        self.csv("descents", "hour,alarms,slack_alarms,slack_spells,slack_s,least_m_s2", rows)
+    }
+
+    /// Every rule, a row each: `free_fall_rules.csv`.
+    pub fn rules_csv(&self) -> String {
+        let rows = self.operating_points().into_iter().map(|point| {
+            let median =
+                if point.median_s.is_finite() { format!("{:.4}", point.median_s) } else { String::new() };
+            format!(
+                "{},{:?},{:?},{},{median},{:?},{:?},{}",
+                point.rule.kind.name(),
+                point.rule.level,
+                point.rule.time_s,
+                point.missed,
+                point.alarms_per_h,
+                point.alarms_per_h_high,
+                point.slack_alarms,
+            )
+        });
+        let columns = "rule,level_share,time_s,missed,median_s,alarms_per_h,alarms_per_h_high,slack_alarms";
+        self.csv("rules", columns, rows)
+    }
+}

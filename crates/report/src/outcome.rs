@@ -1,0 +1,151 @@
+//! An [`Outcome`] in files: the cells of a row, the keys of an object. A number is a column or a key by
+//! itself, named by its [`Quantity`]; what is none is an empty cell, and `null`.
+
+use std::fmt::Write as _;
+
+use serde::ser::SerializeMap as _;
+use serde::{Deserialize, Serialize, Serializer};
+use serde_json::{Map, Value};
+
+use samara_core::assess::outcome::{QUANTITIES, Quantity};
+use samara_core::assess::{Limits, Outcome};
+use samara_mission::Mission;
+
+/// A number in a cell: the shortest text that reads back to it; nothing where there is none.
+pub(super) fn cell(x: Option<f64>) -> String {
+    x.map_or_else(String::new, |x| format!("{x:?}"))
+}
+
+/// Appends a cell for each of some quantities, each behind a comma.
+pub fn push_cells<'q>(
+    line: &mut String,
+    outcome: Option<&Outcome>,
+    quantities: impl IntoIterator<Item = &'q Quantity>,
+) {
+    for quantity in quantities {
+        // Writing to a String cannot fail.
+        let _ = write!(line, ",{}", cell(outcome.and_then(|outcome| quantity.of(outcome))));
+    }
+}
+
+/// Names of columns, between commas.
+pub fn column_names<'q>(quantities: impl IntoIterator<Item = &'q Quantity>) -> String {
+    quantities.into_iter().map(|quantity| quantity.key).collect::<Vec<_>>().join(",")
+}
+
+/// An outcome as keys of an object: every quantity. It reads those that are there, and has no number for the
+/// others; keys that are no quantities are left to others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OutcomeObject(pub Outcome);
+
+impl Serialize for OutcomeObject {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(QUANTITIES.len()))?;
+        for quantity in &QUANTITIES {
+            map.serialize_entry(quantity.key, &quantity.of(&self.0))?;
+        }
+        map.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for OutcomeObject {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let object = Map::deserialize(deserializer)?;
+        let mut outcome = Outcome::lost();
+        for quantity in &QUANTITIES {
+            quantity.put(&mut outcome, object.get(quantity.key).and_then(Value::as_f64));
+        }
+        Ok(Self(outcome))
+    }
+}
+
+/// An outcome as an object of its own, which has each quantity, a number or `null`, and nothing else.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct OutcomeRecord(pub(super) Outcome);
+
+impl Serialize for OutcomeRecord {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        OutcomeObject(self.0).serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for OutcomeRecord {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let object = Map::deserialize(deserializer)?;
+        let is_told = |value: &Value| value.is_null() || value.as_f64().is_some();
+        let there = |quantity: &Quantity| object.get(quantity.key).is_some_and(is_told);
+        if object.len() != QUANTITIES.len() || !QUANTITIES.iter().all(there) {
+            let expected = "each quantity of a flight, a number or null, is expected";
+            return Err(serde::de::Error::custom(expected));
+        }
+        OutcomeObject::deserialize(Value::Object(object))
+            .map_err(serde::de::Error::custom)
+            .map(|of| Self(of.0))
+    }
+}
+
+/// The limits of a mission beside those of J_state as an object: each under its key, and how close to the
+/// target steady flight is where that must be reached. A mission without ground has none of a touch.
+pub(super) struct LimitsObject<'a> {
+    limits: &'a Limits,
+    ground: bool,
+}
+
+impl<'a> LimitsObject<'a> {
+    pub(super) fn of(mission: &Mission, limits: &'a Limits) -> Self {
+        Self { limits, ground: mission.site.ground.is_some() }
+    }
+}
+
+impl Serialize for LimitsObject<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(None)?;
+        for quantity in &QUANTITIES {
+            let Some(names) = quantity.judged else { continue };
+            let limit = (quantity.limit)(self.limits).filter(|_| self.ground || !quantity.is_of_a_touch());
+            map.serialize_entry(names.key, &limit)?;
+        }
+        let within = self.limits.must_be_steady.then_some(self.limits.steady_within_m_s);
+        map.serialize_entry("steady_within_m_s", &within)?;
+        map.end()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each quantity with a number of its own.
+    fn distinct() -> Outcome {
+        let mut outcome = Outcome::default();
+        (1u32..)
+            .zip(&QUANTITIES)
+            .for_each(|(n, quantity)| quantity.put(&mut outcome, Some(f64::from(n) / 8.0)));
+        outcome
+    }
+
+    /// A property: cells stand under their columns, and an object is read as it was written; one that lacks a
+    /// quantity, has another key or no number is refused.
+    #[test]
+    fn prop_cells_and_keys_are_those_of_their_quantities() {
+        let outcome = distinct();
+        let mut line = String::new();
+        push_cells(&mut line, Some(&outcome), &QUANTITIES);
+        let cells: Vec<f64> = line.split(',').skip(1).map(|cell| cell.parse().unwrap()).collect();
+        let names = column_names(&QUANTITIES);
+        for ((name, cell), quantity) in names.split(',').zip(&cells).zip(&QUANTITIES) {
+            assert_eq!((name, Some(*cell)), (quantity.key, quantity.of(&outcome)));
+        }
+        for outcome in [outcome, Outcome::lost()] {
+            let text = serde_json::to_string(&OutcomeRecord(outcome)).unwrap();
+            assert_eq!(serde_json::from_str::<OutcomeRecord>(&text).unwrap().0, outcome);
+            for spoilt in [
+                text.replace("\"peak_tilt_deg\"", "\"peak_tilt_rad\""),
+                text.replacen('{', "{\"more\":1.0,", 1),
+                text.replacen("\"j_tpf\":", "\"j_tpf\":\"x\",\"y\":", 1),
+            ] {
+                assert!(serde_json::from_str::<OutcomeRecord>(&spoilt).is_err(), "{spoilt}");
+            }
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! A grid of plans: tables for the terminal, the object of `plan_grid.json`.
+
+use serde::Serialize;
+
+use super::columns::{fixed, short};
+use super::json::{head, object, text};
+use super::study::grid::Grid;
+use samara_core::assess::{GRID_LOSS_MOST, GridLoss, MISREAD_RATE_RAD_S, Spread};
+use samara_core::plan::grid::{AXES, GridAxes, GridState};
+use samara_core::units::DEG_PER_RAD;
+use samara_mission::{GRID_COLUMNS, Mission};
+use samara_study::plan_grid::JudgedRelease;
+
+/// Names of the axes for the terminal, and how many of their units there an SI unit is.
+const AXIS_WORDS: [(&str, f64); AXES] = [
+    ("velocity north [m/s]", 1.0),
+    ("velocity down [m/s]", 1.0),
+    ("pitch [deg]", DEG_PER_RAD),
+    ("pitch rate [deg/s]", DEG_PER_RAD),
+];
+
+/// A state of a grid in words.
+pub fn grid_state_words(state: &GridState) -> String {
+    let [v_north_m_s, v_down_m_s, pitch_rad, rate_rad_s] = *state;
+    format!(
+        "{v_north_m_s:.2} m/s north, {v_down_m_s:.2} m/s down, pitch {:.1} deg and {:.1} deg/s",
+        pitch_rad * DEG_PER_RAD,
+        rate_rad_s * DEG_PER_RAD
+    )
+}
+
+/// What flights from fresh releases came to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GridJudgement {
+    /// Releases that were drawn.
+    pub drawn: usize,
+    /// Those of them whose own plan did not converge, which nothing was flown from.
+    pub unsolved: usize,
+    /// Those of them that lay outside the grid.
+    pub clamped: usize,
+    /// How far outside at most, along each axis, in SI.
+    pub farthest: GridState,
+    /// J_TPF of the flights.
+    pub loss: GridLoss,
+}
+
+impl GridJudgement {
+    /// Of what came of each release.
+    pub fn of(judged: &[JudgedRelease]) -> Self {
+        let flights: Vec<_> = judged.iter().filter_map(|release| release.flight).collect();
+        let farthest =
+            |axis: usize| judged.iter().map(|release| release.place.outside[axis].abs()).fold(0.0, f64::max);
+        Self {
+            drawn: judged.len(),
+            unsolved: judged.len() - flights.len(),
+            clamped: judged.iter().filter(|release| release.place.is_clamped()).count(),
+            farthest: std::array::from_fn(farthest),
+            loss: GridLoss::of(&flights),
+        }
+    }
+}
+
+/// A grid of plans of a mission.
+#[derive(Clone, Debug)]
+pub struct PlanGridReport<'a> {
+    /// The mission.
+    pub mission: &'a Mission,
+    /// The axes.
+    pub axes: &'a GridAxes,
+    /// Nodes of a plan.
+    pub nodes: usize,
+    /// Length of `plan_grid.bin` [bytes].
+    pub bytes: usize,
+    /// What flights came to; `None` where none were asked for.
+    pub judged: Option<GridJudgement>,
+}
+
+impl PlanGridReport<'_> {
+    /// Whether the flights lose little enough; yes where none were asked for.
+    pub fn is_good(&self) -> bool {
+        self.judged.is_none_or(|judged| judged.loss.is_small())
+    }
+
+    /// The tables; `seconds` are the caller's, of the solves and of the flights.
+    pub fn text(&self, seconds: Option<[f64; 2]>) -> String {
+        let within = |i: usize| seconds.map_or(String::new(), |s| format!(" in {:.1} s", s[i]));
+        let mut axes = Grid::new("Grid of release states", ["", "points", "from", "to"]);
+        for (points, (words, units)) in self.axes.points().iter().zip(AXIS_WORDS) {
+            let ends = [points.first(), points.last()].map(|x| fixed(x.map_or(0.0, |x| x * units), 3));
+            axes.row(words, [points.len().to_string()].into_iter().chain(ends));
+        }
+        let mut out = format!(
+            "{}\n{} plans of {} nodes solved{}; plan_grid.bin {} bytes\n",
+            axes.text(),
+            self.axes.count(),
+            self.nodes,
+            within(0),
+            self.bytes
+        );
+        let Some(GridJudgement { drawn, unsolved, clamped, farthest, loss }) = &self.judged else {
+            return out + "The loss against solving for each release was not measured.\n";
+        };
+        let title = format!(
+            "J_TPF of flights from {} fresh releases{}, gains {}",
+            loss.releases,
+            within(1),
+            self.mission.control.gains_name
+        );
+        let misread_deg_s = short(MISREAD_RATE_RAD_S * DEG_PER_RAD, 3);
+        let mut flights = Grid::new(&title, ["along", "least", "p50", "p99", "most"]);
+        let cells = |s: &Spread| [s.min, s.p50, s.p99, s.max].map(|x| fixed(x, 4));
+        flights.row("a plan solved for each", cells(&loss.solved));
+        flights.row("a plan interpolated for each", cells(&loss.interpolated));
+        flights.row("the nominal plan for all", cells(&loss.nominal));
+        flights.row("interpolated less solved", cells(&loss.by_release));
+        flights.row(&format!("solved for {misread_deg_s} deg/s more less solved"), cells(&loss.misread));
+        out += &format!("\n{}", flights.text());
+        if *unsolved > 0 {
+            out += &format!("{unsolved} of {drawn} releases have no plan of their own and are left out.\n");
+        }
+        if *clamped > 0 {
+            let far = farthest.iter().zip(AXIS_WORDS).filter(|(x, _)| **x > 0.0);
+            let far: Vec<String> =
+                far.map(|(x, (words, units))| format!("{words} {}", short(x * units, 4))).collect();
+            out += &format!(
+                "{clamped} of {drawn} releases lie outside the grid, at most: {}.\n",
+                far.join(", ")
+            );
+        }
+        let verdict = match loss.is_small() {
+            true if loss.by_release.p99 <= GRID_LOSS_MOST => format!("ok, at most {GRID_LOSS_MOST}"),
+            true => format!(
+                "ok: more than {GRID_LOSS_MOST}, but no more than a pitch rate read {misread_deg_s} deg/s wrong"
+            ),
+            false => format!("EXCEEDED, at most {GRID_LOSS_MOST}: a finer grid"),
+        };
+        out + &format!("\nLoss of J_TPF at p99 {}: {verdict}\n", fixed(loss.by_release.p99, 4))
+    }
+
+    /// The object of `--json` and of `plan_grid.json`; wall times in the former alone.
+    pub fn json(&self, seconds: Option<[f64; 2]>) -> String {
+        let axes = GRID_COLUMNS.into_iter().zip(self.axes.points()).map(|((axis, scale), points)| {
+            let points: Vec<f64> = points.iter().map(|x| x * scale).collect();
+            object! { axis: axis, points: points }
+        });
+        text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            gains: &self.mission.control.gains_name,
+            axes: axes.collect::<Vec<_>>(),
+            plans: self.axes.count(),
+            nodes: self.nodes,
+            bytes: self.bytes,
+            loss: self.judged.as_ref().map(judgement_json),
+            #[serde(flatten)] times: seconds.map(|[solve_s, flight_s]| {
+                object! { solve_s: solve_s, flight_s: flight_s }
+            }),
+        })
+    }
+}
+
+fn judgement_json(judged: &GridJudgement) -> impl Serialize {
+    let spread = |s: &Spread| object! { min: s.min, p50: s.p50, p99: s.p99, max: s.max };
+    let loss = &judged.loss;
+    let farthest = judged.farthest.iter().zip(GRID_COLUMNS);
+    let outside: Vec<f64> = farthest.map(|(x, (_, scale))| x * scale).collect();
+    object! {
+        releases: judged.drawn,
+        unsolved: judged.unsolved,
+        outside: judged.clamped,
+        outside_at_most: outside,
+        j_tpf_solved: spread(&loss.solved),
+        j_tpf_interpolated: spread(&loss.interpolated),
+        j_tpf_nominal_plan: spread(&loss.nominal),
+        by_release: spread(&loss.by_release),
+        misread: spread(&loss.misread),
+        p99_most: GRID_LOSS_MOST,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use samara_core::assess::GridFlight;
+
+    /// The verdict follows the loss at p99, and what lies outside is said in the terminal's units.
+    #[test]
+    fn a_loss_above_the_bar_is_exceeded() {
+        let mission = Mission::shipped("titan_drop").unwrap();
+        let axes = GridAxes::even(&samara_study::plan_grid::grid_ranges(&mission), [2, 1, 3, 3]).unwrap();
+        let flown = |interpolated: f64, misread: f64| {
+            let state = [0.0, 3.67, 1.0, 0.0];
+            let flight = Some(GridFlight { solved: 0.5, interpolated, misread, nominal: 0.6 });
+            GridJudgement::of(&[JudgedRelease { state, place: axes.place(&state), flight }])
+        };
+        let report = |judged| PlanGridReport { mission: &mission, axes: &axes, nodes: 38, bytes: 7, judged };
+        let good = report(Some(flown(0.505, 0.5)));
+        assert!(good.is_good() && good.text(None).contains("Loss of J_TPF at p99 0.0050: ok, at most 0.01"));
+        assert!(good.text(None).contains("1 of 1 releases lie outside the grid, at most: pitch [deg] 4"));
+        let alike = report(Some(flown(0.52, 0.53)));
+        assert!(alike.is_good() && alike.text(None).contains("0.0200: ok: more than 0.01, but no more than"));
+        let bad = report(Some(flown(0.52, 0.51)));
+        assert!(!bad.is_good() && bad.text(None).contains("EXCEEDED"), "{}", bad.text(None));
+        assert!(bad.json(None).contains("\"outside\": 1") && !bad.json(None).contains("solve_s"));
+        assert!(report(None).is_good() && report(None).json(None).contains("\"loss\": null"));
+    }
+}

@@ -1,0 +1,259 @@
+//! Results of a search of rare failures: the probability with its interval, the levels on the way to it, and
+//! the most likely failure; for the terminal, as CSV and JSON.
+
+use std::fmt::Write as _;
+
+use serde::Serialize;
+
+use super::columns::{probability, probability_at_least, probability_at_most, short};
+use super::json::{head, object, text};
+use super::study::grid::Grid;
+use samara_core::assess::coordinates::{DrawnQuantity, DrawnTrial, Part};
+use samara_core::assess::rare::{Estimate, Level, Nearest, RareFound};
+use samara_core::units::DEG_PER_RAD;
+use samara_mission::Mission;
+
+/// Places at which the probability of reaching a cost is shown.
+const PLACES: usize = 80;
+
+/// A search that is over.
+#[derive(Clone, Debug)]
+pub struct RareReport<'a> {
+    /// The mission.
+    pub mission: &'a Mission,
+    /// Whether the controller's unknowns were drawn too.
+    pub unknowns: bool,
+    /// What was found.
+    pub found: RareFound,
+    /// The quantities that were drawn, with their coordinates.
+    pub parts: Vec<Part>,
+    /// What is drawn at the most likely failure.
+    pub nearest: Option<DrawnTrial>,
+}
+
+/// What a quantity of a trial is, where it is a number, with its unit.
+fn value(quantity: DrawnQuantity, drawn: &DrawnTrial) -> Option<String> {
+    let variation = &drawn.variation;
+    let percent = |factor: f64| Some(format!("{:+.2} %", 100.0 * (factor - 1.0)));
+    match quantity {
+        DrawnQuantity::Amplitude => Some(format!("{:.3} deg", drawn.release.amplitude_rad * DEG_PER_RAD)),
+        DrawnQuantity::Phase => Some(format!("{:.2} deg", drawn.release.phase_rad * DEG_PER_RAD)),
+        DrawnQuantity::Mass => percent(variation.mass),
+        DrawnQuantity::Inertia => percent(variation.inertia),
+        DrawnQuantity::Drag => percent(variation.aero[0]),
+        DrawnQuantity::PitchingMoment => percent(variation.aero[2]),
+        DrawnQuantity::Density => percent(variation.density),
+        DrawnQuantity::Wind => Some(format!("{:+.3} m/s", variation.wind_m_s[0])),
+        DrawnQuantity::Lateness => {
+            Some(if variation.delayed { "a period late" } else { "in time" }.to_owned())
+        }
+        _ => None,
+    }
+}
+
+/// The part of a quantity in the distance of the most likely failure.
+struct Share {
+    key: &'static str,
+    words: &'static str,
+    value: Option<String>,
+    /// The coordinate, or the length of all of them where there are several.
+    deviations: f64,
+    /// Share of the square of the distance.
+    share: f64,
+}
+
+impl RareReport<'_> {
+    fn shares(&self, nearest: &Nearest) -> Vec<Share> {
+        let mut shares: Vec<Share> = Vec::new();
+        for Part { quantity, range } in &self.parts {
+            let column = nearest.point.get(range.clone()).unwrap_or_default();
+            let square: f64 = column.iter().map(|z| z * z).sum();
+            let share = square / (nearest.distance * nearest.distance).max(f64::MIN_POSITIVE);
+            let (key, words) = (quantity.key(), quantity.words());
+            match shares.last_mut().filter(|last| last.key == key) {
+                Some(last) => {
+                    last.deviations = (last.deviations * last.deviations + square).sqrt();
+                    last.share += share;
+                }
+                None => {
+                    let one = (column.len() == 1).then(|| column.first().copied()).flatten();
+                    let value = self.nearest.as_ref().and_then(|drawn| value(*quantity, drawn));
+                    let deviations = one.unwrap_or(square.sqrt());
+                    shares.push(Share { key, words, value, deviations, share });
+                }
+            }
+        }
+        shares
+    }
+
+    /// What was found, in a sentence.
+    pub fn sentence(&self) -> String {
+        let RareFound { search, .. } = &self.found;
+        let Estimate { probability: p, low, high, variation } = self.found.estimate();
+        let event = format!("J_TPF at or above {}", short(search.bound, 6));
+        let least = probability(search.least);
+        let at_most = probability_at_most(high);
+        if self.found.ascents.iter().any(|ascent| ascent.stalled) && p == 0.0 {
+            return format!(
+                "{event} was never met, and J_TPF is the same in too many flights to go on: at most {at_most} at 95 %"
+            );
+        }
+        if self.found.is_below() {
+            return format!("{event}: below {least} at 95 %, at most {at_most}");
+        }
+        if p == 0.0 {
+            return format!(
+                "{event} was never met, which is not enough for {least}: at most {at_most} at 95 %"
+            );
+        }
+        format!(
+            "{event} has a probability of {} ({} to {at_most} at 95 %), coefficient of variation {variation:.2}",
+            probability(p),
+            probability_at_least(low),
+        )
+    }
+
+    /// The tables.
+    pub fn text(&self) -> String {
+        let Mission { name, control, seed, .. } = self.mission;
+        let RareFound { search, ascents, nearest, scored } = &self.found;
+        let with = if self.unknowns { ", with the controller's unknowns" } else { "" };
+        let mut out = format!(
+            "{name}: how often J_TPF reaches {}, down to {}, gains {}, seed {seed}{with}; {} coordinates, {scored} flights\n\n{}\n\n",
+            short(search.bound, 6),
+            probability(search.least),
+            control.gains_name,
+            self.parts.last().map_or(0, |part| part.range.end),
+            self.sentence(),
+        );
+        let head = ["level", "populations", "J_TPF from", "to", "reached by", "steps accepted"];
+        let mut grid = Grid::new("Levels: the populations' thresholds, and how often they are reached", head);
+        let highest = ascents.iter().map(|ascent| ascent.levels.len()).max().unwrap_or(0);
+        for k in 1..highest {
+            let levels: Vec<&Level> = ascents.iter().filter_map(|ascent| ascent.levels.get(k)).collect();
+            let of = |f: fn(&Level) -> f64| levels.iter().map(|level| f(level)).collect::<Vec<f64>>();
+            let (thresholds, count) = (of(|level| level.threshold), levels.len() as f64);
+            let mean = |values: Vec<f64>| values.into_iter().sum::<f64>() / count;
+            grid.row(
+                &k.to_string(),
+                [
+                    levels.len().to_string(),
+                    format!("{:.4}", thresholds.iter().copied().fold(f64::INFINITY, f64::min)),
+                    format!("{:.4}", thresholds.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
+                    probability(mean(of(|level| level.probability))),
+                    format!("{:.0} %", 100.0 * mean(of(|level| level.accepted))),
+                ],
+            );
+        }
+        out += &grid.text();
+        let Some(nearest) = nearest else { return out };
+        let _ = writeln!(
+            out,
+            "\nThe most likely failure that was found: J_TPF {:.4}, {:.2} standard deviations from the nominal trial\n",
+            nearest.score, nearest.distance
+        );
+        let head = ["quantity", "drawn", "standard deviations", "share"];
+        let mut grid = Grid::new("What makes it fail", head);
+        for Share { words, value, deviations, share, .. } in self.shares(nearest) {
+            let value = value.unwrap_or_default();
+            grid.row(words, [value, format!("{deviations:.3}"), format!("{:.1} %", 100.0 * share)]);
+        }
+        out += &grid.text();
+        out
+    }
+
+    /// The probability of reaching each of some costs, from that which half of the trials reach to the bound
+    /// or, below it, to the highest threshold of all populations.
+    pub fn curve(&self) -> Vec<(f64, Estimate)> {
+        let ascents = &self.found.ascents;
+        let firsts = ascents.iter().filter_map(|ascent| ascent.levels.first());
+        let medians = firsts.filter_map(|level| level.scores.get(level.scores.len() / 2)).copied();
+        let low = medians.fold(f64::INFINITY, f64::min);
+        let met = self.found.estimate().probability > 0.0;
+        let top = ascents.iter().map(|ascent| ascent.top()).fold(f64::INFINITY, f64::min);
+        let high = if met { self.found.search.bound } else { top.min(self.found.search.bound) };
+        if !(low.is_finite() && high.is_finite() && low < high) {
+            return Vec::new();
+        }
+        let place = |k: usize| low + (high - low) * k as f64 / PLACES as f64;
+        (0..=PLACES).map(place).map(|x| (x, self.found.exceedance(x))).collect()
+    }
+
+    /// The probability of reaching each cost of [`Self::curve`]: `rare.csv`.
+    pub fn csv(&self) -> String {
+        let mut out = self.mission.stamp().csv_comment() + "j_tpf,probability,low,high\n";
+        for (x, Estimate { probability, low, high, .. }) in self.curve() {
+            let _ = writeln!(out, "{x:?},{probability:?},{low:?},{high:?}");
+        }
+        out
+    }
+
+    /// The object of `--json` and of `rare.json`.
+    pub fn json(&self) -> String {
+        let RareFound { search, ascents, nearest, scored } = &self.found;
+        let Estimate { probability, low, high, variation } = self.found.estimate();
+        let populations = ascents.iter().map(|ascent| {
+            let levels = ascent.levels.iter().map(|level| {
+                object! {
+                    threshold: level.threshold.is_finite().then_some(level.threshold),
+                    probability: level.probability,
+                    points: level.scores.len(),
+                    accepted: level.accepted,
+                }
+            });
+            object! {
+                probability: ascent.exceedance(search.bound),
+                stalled: ascent.stalled,
+                levels: levels.collect::<Vec<_>>(),
+            }
+        });
+        text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            gains: &self.mission.control.gains_name,
+            bound: search.bound,
+            least: search.least,
+            unknowns: self.unknowns,
+            per_level: search.per_level,
+            coordinates: self.parts.last().map_or(0, |part| part.range.end),
+            flights: scored,
+            probability: probability,
+            low: low,
+            high: high,
+            variation: variation.is_finite().then_some(variation),
+            below: self.found.is_below(),
+            populations: populations.collect::<Vec<_>>(),
+            most_likely: nearest.as_ref().map(|nearest| self.nearest_json(nearest)),
+        })
+    }
+
+    fn nearest_json(&self, nearest: &Nearest) -> impl Serialize {
+        let shares = self.shares(nearest).into_iter().map(|share| {
+            object! {
+                key: share.key,
+                quantity: share.words,
+                value: share.value,
+                deviations: share.deviations,
+                share: share.share,
+            }
+        });
+        object! {
+            j_tpf: nearest.score.is_finite().then_some(nearest.score),
+            distance: nearest.distance,
+            quantities: shares.collect::<Vec<_>>(),
+        }
+    }
+
+    /// The most likely failure with all of its coordinates, to be flown again: `rare_failure.json`.
+    pub fn failure_json(&self) -> Option<String> {
+        let nearest = self.found.nearest.as_ref()?;
+        Some(text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            gains: &self.mission.control.gains_name,
+            bound: self.found.search.bound,
+            unknowns: self.unknowns,
+            j_tpf: nearest.score.is_finite().then_some(nearest.score),
+            distance: nearest.distance,
+            coordinates: &nearest.point,
+        }))
+    }
+}

@@ -1,0 +1,174 @@
+//! Drops along one plan and along plans that are renewed: table, JSON and rows of [`samara_study::replan`].
+
+use serde::Serialize;
+
+use super::effects::{change, compared_json, failed, number, p99, summary};
+use super::json::{head, object, text};
+use super::outcome::{column_names, push_cells};
+use super::study::grid::Grid;
+use samara_core::assess::outcome::{ALTITUDE_LOST, COMPARED, J_TPF, STEADY_AFTER};
+use samara_mission::Mission;
+use samara_study::effects::JudgedDrop;
+use samara_study::replan::{ReplanDrop, ReplanRow};
+
+/// A campaign of drops flown alike.
+#[derive(Clone, Debug)]
+pub struct ReplanCampaign {
+    /// How they were flown.
+    pub row: ReplanRow,
+    /// The trials, in their order.
+    pub drops: Vec<ReplanDrop>,
+}
+
+/// Campaigns along one plan and along renewed ones.
+#[derive(Clone, Debug)]
+pub struct ReplanReport<'a> {
+    /// The mission.
+    pub mission: &'a Mission,
+    /// The autopilot that flew them over the wire; `None`: the cascade without one.
+    pub autopilot: Option<&'static str>,
+    /// The campaigns, in the order of [`ReplanRow::campaigns`]: differences are from the first.
+    pub campaigns: Vec<ReplanCampaign>,
+}
+
+impl ReplanCampaign {
+    fn flown(&self) -> Vec<JudgedDrop> {
+        self.drops.iter().map(|drop| drop.drop).collect()
+    }
+
+    fn sum(&self, of: fn(&ReplanDrop) -> usize) -> usize {
+        self.drops.iter().map(of).sum()
+    }
+
+    /// Share of the trials whose J_TPF is below that of the same trial of another campaign [%].
+    fn better_percent(&self, other: &Self) -> f64 {
+        let pairs = self.drops.iter().zip(&other.drops);
+        let better = pairs.filter(|(a, b)| a.drop.outcome.j_tpf < b.drop.outcome.j_tpf).count();
+        100.0 * better as f64 / self.drops.len().max(1) as f64
+    }
+}
+
+impl ReplanReport<'_> {
+    /// The table.
+    pub fn text(&self) -> String {
+        let mission = self.mission;
+        let trials = self.campaigns.first().map_or(0, |campaign| campaign.drops.len());
+        let settings = &mission.replan.settings;
+        let mut grid = Grid::new(
+            "Plans renewed during the drop, the same drops in each row",
+            [
+                "",
+                "gains",
+                "J_TPF",
+                "change",
+                "+-",
+                "better in",
+                "p99",
+                "worst",
+                &STEADY_AFTER.head(),
+                &ALTITUDE_LOST.head(),
+                "failed",
+                "renewed",
+                "kept",
+            ],
+        );
+        let base = self.campaigns.first();
+        for (i, campaign) in self.campaigns.iter().enumerate() {
+            let (flown, cost) = (campaign.flown(), &J_TPF);
+            let from = base.filter(|_| i > 0);
+            let changed = from.map(|base| change(&flown, &base.flown(), cost));
+            let (mean, half) = changed.map_or((f64::NAN, f64::NAN), |change| {
+                let (low, high) = change.mean_interval();
+                (change.mean(), 0.5 * (high - low))
+            });
+            let signed = if mean.is_finite() { format!("{mean:+.4}") } else { "-".to_owned() };
+            let better =
+                from.map_or("-".to_owned(), |base| format!("{:.0} %", campaign.better_percent(base)));
+            grid.row(
+                &campaign.row.words(),
+                [
+                    campaign.row.gains_name.clone(),
+                    number(summary(&flown, cost).mean(), 4),
+                    signed,
+                    number(half, 4),
+                    better,
+                    number(p99(&flown, cost), 4),
+                    number(summary(&flown, cost).max(), 4),
+                    number(summary(&flown, &STEADY_AFTER).mean(), STEADY_AFTER.decimals),
+                    number(summary(&flown, &ALTITUDE_LOST).mean(), ALTITUDE_LOST.decimals),
+                    failed(&flown).to_string(),
+                    campaign.sum(|drop| drop.renewed).to_string(),
+                    campaign.sum(|drop| drop.kept).to_string(),
+                ],
+            );
+        }
+        format!(
+            "{}: {trials} drops for each row{}, seed {}; a renewed plan takes effect {} s after its measurement, at most {} \
+             iterations\n\n{}\nchange is of the mean from the first row, trial by trial; +- the half width of its 95 % interval; \
+             better in: the share of the drops whose J_TPF is below the first row's.\n",
+            mission.name,
+            self.autopilot.map_or(String::new(), |name| format!(" by {name}")),
+            mission.seed,
+            settings.latency_s,
+            settings.iterations,
+            grid.text()
+        )
+    }
+
+    /// The object of `--json` and of `replan.json`.
+    pub fn json(&self) -> String {
+        let settings = &self.mission.replan.settings;
+        let campaigns = self.campaigns.iter().enumerate();
+        let campaigns = campaigns
+            .map(|(i, campaign)| self.campaign_json(campaign, self.campaigns.first().filter(|_| i > 0)));
+        text(&object! {
+            #[serde(flatten)] head: head(self.mission),
+            #[serde(flatten)] autopilot: self.autopilot.map(|name| object! { autopilot: name }),
+            latency_s: settings.latency_s,
+            iterations: settings.iterations,
+            campaigns: campaigns.collect::<Vec<_>>(),
+        })
+    }
+
+    fn campaign_json(&self, campaign: &ReplanCampaign, base: Option<&ReplanCampaign>) -> impl Serialize {
+        let flown = campaign.flown();
+        let from = base.map(ReplanCampaign::flown);
+        object! {
+            name: campaign.row.name(),
+            replan: campaign.row.cadence.map(|cadence| cadence.to_string()),
+            feed_forward: campaign.row.feed_forward,
+            gains: &campaign.row.gains_name,
+            trials: campaign.drops.len(),
+            failed: failed(&flown),
+            better_percent: base.map(|base| campaign.better_percent(base)),
+            renewed: campaign.sum(|drop| drop.renewed),
+            kept: campaign.sum(|drop| drop.kept),
+            solver_iterations: campaign.sum(|drop| drop.iterations),
+            measures: compared_json(&flown, from.as_deref()),
+        }
+    }
+
+    /// Every drop, a row each: `replan.csv`.
+    pub fn csv(&self) -> String {
+        let mut out = format!(
+            "{}# drops of {} along one plan and along renewed ones\ntrial,replan,gains,{},safe,renewed,kept,iterations\n",
+            self.mission.stamp().csv_comment(),
+            self.mission.name,
+            column_names(&COMPARED)
+        );
+        for ReplanCampaign { row, drops } in &self.campaigns {
+            for (trial, flown) in drops.iter().enumerate() {
+                out += &format!("{trial},{},{}", row.name(), row.gains_name);
+                push_cells(&mut out, Some(&flown.drop.outcome), &COMPARED);
+                out += &format!(
+                    ",{},{},{},{}\n",
+                    u8::from(flown.drop.safe),
+                    flown.renewed,
+                    flown.kept,
+                    flown.iterations
+                );
+            }
+        }
+        out
+    }
+}

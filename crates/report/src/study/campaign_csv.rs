@@ -1,0 +1,187 @@
+//! `campaign_<name>.csv`: every trial of a campaign, its random numbers and its outcome, a line each.
+//!
+//! Comment lines at the top hold version, seed, hash of the inputs, controller and gains; the header row
+//! names each column with its unit. They leave out the number of trials: a campaign that is broken off
+//! is the beginning of a longer one, and [`parse_row`] reads back, to the bit, what [`write_row`] wrote.
+
+use std::fmt::Write as _;
+
+use crate::outcome::push_cells;
+use samara_core::assess::outcome::{J_TPF, Quantity, of_flights};
+use samara_core::assess::{Outcome, RandomRelease, StudyEntry, StudyReference};
+use samara_core::frames::pitch;
+use samara_core::units::DEG_PER_RAD;
+use samara_mission::Mission;
+
+/// Columns of what was drawn, and of the state at t = 0.
+const DRAWN: [&str; 6] = ["theta_0_deg", "phi_deg", "vn_m_s", "vd_m_s", "pitch_deg", "pitch_rate_deg_s"];
+
+/// Name of a campaign's file.
+pub fn file_name(entry: &StudyEntry) -> String {
+    format!("campaign_{}.csv", entry.name)
+}
+
+/// The lines before the first trial.
+pub fn header(mission: &Mission, entry: &StudyEntry) -> String {
+    let stamp = mission.stamp();
+    let reference = match entry.reference {
+        StudyReference::Step => "target velocity as a step",
+        StudyReference::Optimal => "velocity of the optimal trajectory",
+    };
+    let gains = entry.gains().map_or(String::new(), |gains| format!(" {:?}", gains.as_longitudinal()));
+    let StudyEntry { name, gains_name, .. } = entry;
+    let stamp = stamp.csv_comment();
+    format!(
+        "{stamp}# campaign {name}: gains {gains_name}{gains}, {reference}\ntrial,{}\n",
+        columns().collect::<Vec<_>>().join(",")
+    )
+}
+
+/// What was drawn for a trial, amplitude and phase of the swing [deg], and its state at t = 0: velocity north
+/// and down [m/s], pitch [deg], pitch rate [deg/s].
+pub fn drawn(release: &RandomRelease) -> [f64; DRAWN.len()] {
+    let state = &release.state;
+    [
+        release.amplitude_rad * DEG_PER_RAD,
+        release.phase_rad * DEG_PER_RAD,
+        state.v_ned.x,
+        state.v_ned.z,
+        pitch(state.q_ned_from_body) * DEG_PER_RAD,
+        state.omega_body.y * DEG_PER_RAD,
+    ]
+}
+
+/// Appends a trial's line.
+pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &Outcome) {
+    // Writing to a String cannot fail. `{:?}` is the shortest text that reads back to the same number.
+    let _ = write!(text, "{}", release.trial);
+    for x in drawn(release) {
+        let _ = write!(text, ",{x:?}");
+    }
+    push_cells(text, Some(outcome), of_flights());
+    text.push('\n');
+}
+
+/// The columns of a campaign's file behind the trial's number: the name, which ends in the unit, and a value
+/// for each trial; not a number where it has none, and a J_TPF of infinity.
+pub fn trial_columns<'a>(
+    trials: impl IntoIterator<Item = (&'a RandomRelease, &'a Outcome)>,
+) -> Vec<(&'static str, Vec<f64>)> {
+    let mut columns: Vec<_> = columns().map(|name| (name, Vec::new())).collect();
+    for (release, outcome) in trials {
+        let lost = |quantity: &Quantity| if *quantity == J_TPF { f64::INFINITY } else { f64::NAN };
+        let measured = of_flights().map(|quantity| quantity.of(outcome).unwrap_or_else(|| lost(quantity)));
+        let values = drawn(release).into_iter().chain(measured);
+        columns.iter_mut().zip(values).for_each(|((_, column), x)| column.push(x));
+    }
+    columns
+}
+
+/// Names of the columns behind the trial's number.
+pub fn columns() -> impl Iterator<Item = &'static str> {
+    DRAWN.into_iter().chain(of_flights().map(|quantity| quantity.key))
+}
+
+/// Why a line is not the expected trial.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RowError {
+    /// The line does not consist of numbers.
+    #[error("{} numbers are expected", 1 + columns().count())]
+    NotNumbers,
+    /// The trial was drawn by another seed or distribution, or is out of order.
+    #[error("this is not trial {0} of this mission and seed")]
+    OtherTrial(u64),
+}
+
+/// Reads a trial's line (without its end) back; it must be that of `expected`.
+///
+/// # Errors
+/// [`RowError`] when it is not.
+pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<Outcome, RowError> {
+    let (trial, rest) = line.split_once(',').ok_or(RowError::NotNumbers)?;
+    let number = |cell: &str| (!cell.is_empty()).then(|| cell.parse()).transpose();
+    let numbers: Result<Vec<Option<f64>>, std::num::ParseFloatError> = rest.split(',').map(number).collect();
+    let outcome = outcome_of(&numbers.map_err(|_| RowError::NotNumbers)?, expected)?;
+    if trial.parse() == Ok(expected.trial) { Ok(outcome) } else { Err(RowError::OtherTrial(expected.trial)) }
+}
+
+/// What came of a trial, from the numbers of its [`columns`]; it must be that of `expected`.
+///
+/// # Errors
+/// [`RowError`] when it is not.
+pub fn outcome_of(numbers: &[Option<f64>], expected: &RandomRelease) -> Result<Outcome, RowError> {
+    let (found, measured) = numbers.split_at_checked(DRAWN.len()).ok_or(RowError::NotNumbers)?;
+    if measured.len() != of_flights().count() || found.contains(&None) {
+        return Err(RowError::NotNumbers);
+    }
+    let [amplitude, phase, ..] = drawn(expected).map(Some);
+    if found[..2] != [amplitude, phase] {
+        return Err(RowError::OtherTrial(expected.trial));
+    }
+    let mut outcome = Outcome::default();
+    of_flights().zip(measured).for_each(|(quantity, x)| quantity.put(&mut outcome, *x));
+    Ok(outcome)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::Vector3;
+    use samara_core::frames::quaternion_from_euler;
+    use samara_core::model::rigid_body::BodyState;
+
+    fn trial() -> (RandomRelease, Outcome) {
+        let state = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: quaternion_from_euler(0.0, 0.1, 0.0),
+            v_ned: Vector3::new(1.0 / 3.0, 0.0, 3.675),
+            omega_body: Vector3::new(0.0, -0.2, 0.0),
+        };
+        let release = RandomRelease { trial: 41, amplitude_rad: 0.1 + 0.2, phase_rad: -3.0, state };
+        let outcome = Outcome {
+            j_tpf: 0.55 + 1e-16,
+            peak_speed_m_s: 6.6,
+            peak_pitch_deg: 0.4,
+            peak_pitch_rate_deg_s: 0.0,
+            peak_roll_deg: 0.2,
+            peak_roll_rate_deg_s: 1e-300,
+            ve_end_m_s: 1e-17,
+            vd_end_m_s: f64::INFINITY,
+            peak_tilt_deg: 0.4,
+            way_east_m: 1e-7,
+            altitude_lost_m: 20.0 / 3.0,
+            steady_after_s: Some(1.9),
+            ..Outcome::default()
+        };
+        (release, outcome)
+    }
+
+    #[test]
+    fn prop_a_row_reads_back_to_the_bit() {
+        let (release, outcome) = trial();
+        let mut text = String::new();
+        write_row(&mut text, &release, &outcome);
+        assert_eq!(text.split(',').count(), 1 + columns().count());
+        assert_eq!(parse_row(text.trim_end(), &release), Ok(outcome));
+        let never = Outcome { steady_after_s: None, ..outcome };
+        text.clear();
+        write_row(&mut text, &release, &never);
+        assert!(text.contains(",,"), "{text}");
+        assert_eq!(parse_row(text.trim_end(), &release), Ok(never));
+    }
+
+    #[test]
+    fn a_row_of_another_trial_or_seed_is_refused() {
+        let (release, outcome) = trial();
+        let mut text = String::new();
+        write_row(&mut text, &release, &outcome);
+        let line = text.trim_end();
+        let other = RandomRelease { trial: 42, ..release };
+        assert_eq!(parse_row(line, &other), Err(RowError::OtherTrial(42)));
+        let other = RandomRelease { phase_rad: 3.0, ..release };
+        assert_eq!(parse_row(line, &other), Err(RowError::OtherTrial(41)));
+        for bad in ["", "41", &line[..line.len() - 20], &format!("{line},1"), &line.replace("6.6", "six")] {
+            assert_eq!(parse_row(bad, &release), Err(RowError::NotNumbers), "{bad}");
+        }
+    }
+}
