@@ -44,7 +44,7 @@ fn reference_the_shipped_tables_between_their_knots() {
         let Rotor::BladeElement(table) = &vehicle.rotor else { panic!() };
         let mut stream = Stream::new(7, Purpose::Dice, 0);
         let mut errors = [Vec::new(), Vec::new(), Vec::new()];
-        for _ in 0..1500 {
+        for _ in 0..6000 {
             let omega = fastest_rad_s * stream.uniform();
             let v = fastest_m_s * stream.uniform();
             let climb = v * (2.0 * stream.uniform() - 1.0);
