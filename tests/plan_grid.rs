@@ -193,12 +193,15 @@ fn refusals_say_what_is_expected() {
     let file = folder.path().join("free.json");
     fs::write(&file, text).unwrap();
     refused(&["plan", &file.display().to_string(), "--grid"], "nodes at times of their own");
-    // Nothing brings down one that goes up so fast within its horizon.
+    // No plan is found for one that goes up and north at 1400 m/s.
     small(&["--grid-check", "0"], folder.path());
     let words = ["plan", "x500_drop", "--nodes", "12", "--terminal-tolerance", "0.001", "--grid=1x1x1x2"];
-    let output = samara(&[&words[..], &["--grid-range", "v_down=-900:-900"]].concat(), folder.path());
+    let output = samara(
+        &[&words[..], &["--grid-range", "v_north=990:990,v_down=-990:-990,pitch_rate=-26:26"]].concat(),
+        folder.path(),
+    );
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(said(&output).contains("no grid: 2 of 2 grid points have no plan"), "{}", said(&output));
-    assert!(said(&output).contains("-900.00 m/s down"), "{}", said(&output));
+    assert!(said(&output).contains("-990.00 m/s down"), "{}", said(&output));
     assert!(!folder.path().join("plan_grid.bin").exists() && folder.path().join("plan.json").exists());
 }

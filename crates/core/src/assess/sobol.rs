@@ -264,9 +264,9 @@ mod tests {
         assert_eq!((still.deviation, still.total[0]), (0.0, Index::default()));
     }
 
-    /// A point in a thousand has an output of 100, all others that of a normal sum: five sixths of the variance
-    /// are a few rows', which is said. Of the sum alone `P(chi^2 > x)` with two degrees of freedom has half by 18.7
-    /// % of the rows.
+    /// A point in a thousand has an output of 100, all others that of a normal sum: five sixths of the
+    /// variance are a few rows', which is said. Of the sum alone `P(chi^2 > x)` with two degrees of freedom has
+    /// half by 18.7 % of the rows.
     #[test]
     fn closed_form_a_few_rows_that_carry_the_variance_are_marked() {
         let study = SobolStudy { points: 4000, seed: 2 };
