@@ -265,8 +265,8 @@ mod tests {
     }
 
     /// A point in a thousand has an output of 100, all others that of a normal sum: five sixths of the
-    /// variance are a few rows', which is said. Of the sum alone `P(chi^2 > x)` with two degrees of freedom has
-    /// half by 18.7 % of the rows.
+    /// variance are a few rows', which is said. Of the sum alone `P(chi^2 > x)` with two degrees of freedom
+    /// has half by 18.7 % of the rows.
     #[test]
     fn closed_form_a_few_rows_that_carry_the_variance_are_marked() {
         let study = SobolStudy { points: 4000, seed: 2 };
