@@ -150,7 +150,8 @@ mod tests {
     }
 
     /// Of each seed every purpose, part and number has a stream of its own (the compiler keeps the numbers of
-    /// purposes apart). Of 64 random bits each, these 40 000 streams begin alike by chance once in 2e10 tests.
+    /// purposes apart). Of 64 random bits each, these 40 000 streams begin alike by chance once in 2e10
+    /// tests.
     #[test]
     fn prop_no_two_streams_meet() {
         let purposes = [

@@ -1,4 +1,5 @@
-//! The register of random numbers: what each stream is drawn for, and which numbers the trials of a study have.
+//! The register of random numbers: what each stream is drawn for, and which numbers the trials of a study
+//! have.
 //!
 //! Whoever needs random numbers takes a line here, and no other place invents the number of a stream or of a
 //! trial.
