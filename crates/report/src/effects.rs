@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
+use super::document::Grid;
 use super::json::{head, object, text};
 use super::outcome::{column_names, push_cells};
-use super::study::grid::Grid;
 use samara_core::assess::outcome::{COMPARED, J_TPF};
 use samara_core::assess::{Quantity, Summary};
 use samara_mission::{Effect, Mission};

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use serde::{Deserialize, Serialize};
 
 use super::columns::short;
+use super::document::Grid;
 use super::json::{head, object, text};
-use super::study::grid::Grid;
 use samara_core::assess::envelope::search::{CONFIDENCE, PROBABILITY};
 use samara_core::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Fan, Ray};
 use samara_mission::Mission;

@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::columns::fixed;
+use super::document::Grid;
 use super::json::{head, object, text};
-use super::study::grid::Grid;
 use samara_core::assess::free_fall::rules::{Rule, TIMES_S};
 use samara_core::assess::free_fall::{DESCENT_S, Descent, FoundRelease, FreeFallStudy, ReleaseTrial};
 use samara_core::assess::{Share, rate_bound};

@@ -20,6 +20,7 @@
 //! | [`px4_gains`] | gains for PX4 beside its defaults |
 //! | [`figure`] | SVG figures |
 //! | [`mcap`] | the drop for Foxglove, Rerun and PlotJuggler |
+//! | [`document`] | what a study says as a value, and what it is rendered as |
 //! | [`replay`] | the page on which a drop is seen again |
 //! | [`shell`] | commands as a shell reads them back |
 //! | [`card`] | the release card: all evidence on one page |
@@ -49,6 +50,7 @@ mod columns;
 pub mod cut;
 mod derived;
 pub mod design;
+pub mod document;
 pub mod drops;
 pub mod effects;
 pub mod envelope;

@@ -3,8 +3,8 @@
 use serde::Serialize;
 
 use super::columns::{fixed, short};
+use super::document::Grid;
 use super::json::{head, object, text};
-use super::study::grid::Grid;
 use samara_core::assess::{GRID_LOSS_MOST, GridLoss, MISREAD_RATE_RAD_S, Spread};
 use samara_core::plan::grid::{AXES, GridAxes, GridState};
 use samara_core::units::DEG_PER_RAD;

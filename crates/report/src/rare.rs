@@ -6,8 +6,8 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::columns::{probability, probability_at_least, probability_at_most, short};
+use super::document::Grid;
 use super::json::{head, object, text};
-use super::study::grid::Grid;
 use samara_core::assess::coordinates::{DrawnQuantity, DrawnTrial, Part};
 use samara_core::assess::rare::{Estimate, Level, Nearest, RareFound};
 use samara_core::units::DEG_PER_RAD;

@@ -2,10 +2,10 @@
 
 use serde::Serialize;
 
+use super::document::Grid;
 use super::effects::{change, compared_json, failed, number, p99, summary};
 use super::json::{head, object, text};
 use super::outcome::{column_names, push_cells};
-use super::study::grid::Grid;
 use samara_core::assess::outcome::{ALTITUDE_LOST, COMPARED, J_TPF, STEADY_AFTER};
 use samara_mission::Mission;
 use samara_study::effects::JudgedDrop;

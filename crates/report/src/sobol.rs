@@ -3,8 +3,8 @@
 use std::fmt::Write as _;
 
 use super::columns::short;
+use super::document::Grid;
 use super::json::{head, object, text};
-use super::study::grid::Grid;
 use samara_core::assess::coordinates::CoordinateGroup;
 use samara_core::assess::outcome::{ALTITUDE_LOST, J_TPF, STEADY_AFTER};
 use samara_core::assess::sobol::{Index, Sensitivity, SobolStudy};

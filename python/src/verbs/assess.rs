@@ -5,11 +5,10 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use samara::assess::{Limits, Outcome, RandomRelease, SafetyStudy, StudyEntry, tracking};
 use samara::config::Mission;
+use samara::report::campaign::document::{Beside, document};
 use samara::report::campaign::exact::MeasureValues;
 use samara::report::campaign::own::named;
-use samara::report::campaign::{
-    CampaignReport, CampaignSummary, CaseRecord, Keep, TrialRecord, json, tables,
-};
+use samara::report::campaign::{CampaignReport, CampaignSummary, CaseRecord, Keep, TrialRecord, json};
 use samara::report::study::campaign_csv::trial_columns;
 use samara::study::own::{FLOWN_BY, fly_case, own_entries};
 
@@ -145,10 +144,11 @@ fn fly_all(
         campaigns,
         tracking_period_s: tracking::control_period_s(&plan.trajectory),
     };
+    let said = document(&report, Beside::default());
     Ok(Assessed {
         json: json::json(&report, None),
-        text: tables::text(&report),
-        sentence: tables::verdict(&report),
+        text: said.text(),
+        sentence: said.verdict.1,
         safe: report.safe(),
         campaigns: flown,
     })

@@ -7,10 +7,10 @@ use crate::cli::answer::Failure;
 use samara::assess::{StudyEntry, StudyReference, TraceInstant};
 use samara::frames::pitch;
 use samara::model::rigid_body::BodyState;
+use samara::report::document::Figure;
 use samara::report::figure::{
     PathGroup, StudyStyle, TrialPoint, costs_figure, paths_figure, velocities_figure,
 };
-use samara::report::study::page::Figure;
 use samara::report::study::{Assessment, label};
 use samara::tune::ReleaseCase;
 

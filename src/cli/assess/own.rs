@@ -14,12 +14,11 @@ use crate::cli::system::Stopwatch;
 use samara::assess::outcome::COUNTED;
 use samara::assess::{StudyEntry, tracking};
 use samara::plan::Plan;
+use samara::report::campaign::document::{Beside, document};
 use samara::report::campaign::own::named;
-use samara::report::campaign::{
-    CampaignReport, CaseRecord, NamedCampaign, footprint, json, junit, page, tables,
-};
+use samara::report::campaign::{CampaignReport, CaseRecord, NamedCampaign, footprint, json};
+use samara::report::document::Figure;
 use samara::report::figure::{Distribution, FigureError, distribution_figure};
-use samara::report::study::page::Figure;
 use samara::study::own::{FLOWN_BY, fly_case, own_entries};
 use samara::tune::ReleaseCase;
 
@@ -63,14 +62,13 @@ pub fn report(
     };
     let drawn = figures::of_own(runner, &campaigns[0])?;
     let files: Vec<String> = report.campaigns.iter().filter_map(|c| c.file.clone()).collect();
-    runner
-        .folder
-        .write_text("assess.txt", &format!("{}\n{}\n", tables::text(&report), tables::verdict(&report)))?;
+    let said = document(&report, Beside::default());
+    let texts = [said.text(), said.verdict.1];
+    runner.folder.write_text("assess.txt", &format!("{}\n{}\n", texts[0], texts[1]))?;
     runner.folder.write_text("assess.json", &json::json(&report, None))?;
     let beside = ["assess.txt", "assess.json", "trajectory.csv", "plan.json", "plan.svg"].map(str::to_owned);
     write_page(runner.folder, &report, ["assess", ""], drawn, &[&files[..], &beside].concat())?;
     finish(args, runner)?;
-    let texts = [tables::text(&report), tables::verdict(&report)];
     command::report(args, runner, flown, |pace| json::json(&report, pace), texts)?;
     Ok(Answer::from(report.safe()))
 }
@@ -100,8 +98,10 @@ pub fn write_page(
     let footprint = ["geojson", "kml"].map(|ending| format!("{prefix}footprint.{ending}"));
     folder.write_text(&footprint[0], &footprint::geojson(report))?;
     folder.write_text(&footprint[1], &footprint::kml(report))?;
-    folder.write_text(&format!("{prefix}junit.xml"), &junit::junit(report))?;
-    folder.write_text(&format!("{page}.html"), &page::page(report, &figures, &footprint, files)).map(|_| ())
+    let beside = Beside { figures, footprint: Some(footprint), files: files.to_vec() };
+    let document = document(report, beside);
+    folder.write_text(&format!("{prefix}junit.xml"), &document.junit(&report.mission.name))?;
+    folder.write_text(&format!("{page}.html"), &document.page()).map(|_| ())
 }
 
 /// The figure of what the campaigns are about; none where no trial has a number.

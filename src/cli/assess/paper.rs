@@ -12,7 +12,8 @@ use samara::assess::{StudyEntry, StudyReference, tracking};
 use samara::config::Mission;
 use samara::control::{ControlError, Gains};
 use samara::plan::Plan;
-use samara::report::study::{Assessed, Assessment, CaseResult, OURS, page, records, tables};
+use samara::report::study::document::document;
+use samara::report::study::{Assessed, Assessment, CaseResult, OURS, records};
 use samara::study::controller::{along_plan, controller_with};
 
 /// Flies the study.
@@ -32,7 +33,8 @@ pub fn run(
     let assessment = assessment(args, plan, runner, &campaigns)?;
     write(&assessment, runner, &campaigns)?;
     finish(args, runner)?;
-    let texts = [tables::assess_text(&assessment), tables::verdict(&assessment)];
+    let document = document(&assessment, &[]);
+    let texts = [document.text(), document.verdict.1];
     command::report(
         args,
         runner,
@@ -110,13 +112,14 @@ fn write(
     campaigns: &[FlownCampaign; 4],
 ) -> Result<(), Failure> {
     let drawn = figures::draw(assessment, runner, campaigns)?;
+    let document = document(assessment, &drawn);
     let files = [
-        ("assess.txt", tables::assess_text(assessment) + &tables::verdict(assessment) + "\n"),
+        ("assess.txt", format!("{}\n{}\n", document.text(), document.verdict.1)),
         ("assess.json", records::assess_json(assessment, None)),
         ("table4.csv", records::table_4_csv(assessment)),
         ("table5.csv", records::table_5_csv(assessment)),
         ("campaigns.csv", records::campaigns_csv(assessment)),
-        ("assess.html", page::page(assessment, &drawn)),
+        ("assess.html", document.page()),
     ];
     for (name, text) in &files {
         runner.folder.write_text(name, text)?;

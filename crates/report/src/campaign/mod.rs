@@ -4,19 +4,17 @@
 //! | file | holds |
 //! |---|---|
 //! | [`own`] | the controllers, the release cases and the names of campaigns of a mission's own gains |
-//! | [`tables`] | the tables, the verdict in a sentence, the text for the terminal |
+//! | [`tables`] | the tables, the verdict in a sentence |
 //! | [`json`] | the object of `--json` and of `assess.json` |
-//! | [`junit`] | release cases, campaigns and failed trials as test cases |
-//! | [`page`] | `assess.html` |
+//! | [`document`] | all that is said of them, for terminal, page and continuous integration |
 //! | [`footprint`] | where the vehicles were when the plan ended, as GeoJSON and as KML |
 //! | [`exact`] | exact quantiles, where every trial is kept |
 
+pub mod document;
 pub mod exact;
 pub mod footprint;
 pub mod json;
-pub mod junit;
 pub mod own;
-pub mod page;
 pub mod tables;
 
 use serde::{Deserialize, Serialize};

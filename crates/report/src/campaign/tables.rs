@@ -1,8 +1,8 @@
 //! A campaign's tables, the verdict in a sentence, and the whole text for the terminal.
 
 use super::{CampaignReport, CampaignSummary, NamedCampaign, TrialRecord};
-use crate::study::grid::Grid;
-use crate::study::tables::{INTERVALS, probability_digits, probability_interval, tracking_note};
+use crate::document::Grid;
+use crate::study::tables::{probability_digits, probability_interval};
 use samara_core::assess::QUANTILES;
 use samara_core::assess::outcome::{COUNTED, Quantity};
 
@@ -129,27 +129,6 @@ pub fn worst(report: &CampaignReport<'_>) -> Grid {
         grid.row(&t.trial.to_string(), cells(t));
     }
     grid
-}
-
-/// The campaigns as text; the verdict is the caller's last line.
-pub fn text(report: &CampaignReport<'_>) -> String {
-    let mut text = format!("flown by {}; plan's J_TPF {:.4}\n\n", report.flown_by, report.plan_j_tpf);
-    for campaign in &report.campaigns {
-        text += &(measures(report, campaign).text() + "\n");
-    }
-    if !report.cases.is_empty() {
-        text += &format!(
-            "{}{}\n\n",
-            cases(report).text(),
-            tracking_note(report.mission, report.tracking_period_s)
-        );
-    }
-    text += &(worst(report).text() + "\n" + &campaigns(report).text() + "\n");
-    let again = report.judged().and_then(|campaign| campaign.summary.worst.first());
-    if let Some(t) = again {
-        text += &format!("{} --only {}     # the worst trial alone\n", report.alone, t.trial);
-    }
-    text + &format!("{INTERVALS}\n")
 }
 
 #[cfg(test)]

@@ -13,6 +13,8 @@ pub struct Grid {
     pub head: Vec<String>,
     /// Rows, as long as the head.
     pub rows: Vec<TableRow>,
+    /// Whether its cells are words more than numbers: on a page they are set to the left.
+    pub words: bool,
 }
 
 /// A row of a table.
@@ -27,7 +29,8 @@ pub struct TableRow {
 impl Grid {
     /// An empty table.
     pub fn new(title: &str, head: impl IntoIterator<Item = impl Into<String>>) -> Self {
-        Self { title: title.to_owned(), head: head.into_iter().map(Into::into).collect(), rows: Vec::new() }
+        let head = head.into_iter().map(Into::into).collect();
+        Self { title: title.to_owned(), head, ..Self::default() }
     }
 
     /// Adds a row.
@@ -74,8 +77,8 @@ impl Grid {
         text
     }
 
-    /// The table as HTML with a caption; `class` of its figure.
-    pub fn html(&self, class: &str) -> Html {
+    /// The table as HTML with a caption.
+    pub fn html(&self) -> Html {
         let head = self.head.iter().map(|cell| el("th").attribute("scope", "col").rich(cell)).sum();
         let row = |row: &TableRow| {
             let cells = row.cells.iter().enumerate().map(|(i, cell)| match i {
@@ -87,7 +90,7 @@ impl Grid {
         let caption = el("caption").rich(&self.title).line();
         let body = el("tbody").around(self.rows.iter().map(row).sum()).line();
         let table = el("table").around(caption + el("thead").of(el("tr").of(head)).line() + body);
-        el("figure").class(class).of(table).line()
+        el("figure").class(if self.words { "table words" } else { "table" }).of(table).line()
     }
 }
 
@@ -101,7 +104,7 @@ mod tests {
         grid.row("first", ["1".to_owned(), "2".to_owned()]);
         grid.aside("paper", ["10".to_owned(), String::new()]);
         assert_eq!(grid.text(), "a < b\ncase      J  long head\nfirst     1          2\n  paper  10\n");
-        let html = grid.html("table").into_string();
+        let html = grid.html().into_string();
         assert!(
             html.contains("<caption>a &lt; b</caption>") && html.contains("<tr class=\"aside\"><th"),
             "{html}"

@@ -7,15 +7,14 @@
 //! | [`records`] | the rows of the tables; `--json` and the CSV files |
 //! | [`findings`] | which claims of the paper are reproduced, and why others are not |
 //! | [`readings`] | what the paper leaves open and what is chosen here, and its slips of print |
-//! | [`grid`], [`tables`] | the tables, as text and as HTML |
+//! | [`tables`] | its tables |
 //! | [`only`] | one trial alone |
-//! | [`page`] | `assess.html` |
+//! | [`document`] | all that is said of it, for terminal and page |
 
 pub mod campaign_csv;
+pub mod document;
 pub mod findings;
-pub mod grid;
 pub mod only;
-pub mod page;
 pub mod readings;
 pub mod records;
 pub mod tables;

@@ -1,8 +1,8 @@
 //! One trial alone: its random numbers and its outcome with each controller.
 
 use super::campaign_csv::drawn;
-use super::grid::Grid;
 use super::label;
+use crate::document::Grid;
 use crate::json::{head, object, text};
 use crate::outcome::OutcomeObject;
 use samara_core::assess::{Outcome, RandomRelease, StudyEntry};

@@ -1,9 +1,8 @@
-//! The study's tables - gains, release cases, campaigns, reproduced claims - and its whole text for the
-//! terminal.
+//! Tables of the paper's study: gains, release cases, campaigns, reproduced claims.
 
-use super::findings::{Finding, findings};
-use super::grid::Grid;
+use super::findings::Finding;
 use super::{Assessed, Assessment, label};
+use crate::document::Grid;
 use crate::tune::NAMES;
 use samara_core::assess::{paper, tracking};
 use samara_core::control::Gains;
@@ -117,6 +116,7 @@ pub fn campaigns(a: &Assessment<'_>) -> Grid {
 /// Table of the reproduced and missed claims.
 pub fn reproduction(all: &[Finding]) -> Grid {
     let mut grid = Grid::new("The paper's findings", ["finding", "the paper", "here", "bar", "verdict"]);
+    grid.words = true;
     for f in all {
         grid.row(&f.claim, [f.paper.clone(), f.here.clone(), f.bar.clone(), f.verdict().to_owned()]);
     }
@@ -135,41 +135,6 @@ pub fn tracking_note(mission: &Mission, period_s: f64) -> String {
 /// Explanation of intervals and probability.
 pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pearson's exact one for the probability. Standard deviations with n - 1.";
 
-/// The whole study as text; the verdict is the caller's last line.
-pub fn assess_text(a: &Assessment<'_>) -> String {
-    let mut text = format!(
-        "optimal trajectory: objective {:.6}, J_TPF {:.4}, at its nodes {:.4}{}\n\n",
-        a.plan_objective,
-        a.plan.j_tpf,
-        a.plan.j_tpf_at_nodes,
-        if a.is_the_papers { format!(" (the paper: {})", paper::PLAN_J_TPF) } else { String::new() }
-    );
-    for grid in [table_4(a), table_5(a), campaigns(a)] {
-        text += &grid.text();
-        text.push('\n');
-    }
-    text += &format!("{}\n{INTERVALS}\n\n", tracking_note(a.mission, a.tracking_period_s));
-    let found = findings(a);
-    if !found.is_empty() {
-        text += "The paper's findings\n";
-        for f in &found {
-            let why = f.why.map_or(String::new(), |why| format!(". {why}"));
-            let line = format!(
-                "{}: {}: {} here, {} in the paper ({}){why}",
-                f.verdict(),
-                f.claim,
-                f.here,
-                f.paper,
-                f.bar
-            );
-            text += &wrapped(&line, 118);
-        }
-        text += "What the paper leaves open and is chosen here, PX4's reading of its law, and its slips of print: assess.html\n";
-        text.push('\n');
-    }
-    text
-}
-
 /// The study's answer in one sentence.
 pub fn verdict(a: &Assessment<'_>) -> String {
     let (unsafe_trials, ours) = (a.ours().tally.safe.misses(), label(&a.ours().entry));
@@ -183,25 +148,6 @@ pub fn verdict(a: &Assessment<'_>) -> String {
     } else {
         format!("{ours}: NOT safe, J_TPF at or above {} in {unsafe_trials} of {} trials", a.bound, a.trials)
     }
-}
-
-/// A paragraph wrapped to lines of at most `width`, the first flush, the others indented.
-fn wrapped(paragraph: &str, width: usize) -> String {
-    let (mut text, mut length) = (String::new(), 0);
-    for word in paragraph.split_whitespace() {
-        let n = word.chars().count();
-        // A unit stays with its number.
-        if length > 0 && length + 1 + n > width && !word.starts_with('%') {
-            text += "\n  ";
-            length = 2;
-        } else if length > 0 {
-            text.push(' ');
-            length += 1;
-        }
-        text += word;
-        length += n;
-    }
-    text + "\n"
 }
 
 #[cfg(test)]

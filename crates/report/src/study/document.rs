@@ -1,0 +1,173 @@
+//! What is said of the paper's study: verdict, tables, figures, what is reproduced and what is not, and how to
+//! make it again.
+
+use std::fmt::Write as _;
+
+use super::findings::{Finding, findings};
+use super::readings::{ANOTHER_READING, CHOICES, SLIPS};
+use super::tables::{INTERVALS, campaigns, reproduction, table_4, table_5, tracking_note, verdict};
+use super::{Assessment, OURS, campaign_csv};
+use crate::document::{Document, Figure, Part, Section};
+use crate::html::{Html, el, paragraph};
+use crate::json::VERSION;
+use samara_core::assess::paper;
+use samara_core::units::DEG_PER_RAD;
+use samara_mission::Mission;
+
+/// The document of a study with its figures.
+pub fn document(a: &Assessment<'_>, figures: &[Figure]) -> Document {
+    let m = a.mission;
+    let before = format!(
+        "Vehicle {}, released from its parachute; the study of section V of T. I. Opazo and J. W. Langelaan, ",
+        m.vehicle_name
+    );
+    let title = "Longitudinal control of transition to powered flight for a parachute-dropped multirotor";
+    let about = paragraph("soft", Html::text(&before) + el("i").text(title) + Html::text("."));
+    let plan = format!(
+        "optimal trajectory: objective {:.6}, J_TPF {:.4}, at its nodes {:.4}{}\n",
+        a.plan_objective,
+        a.plan.j_tpf,
+        a.plan.j_tpf_at_nodes,
+        if a.is_the_papers { format!(" (the paper: {})", paper::PLAN_J_TPF) } else { String::new() }
+    );
+    let cases = vec![
+        Part::Table(table_5(a)),
+        Part::Remark(tracking_note(a.mission, a.tracking_period_s)),
+        Part::Table(table_4(a)),
+    ];
+    let mut sections = vec![
+        Section { id: "campaigns", title: "Campaigns", parts: of_campaigns(a) },
+        Section { id: "cases", title: "Release cases and gains", parts: cases },
+        Section { id: "paper", title: "What of the paper is reproduced", parts: reproduced(&findings(a)) },
+    ];
+    if a.is_the_papers {
+        sections.extend(readings());
+    }
+    let figures = figures.iter().cloned().map(Part::Figure).collect();
+    sections.push(Section { id: "figures", title: "Figures", parts: figures });
+    sections.push(Section { id: "origin", title: "How this was made", parts: made_by(a) });
+    Document {
+        title: format!("Safety of the transition to powered flight: {}", m.name),
+        tab: format!("Safety of {}", m.name),
+        verdict: (a.safe(), verdict(a)),
+        lead: vec![Part::OnPage(about), Part::OnTerminal(plan)],
+        sections,
+        checks: Vec::new(),
+    }
+}
+
+fn of_campaigns(a: &Assessment<'_>) -> Vec<Part> {
+    let what_counts = format!(
+        "J_state is the largest share of a safety limit - speed, pitch or pitch rate, and out of the plane roll or roll rate - at an instant (47)-(50), \
+         J_TPF its maximum over a flight (51); at 1 a limit is reached. Flights start at the end of the release delay with \
+         the rotors at rest, on the plant with speed controllers, motors and rotors, controlled at 100 Hz, for {} s.",
+        a.mission.plan.horizon_s
+    );
+    let explained = Part::OnPage(paragraph("", Html::rich(&what_counts)));
+    vec![explained, Part::Table(campaigns(a)), Part::Remark(INTERVALS.to_owned())]
+}
+
+fn reproduced(found: &[Finding]) -> Vec<Part> {
+    if found.is_empty() {
+        let nothing =
+            "This is not the paper's vehicle or mission: there is nothing of the paper's to stand beside it.";
+        return vec![Part::OnPage(paragraph("", Html::text(nothing)))];
+    }
+    let why_not = found.iter().filter(|f| !f.reproduced).map(|f| {
+        let claim = el("strong").of(Html::text("Not reproduced: ") + Html::rich(&f.claim) + Html::text("."));
+        paragraph("", claim + Html::text(" ") + Html::rich(f.why.unwrap_or_default()))
+    });
+    let mut lines = "The paper's findings\n".to_owned();
+    for f in found {
+        let why = f.why.map_or(String::new(), |why| format!(". {why}"));
+        let Finding { claim, here, paper, bar, .. } = f;
+        let line = format!("{}: {claim}: {here} here, {paper} in the paper ({bar}){why}", f.verdict());
+        lines += &wrapped(&line, 118);
+    }
+    let more = "What the paper leaves open and is chosen here, PX4's reading of its law, and its slips of print: assess.html";
+    // Writing to a String cannot fail.
+    let _ = writeln!(lines, "{more}");
+    let on_page = reproduction(found).html() + why_not.sum();
+    vec![Part::OnPage(on_page), Part::OnTerminal(lines)]
+}
+
+/// What the paper leaves open, another reading of its law, and its slips of print.
+fn readings() -> [Section; 3] {
+    let choices = CHOICES.iter().map(|(what, chosen)| (el("dt").rich(what) + el("dd").rich(chosen)).line());
+    let another = ANOTHER_READING.iter().map(|text| paragraph("", Html::rich(text)));
+    let slips = SLIPS.iter().map(|slip| el("li").rich(slip).line());
+    let section = |id, title, html| Section { id, title, parts: vec![Part::OnPage(html)] };
+    [
+        section("open", "What the paper leaves open", el("dl").around(choices.sum()).line()),
+        section("reading", "Another reading of the control law", another.sum()),
+        section("slips", "Slips of print in the paper", el("ul").around(slips.sum()).line()),
+    ]
+}
+
+fn made_by(a: &Assessment<'_>) -> Vec<Part> {
+    let m = a.mission;
+    let plan = format!(
+        "objective {:.6}, J_TPF {:.4}, at its nodes {:.4}, {} nodes over {} s",
+        a.plan_objective, a.plan.j_tpf, a.plan.j_tpf_at_nodes, m.plan.nodes, m.plan.horizon_s
+    );
+    let files: Vec<String> = a.assessed.iter().map(|x| campaign_csv::file_name(&x.entry)).collect();
+    let commands =
+        format!("{}\n{} --only 0     # trial 0 alone, with its flight log and figure", a.command, a.alone);
+    let again = format!(
+        "The same command gives the same bytes, on any number of threads. Campaign \u{201c}{OURS}\u{201d} is flown with the gains named above."
+    );
+    let files = Html::rich(&files.join(", "));
+    origin(m, ("optimal trajectory", plan), ("every trial", files), &commands, &again)
+}
+
+/// How a document was made: the program, its inputs, the plan, the releases, the files beside it, commands
+/// that make it again, and a remark.
+pub(crate) fn origin(
+    m: &Mission,
+    (plan_name, plan): (&'static str, String),
+    files: (&'static str, Html),
+    commands: &str,
+    again: &str,
+) -> Vec<Part> {
+    let monte_carlo = &m.study.monte_carlo;
+    let releases = format!(
+        "amplitude theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, streams of its own for each trial",
+        monte_carlo.amplitude_sigma_rad * DEG_PER_RAD,
+        monte_carlo.omega_rad_s,
+        monte_carlo.length_m
+    );
+    let facts = [
+        ("program", format!("samara {VERSION}")),
+        ("inputs, SHA-256", m.inputs.hash.clone()),
+        ("seed", m.seed.to_string()),
+        ("gains", m.control.gains_name.clone()),
+        (plan_name, plan),
+        ("releases", releases),
+    ];
+    let facts = facts.map(|(name, value)| (name, Html::rich(&value)));
+    let again = paragraph("soft", Html::text(again));
+    vec![
+        Part::Facts(facts.into_iter().chain([files]).collect()),
+        Part::Commands(commands.to_owned()),
+        Part::OnPage(again),
+    ]
+}
+
+/// A paragraph wrapped to lines of at most `width`, the first flush, the others indented.
+fn wrapped(paragraph: &str, width: usize) -> String {
+    let (mut text, mut length) = (String::new(), 0);
+    for word in paragraph.split_whitespace() {
+        let n = word.chars().count();
+        // A unit stays with its number.
+        if length > 0 && length + 1 + n > width && !word.starts_with('%') {
+            text += "\n  ";
+            length = 2;
+        } else if length > 0 {
+            text.push(' ');
+            length += 1;
+        }
+        text += word;
+        length += n;
+    }
+    text + "\n"
+}
