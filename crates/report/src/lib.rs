@@ -37,6 +37,7 @@
 //! | [`rare`] | probabilities of rare failures: tables, the most likely failure |
 //! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the table |
+//! | [`rows`] | the columns of a table, declared once, and what is made of them |
 //! | `shard` | parts of a campaign that are flown apart: rows as Parquet, statistics (feature `shards`) |
 //! | [`sobol`] | what decides a drop: Sobol's indices |
 //! | [`study`] | the safety study: tables, trials, page |
@@ -77,6 +78,7 @@ pub mod rare;
 pub mod repeats;
 pub mod replan;
 pub mod replay;
+pub mod rows;
 #[cfg(feature = "shards")]
 pub mod shard;
 pub mod shell;

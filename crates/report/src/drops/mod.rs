@@ -11,50 +11,64 @@ use std::fmt::Write as _;
 
 use crate::columns::columns;
 use crate::json::{head, object, text};
-use crate::outcome::{column_names, push_cells};
+use crate::rows::Columns;
 use samara_core::assess::outcome::{QUANTITIES, TALLIED};
-use samara_core::assess::{BlockError, BlockSummary, RandomDrop};
+use samara_core::assess::{BlockError, BlockSummary};
 use samara_core::units::DEG_PER_RAD;
 use samara_mission::Mission;
 pub use trial::{DropTrial, TrialFile, TrialFileError};
 
-const DRAWN: &str = "trial,theta_0_deg,phi_deg,wind_n_m_s,wind_e_m_s,noise_seed";
+/// What was drawn for a drop, the columns that all its tables begin with.
+pub(crate) fn drawn_columns() -> Columns<DropTrial> {
+    Columns::<DropTrial>::default()
+        .whole("trial", "number of the trial", |row| row.drawn.trial)
+        .number("theta_0_deg", "the draw: amplitude of the swing", |row| {
+            row.drawn.amplitude_rad * DEG_PER_RAD
+        })
+        .number("phi_deg", "the draw: phase of the swing", |row| row.drawn.phase_rad * DEG_PER_RAD)
+        .number("wind_n_m_s", "the draw: wind at the release", |row| row.drawn.wind_ned_m_s.x)
+        .number("wind_e_m_s", "the draw: wind at the release", |row| row.drawn.wind_ned_m_s.y)
+}
 
-/// Columns of what the cut gave the vehicle, where that is random.
-const TIP_OFF: &str =
-    ",tip_off_p_deg_s,tip_off_q_deg_s,tip_off_r_deg_s,tip_off_vx_m_s,tip_off_vy_m_s,tip_off_vz_m_s";
+/// Behind some columns those of what came of a drop, with this between the names of limits.
+pub(crate) fn outcome_columns(columns: Columns<DropTrial>, between: &'static str) -> Columns<DropTrial> {
+    let limits = move |row: &DropTrial| row.outcome.map(|_| row.limits_passed.join(between));
+    columns
+        .quantities(&QUANTITIES, |row| row.outcome.as_ref())
+        .word("limits_passed", "names of the limits that were passed", limits)
+        .text("failure", "why it counts as failed, if it does", |row| row.failure.clone())
+}
+
+/// The columns of a campaign's file; `tipped`: whether what the cut gives the vehicle is random.
+pub(crate) fn columns_of(tipped: bool) -> Columns<DropTrial> {
+    const RATES: [&str; 3] = ["tip_off_p_deg_s", "tip_off_q_deg_s", "tip_off_r_deg_s"];
+    const VELOCITIES: [&str; 3] = ["tip_off_vx_m_s", "tip_off_vy_m_s", "tip_off_vz_m_s"];
+    const ABOUT: &str = "what the cut gave, where that is random: body rates and velocity, in body axes";
+    let seed = drawn_columns().whole("noise_seed", "the draw: seed of the noise", |row| row.drawn.seed);
+    (0..if tipped { 6 } else { 0 }).fold(outcome_columns(seed, " "), |columns, i| match i {
+        0..3 => columns.number(RATES[i], ABOUT, move |row| row.drawn.tip_off.omega_body[i] * DEG_PER_RAD),
+        _ => columns.number(VELOCITIES[i - 3], ABOUT, move |row| row.drawn.tip_off.v_body[i - 3]),
+    })
+}
+
+fn columns_for(mission: &Mission) -> Columns<DropTrial> {
+    columns_of(!mission.study.monte_carlo.tip_off_sigma.is_none())
+}
 
 /// The lines before the first trial.
 pub fn header(mission: &Mission, autopilot: &str) -> String {
     format!(
-        "{}# drops of {} by {autopilot}, gains {}\n{DRAWN},{},limits_passed,failure{}\n",
+        "{}# drops of {} by {autopilot}, gains {}\n{}\n",
         mission.stamp().csv_comment(),
         mission.name,
         mission.control.gains_name,
-        column_names(&QUANTITIES),
-        if mission.study.monte_carlo.tip_off_sigma.is_none() { "" } else { TIP_OFF },
+        columns_for(mission).names(),
     )
 }
 
 /// The line of a trial; what it has not got is left empty.
 pub fn row(mission: &Mission, trial: &DropTrial) -> String {
-    let RandomDrop { trial: number, amplitude_rad, phase_rad, wind_ned_m_s: wind, tip_off, seed } =
-        &trial.drawn;
-    let (amplitude_deg, phase_deg) = (amplitude_rad * DEG_PER_RAD, phase_rad * DEG_PER_RAD);
-    let mut line = format!("{number},{amplitude_deg:?},{phase_deg:?},{:?},{:?},{seed}", wind.x, wind.y);
-    push_cells(&mut line, trial.outcome.as_ref(), &QUANTITIES);
-    let limits = trial.limits_passed.join(" ");
-    let failure = trial.failure.as_deref().unwrap_or_default().replace('"', "'").replace('\n', "; ");
-    // Writing to a String cannot fail.
-    let _ = write!(line, ",{limits},\"{failure}\"");
-    if !mission.study.monte_carlo.tip_off_sigma.is_none() {
-        let rates = tip_off.omega_body.iter().map(|rate| rate * DEG_PER_RAD);
-        rates.chain(tip_off.v_body.iter().copied()).for_each(|x| {
-            let _ = write!(line, ",{x:?}");
-        });
-    }
-    line.push('\n');
-    line
+    columns_for(mission).line(trial)
 }
 
 /// What a campaign came to.

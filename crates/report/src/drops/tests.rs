@@ -4,6 +4,7 @@ use nalgebra::Vector3;
 
 use super::*;
 use samara_core::assess::Outcome;
+use samara_core::assess::RandomDrop;
 use samara_core::model::parachute::TipOff;
 use samara_mission::Mission;
 

@@ -24,6 +24,13 @@ pub struct DropTrial {
     pub failure: Option<String>,
 }
 
+impl DropTrial {
+    /// A drop of which nothing is known but what was drawn.
+    pub fn drawn(drawn: RandomDrop) -> Self {
+        Self { drawn, outcome: None, limits_passed: Vec::new(), failure: None }
+    }
+}
+
 /// A drop's file cannot be a part of the campaign.
 #[derive(Debug, thiserror::Error)]
 pub enum TrialFileError {

@@ -1,55 +1,72 @@
 //! The rows of a part: the columns of the campaign's CSV file, under the same names, and why a trial failed.
 
 use super::{Column, ShardError, Table, Values};
-use crate::drops::DropTrial;
-use crate::study::campaign_csv::{columns, drawn, outcome_of};
-use samara_core::assess::outcome::{QUANTITIES, of_flights};
+use crate::drops::{DropTrial, drawn_columns, outcome_columns};
+use crate::rows::{Columns, Found, Value};
+pub use crate::study::campaign_csv::StudyRow;
+use crate::study::campaign_csv::columns;
 use samara_core::assess::{Outcome, RandomRelease};
-use samara_core::units::DEG_PER_RAD;
 use samara_mission::Mission;
 
 const CAMPAIGN: &str = "campaign";
 const TRIAL: &str = "trial";
-const FAILURE: &str = "failure";
-const LIMITS: &str = "limits_passed";
-/// Between the names of limits; no name has it.
-const BETWEEN: &str = ", ";
 
-/// A flight from t = 0 that is kept.
-#[derive(Clone, Debug, PartialEq)]
-pub struct StudyRow {
-    /// What was drawn.
-    pub release: RandomRelease,
-    /// What came of it.
-    pub outcome: Outcome,
-    /// Why it counts as failed, if it does.
-    pub failure: Option<String>,
+impl<R> Columns<R> {
+    /// Rows as a table.
+    fn table(&self, rows: &[R]) -> Table {
+        // A whole number as Parquet's signed integers have it.
+        let signed = |n: u64| i64::try_from(n).unwrap_or(i64::MAX);
+        let values = |value: &Value<R>| match value {
+            Value::Number(of) => {
+                Values::Number(rows.iter().map(|row| Some(of(row)).filter(|x| x.is_finite())).collect())
+            }
+            Value::Whole(of) => Values::Whole(rows.iter().map(|row| signed(of(row))).collect()),
+            Value::Flag(of) => Values::Whole(rows.iter().map(|row| of(row).into()).collect()),
+            Value::Text(of, _) => Values::Text(rows.iter().map(of).collect()),
+        };
+        let column = |name: &str, values| Column { name: name.to_owned(), values };
+        Table { columns: self.0.iter().map(|of| column(of.name, values(&of.value))).collect() }
+    }
+
+    /// Rows with what stands in a table; each begins as `begin` makes it of its place and its trial's number,
+    /// unless that is none.
+    fn rows(&self, table: &Table, begin: impl Fn(usize, u64) -> Option<R>) -> Result<Vec<R>, ShardError> {
+        let columns = self.0.iter().map(|column| Ok((column, table.column(column.name)?)));
+        let columns = columns.collect::<Result<Vec<_>, ShardError>>()?;
+        let whole = |n: i64, name| u64::try_from(n).map_err(|_| ShardError::NotAShard(name));
+        let mut rows = Vec::new();
+        for (place, trial) in table.wholes(TRIAL)?.iter().enumerate() {
+            let Some(mut row) = begin(place, whole(*trial, TRIAL)?) else { continue };
+            for (column, values) in &columns {
+                let found = match (&column.value, values) {
+                    (Value::Number(_), Values::Number(values)) => Found::Number(values[place]),
+                    (Value::Whole(_) | Value::Flag(_), Values::Whole(values)) => {
+                        Found::Whole(whole(values[place], column.name)?)
+                    }
+                    (Value::Text(..), Values::Text(values)) => Found::Text(values[place].as_deref()),
+                    _ => return Err(ShardError::NotAShard(column.name)),
+                };
+                if !column.take(&mut row, found) {
+                    return Err(ShardError::NotAShard("trials of this mission and seed"));
+                }
+            }
+            rows.push(row);
+        }
+        Ok(rows)
+    }
 }
 
-fn column(name: &str, values: Values) -> Column {
-    Column { name: name.to_owned(), values }
-}
-
-/// A trial's number, as Parquet's signed integers have it.
-fn signed(trial: u64) -> i64 {
-    i64::try_from(trial).unwrap_or(i64::MAX)
+/// The columns of a campaign's rows behind its name.
+fn study_columns() -> Columns<StudyRow> {
+    columns().text("failure", "why it counts as failed", |row| row.failure.clone())
 }
 
 /// The table of a campaign's rows.
 pub fn study_table(campaign: &str, rows: &[StudyRow]) -> Table {
-    let mut table = vec![
-        column(CAMPAIGN, Values::Text(vec![Some(campaign.to_owned()); rows.len()])),
-        column(TRIAL, Values::Whole(rows.iter().map(|row| signed(row.release.trial)).collect())),
-    ];
-    let mut measured: Vec<Vec<Option<f64>>> = columns().map(|_| Vec::with_capacity(rows.len())).collect();
-    for StudyRow { release, outcome, .. } in rows {
-        let flown = of_flights().map(|quantity| quantity.of(outcome));
-        let values = drawn(release).into_iter().map(Some).chain(flown);
-        measured.iter_mut().zip(values).for_each(|(column, x)| column.push(x));
-    }
-    table.extend(columns().zip(measured).map(|(name, values)| column(name, Values::Number(values))));
-    table.push(column(FAILURE, Values::Text(rows.iter().map(|row| row.failure.clone()).collect())));
-    Table { columns: table }
+    let mut table = study_columns().table(rows);
+    let values = Values::Text(vec![Some(campaign.to_owned()); rows.len()]);
+    table.columns.insert(0, Column { name: CAMPAIGN.to_owned(), values });
+    table
 }
 
 /// The rows of a campaign in a table: the number of the trial and what came of it; each must be the trial
@@ -62,47 +79,34 @@ pub fn study_rows(
     campaign: &str,
     draw: impl Fn(u64) -> RandomRelease,
 ) -> Result<Vec<(RandomRelease, Outcome)>, ShardError> {
-    let (names, trials) = (table.texts(CAMPAIGN)?, table.wholes(TRIAL)?);
-    let measured = columns().map(|name| table.numbers(name)).collect::<Result<Vec<_>, _>>()?;
-    let mut rows = Vec::new();
-    for (row, trial) in trials.iter().enumerate() {
-        if names[row].as_deref() != Some(campaign) {
-            continue;
-        }
-        let release = draw(u64::try_from(*trial).map_err(|_| ShardError::NotAShard(TRIAL))?);
-        let values: Vec<Option<f64>> = measured.iter().map(|column| column[row]).collect();
-        let outcome = outcome_of(&values, &release);
-        rows.push((release, outcome.map_err(|_| ShardError::NotAShard("trials of this mission and seed"))?));
-    }
-    Ok(rows)
+    let names = table.texts(CAMPAIGN)?;
+    let rows = study_columns().rows(table, |place, trial| {
+        let ours = names[place].as_deref() == Some(campaign);
+        ours.then(|| StudyRow::new(&draw(trial), &Outcome::default()))
+    });
+    Ok(rows?.into_iter().map(|row| (row.release, row.outcome)).collect())
 }
 
-/// Columns of what was drawn for a drop.
-const DRAWN: [&str; 4] = ["theta_0_deg", "phi_deg", "wind_n_m_s", "wind_e_m_s"];
-const RELEASED: &str = "released";
+/// Between the names of limits; no name has it.
+const BETWEEN: &str = ", ";
+
+/// The columns of drops, and how they are read back.
+fn drop_columns() -> Columns<DropTrial> {
+    let drawn = drawn_columns().flag("released", "whether it was released", |row| row.outcome.is_some());
+    outcome_columns(drawn, BETWEEN)
+        .checked(&["theta_0_deg"])
+        .put("released", |row, found| row.outcome = (found != Found::Whole(0)).then(Outcome::default))
+        .put_quantities(|row| row.outcome.as_mut())
+        .put("limits_passed", |row, found| {
+            let names = found.text().unwrap_or_default().split(BETWEEN).filter(|name| !name.is_empty());
+            row.limits_passed = names.map(str::to_owned).collect();
+        })
+        .put("failure", |row, found| row.failure = found.text().map(str::to_owned))
+}
 
 /// The table of drops.
 pub fn drop_table(trials: &[DropTrial]) -> Table {
-    let whole = |of: &dyn Fn(&DropTrial) -> i64| Values::Whole(trials.iter().map(of).collect());
-    let drawn = |trial: &DropTrial| {
-        let drawn = &trial.drawn;
-        let (amplitude_deg, phase_deg) = (drawn.amplitude_rad * DEG_PER_RAD, drawn.phase_rad * DEG_PER_RAD);
-        [amplitude_deg, phase_deg, drawn.wind_ned_m_s.x, drawn.wind_ned_m_s.y]
-    };
-    let mut table = vec![column(TRIAL, whole(&|trial| signed(trial.drawn.trial)))];
-    for (place, name) in DRAWN.into_iter().enumerate() {
-        let values = trials.iter().map(|trial| Some(drawn(trial)[place]));
-        table.push(column(name, Values::Number(values.collect())));
-    }
-    table.push(column(RELEASED, whole(&|trial| i64::from(trial.outcome.is_some()))));
-    for quantity in &QUANTITIES {
-        let value = |trial: &DropTrial| quantity.of(trial.outcome.as_ref()?);
-        table.push(column(quantity.key, Values::Number(trials.iter().map(value).collect())));
-    }
-    let limits = |trial: &DropTrial| trial.outcome.map(|_| trial.limits_passed.join(BETWEEN));
-    table.push(column(LIMITS, Values::Text(trials.iter().map(limits).collect())));
-    table.push(column(FAILURE, Values::Text(trials.iter().map(|trial| trial.failure.clone()).collect())));
-    Table { columns: table }
+    drop_columns().table(trials)
 }
 
 /// The drops of a table, with what a mission draws for each.
@@ -110,26 +114,5 @@ pub fn drop_table(trials: &[DropTrial]) -> Table {
 /// # Errors
 /// [`ShardError`] where a column is missing, or a trial was drawn otherwise.
 pub fn drop_rows(table: &Table, mission: &Mission) -> Result<Vec<DropTrial>, ShardError> {
-    let (trials, released) = (table.wholes(TRIAL)?, table.wholes(RELEASED)?);
-    let (limits, failures) = (table.texts(LIMITS)?, table.texts(FAILURE)?);
-    let amplitudes = table.numbers(DRAWN[0])?;
-    let measured = QUANTITIES.iter().map(|quantity| Ok((quantity, table.numbers(quantity.key)?)));
-    let measured = measured.collect::<Result<Vec<_>, ShardError>>()?;
-    let mut drops = Vec::new();
-    for (row, trial) in trials.iter().enumerate() {
-        let trial = u64::try_from(*trial).map_err(|_| ShardError::NotAShard(TRIAL))?;
-        let drawn = mission.draw_drop(trial);
-        if amplitudes[row] != Some(drawn.amplitude_rad * DEG_PER_RAD) {
-            return Err(ShardError::NotAShard("trials of this mission and seed"));
-        }
-        let outcome = (released[row] != 0).then(|| {
-            let mut outcome = Outcome::default();
-            measured.iter().for_each(|(quantity, values)| quantity.put(&mut outcome, values[row]));
-            outcome
-        });
-        let passed = limits[row].as_deref().unwrap_or_default().split(BETWEEN);
-        let limits_passed = passed.filter(|name| !name.is_empty()).map(str::to_owned).collect();
-        drops.push(DropTrial { drawn, outcome, limits_passed, failure: failures[row].clone() });
-    }
-    Ok(drops)
+    drop_columns().rows(table, |_, trial| Some(DropTrial::drawn(mission.draw_drop(trial))))
 }

@@ -4,17 +4,55 @@
 //! names each column with its unit. They leave out the number of trials: a campaign that is broken off
 //! is the beginning of a longer one, and [`parse_row`] reads back, to the bit, what [`write_row`] wrote.
 
-use std::fmt::Write as _;
+use std::sync::LazyLock;
 
-use crate::outcome::push_cells;
-use samara_core::assess::outcome::{J_TPF, Quantity, of_flights};
+use crate::rows::{Columns, Unread};
+use samara_core::assess::outcome::of_flights;
 use samara_core::assess::{Outcome, RandomRelease, StudyEntry, StudyReference};
 use samara_core::frames::pitch;
 use samara_core::units::DEG_PER_RAD;
 use samara_mission::Mission;
 
+/// A flight from t = 0.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyRow {
+    /// What was drawn.
+    pub release: RandomRelease,
+    /// What came of it.
+    pub outcome: Outcome,
+    /// Why it counts as failed, if it does.
+    pub failure: Option<String>,
+}
+
+impl StudyRow {
+    /// A flight of which nothing is known but what came of it.
+    pub fn new(release: &RandomRelease, outcome: &Outcome) -> Self {
+        Self { release: *release, outcome: *outcome, failure: None }
+    }
+}
+
 /// Columns of what was drawn, and of the state at t = 0.
-const DRAWN: [&str; 6] = ["theta_0_deg", "phi_deg", "vn_m_s", "vd_m_s", "pitch_deg", "pitch_rate_deg_s"];
+const DRAWN: [(&str, &str, fn(&RandomRelease) -> f64); 6] = [
+    ("theta_0_deg", "the draw: amplitude of the swing", |release| release.amplitude_rad * DEG_PER_RAD),
+    ("phi_deg", "the draw: phase of the swing", |release| release.phase_rad * DEG_PER_RAD),
+    ("vn_m_s", "the state at t = 0", |release| release.state.v_ned.x),
+    ("vd_m_s", "the state at t = 0", |release| release.state.v_ned.z),
+    ("pitch_deg", "the state at t = 0", |release| pitch(release.state.q_ned_from_body) * DEG_PER_RAD),
+    ("pitch_rate_deg_s", "the state at t = 0", |release| release.state.omega_body.y * DEG_PER_RAD),
+];
+
+static COLUMNS: LazyLock<Columns<StudyRow>> = LazyLock::new(columns);
+
+/// The columns of a campaign's file.
+pub(crate) fn columns() -> Columns<StudyRow> {
+    let columns =
+        Columns::default().whole("trial", "number of the trial", |row: &StudyRow| row.release.trial);
+    let columns = DRAWN
+        .into_iter()
+        .fold(columns, |columns, (name, about, of)| columns.number(name, about, move |row| of(&row.release)));
+    let columns = columns.quantities(of_flights(), |row| Some(&row.outcome));
+    columns.checked(&["trial", "theta_0_deg", "phi_deg"]).put_quantities(|row| Some(&mut row.outcome))
+}
 
 /// Name of a campaign's file.
 pub fn file_name(entry: &StudyEntry) -> String {
@@ -31,35 +69,18 @@ pub fn header(mission: &Mission, entry: &StudyEntry) -> String {
     let gains = entry.gains().map_or(String::new(), |gains| format!(" {:?}", gains.as_longitudinal()));
     let StudyEntry { name, gains_name, .. } = entry;
     let stamp = stamp.csv_comment();
-    format!(
-        "{stamp}# campaign {name}: gains {gains_name}{gains}, {reference}\ntrial,{}\n",
-        columns().collect::<Vec<_>>().join(",")
-    )
+    format!("{stamp}# campaign {name}: gains {gains_name}{gains}, {reference}\n{}\n", COLUMNS.names())
 }
 
 /// What was drawn for a trial, amplitude and phase of the swing [deg], and its state at t = 0: velocity north
 /// and down [m/s], pitch [deg], pitch rate [deg/s].
 pub fn drawn(release: &RandomRelease) -> [f64; DRAWN.len()] {
-    let state = &release.state;
-    [
-        release.amplitude_rad * DEG_PER_RAD,
-        release.phase_rad * DEG_PER_RAD,
-        state.v_ned.x,
-        state.v_ned.z,
-        pitch(state.q_ned_from_body) * DEG_PER_RAD,
-        state.omega_body.y * DEG_PER_RAD,
-    ]
+    DRAWN.map(|(.., of)| of(release))
 }
 
 /// Appends a trial's line.
 pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &Outcome) {
-    // Writing to a String cannot fail. `{:?}` is the shortest text that reads back to the same number.
-    let _ = write!(text, "{}", release.trial);
-    for x in drawn(release) {
-        let _ = write!(text, ",{x:?}");
-    }
-    push_cells(text, Some(outcome), of_flights());
-    text.push('\n');
+    COLUMNS.push_line(text, &StudyRow::new(release, outcome));
 }
 
 /// The columns of a campaign's file behind the trial's number: the name, which ends in the unit, and a value
@@ -67,26 +88,14 @@ pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &Outcome) 
 pub fn trial_columns<'a>(
     trials: impl IntoIterator<Item = (&'a RandomRelease, &'a Outcome)>,
 ) -> Vec<(&'static str, Vec<f64>)> {
-    let mut columns: Vec<_> = columns().map(|name| (name, Vec::new())).collect();
-    for (release, outcome) in trials {
-        let lost = |quantity: &Quantity| if *quantity == J_TPF { f64::INFINITY } else { f64::NAN };
-        let measured = of_flights().map(|quantity| quantity.of(outcome).unwrap_or_else(|| lost(quantity)));
-        let values = drawn(release).into_iter().chain(measured);
-        columns.iter_mut().zip(values).for_each(|((_, column), x)| column.push(x));
-    }
-    columns
-}
-
-/// Names of the columns behind the trial's number.
-pub fn columns() -> impl Iterator<Item = &'static str> {
-    DRAWN.into_iter().chain(of_flights().map(|quantity| quantity.key))
+    COLUMNS.arrays(trials.into_iter().map(|(release, outcome)| StudyRow::new(release, outcome))).split_off(1)
 }
 
 /// Why a line is not the expected trial.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RowError {
     /// The line does not consist of numbers.
-    #[error("{} numbers are expected", 1 + columns().count())]
+    #[error("{} numbers are expected", COLUMNS.0.len())]
     NotNumbers,
     /// The trial was drawn by another seed or distribution, or is out of order.
     #[error("this is not trial {0} of this mission and seed")]
@@ -98,29 +107,12 @@ pub enum RowError {
 /// # Errors
 /// [`RowError`] when it is not.
 pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<Outcome, RowError> {
-    let (trial, rest) = line.split_once(',').ok_or(RowError::NotNumbers)?;
-    let number = |cell: &str| (!cell.is_empty()).then(|| cell.parse()).transpose();
-    let numbers: Result<Vec<Option<f64>>, std::num::ParseFloatError> = rest.split(',').map(number).collect();
-    let outcome = outcome_of(&numbers.map_err(|_| RowError::NotNumbers)?, expected)?;
-    if trial.parse() == Ok(expected.trial) { Ok(outcome) } else { Err(RowError::OtherTrial(expected.trial)) }
-}
-
-/// What came of a trial, from the numbers of its [`columns`]; it must be that of `expected`.
-///
-/// # Errors
-/// [`RowError`] when it is not.
-pub fn outcome_of(numbers: &[Option<f64>], expected: &RandomRelease) -> Result<Outcome, RowError> {
-    let (found, measured) = numbers.split_at_checked(DRAWN.len()).ok_or(RowError::NotNumbers)?;
-    if measured.len() != of_flights().count() || found.contains(&None) {
-        return Err(RowError::NotNumbers);
+    let mut row = StudyRow::new(expected, &Outcome::default());
+    match COLUMNS.read(line, &mut row) {
+        Ok(()) => Ok(row.outcome),
+        Err(Unread::Cells) => Err(RowError::NotNumbers),
+        Err(Unread::Other) => Err(RowError::OtherTrial(expected.trial)),
     }
-    let [amplitude, phase, ..] = drawn(expected).map(Some);
-    if found[..2] != [amplitude, phase] {
-        return Err(RowError::OtherTrial(expected.trial));
-    }
-    let mut outcome = Outcome::default();
-    of_flights().zip(measured).for_each(|(quantity, x)| quantity.put(&mut outcome, *x));
-    Ok(outcome)
 }
 
 #[cfg(test)]
@@ -161,7 +153,7 @@ mod tests {
         let (release, outcome) = trial();
         let mut text = String::new();
         write_row(&mut text, &release, &outcome);
-        assert_eq!(text.split(',').count(), 1 + columns().count());
+        assert_eq!(text.split(',').count(), COLUMNS.0.len());
         assert_eq!(parse_row(text.trim_end(), &release), Ok(outcome));
         let never = Outcome { steady_after_s: None, ..outcome };
         text.clear();

@@ -219,12 +219,7 @@ impl DropCampaign<'_> {
     /// failure. The files of one that failed are kept where there is a folder for them.
     fn trial(&self, number: u64, place: u16, files: &Files<'_>, stop: &AtomicBool) -> Option<Over> {
         let drawn = self.mission.draw_drop(number);
-        let failed = |why: &Failure| DropTrial {
-            drawn,
-            outcome: None,
-            limits_passed: Vec::new(),
-            failure: Some(why.text()),
-        };
+        let failed = |why: &Failure| DropTrial { failure: Some(why.text()), ..DropTrial::drawn(drawn) };
         let scratch = files.scratch.join(format!("place_{place}"));
         // The files of the trial that was flown here before are not this one's.
         let emptied = if scratch.is_dir() { remove_folder(&scratch) } else { Ok(()) };
