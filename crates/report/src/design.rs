@@ -6,14 +6,15 @@ use super::columns::{columns, short};
 use super::figure::{Distribution, FigureError, distribution_figure, j_tpf};
 use super::json::{VERSION, object, text as json_text};
 use super::range_ends::{range_ends_json, range_ends_words};
+use super::rows::Columns;
 use super::tune::{Standing, gains_table, named};
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
 use samara_core::assess::{ChosenAmong, LEAST_DIFFERENCE};
 use samara_core::control::Gains;
 use samara_core::design::{
     CONDITIONS, Design, DesignJudge, DesignObjective, DesignSearch, DesignSearchSettings, DesignSpace,
-    Finalist, FreshResults, Judgement, LOOPS, LoopsAt, Margins, TriedDesign, Unknown, WEIGHT_GROUPS,
-    best_finalist,
+    Finalist, FreshResults, Generation, Judgement, LOOPS, LoopsAt, Margins, TriedDesign, Unknown,
+    WEIGHT_GROUPS, best_finalist,
 };
 use samara_core::plan::InputReference;
 use samara_core::tune::RangeEnds;
@@ -551,44 +552,64 @@ pub fn about(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Strin
     )
 }
 
-/// A number as text; empty when it is not finite.
-fn cell(x: f64) -> String {
-    if x.is_finite() { format!("{x:?}") } else { String::new() }
+/// Behind some columns those of a design and its judgement.
+fn with_design<R>(
+    columns: Columns<R>,
+    of: impl Fn(&R) -> &TriedDesign + Copy + Send + Sync + 'static,
+) -> Columns<R> {
+    const MOST: [&str; 3] = ["steady_after_s", "altitude_lost_m", "tilt_deg"];
+    const WEIGHTS: [&str; 4] = ["attitude_weight", "horizontal_weight", "vertical_weight", "rate_weight"];
+    const FACTORS: &str = "factors on the mission's weights";
+    let degrees = |bound: Option<f64>| bound.map(|x| x * DEG_PER_RAD);
+    columns
+        .number("j_tpf", "the number that decides, of the drawn flights", move |row| of(row).judgement.j_tpf)
+        .number("j_tpf_mean", "mean of the drawn flights", move |row| of(row).judgement.mean)
+        .number("j_tpf_worst", "greatest of all flights", move |row| of(row).judgement.worst)
+        .number("over_limit_flights", "flights over a limit", move |row| of(row).judgement.over_limit)
+        .number("unrest", "worst distance from rest at the target", move |row| of(row).judgement.unrest)
+        .numbers(MOST, "greatest among the release cases", move |row, i| of(row).judgement.most[i])
+        .number("energy_j", "energy that the plan takes of the shafts", move |row| of(row).judgement.energy_j)
+        .number("modulus", "least distance of a loop's response from -1", move |row| {
+            of(row).judgement.modulus
+        })
+        .numbers(WEIGHTS, FACTORS, move |row, i| of(row).design.plan.weights[i])
+        .number("final_weight", FACTORS, move |row| of(row).design.plan.final_weight)
+        .number("input_weight", FACTORS, move |row| of(row).design.plan.input_weight)
+        .word("input_reference", "thrust that costs nothing: `zero` or `trim`", move |row| {
+            Some(reference(of(row).design.plan.input_reference).to_owned())
+        })
+        .whole("nodes", "number of nodes", move |row| of(row).design.plan.nodes as u64)
+        .number("peak_weight", "cost of a peak of J_state of 1", move |row| of(row).design.plan.peak_weight)
+        .number("pitch_deg", BOUNDS, move |row| degrees(of(row).design.plan.pitch_rad))
+        .number("pitch_rate_deg_s", BOUNDS, move |row| degrees(of(row).design.plan.pitch_rate_rad_s))
+        .flag("feed_forward", "1: the plan's rates are fed forward", move |row| of(row).design.feed_forward)
+        .numbers(Gains::LONGITUDINAL_KEYS, "the gains", move |row, i| of(row).design.gains[i])
+}
+const BOUNDS: &str = "bounds on the plan; empty: none";
+
+/// The columns of `design.csv`.
+pub(crate) fn convergence_columns<'a>() -> Columns<(u64, &'a Generation)> {
+    let columns = Columns::<(u64, &Generation)>::default()
+        .whole("generation", "number of the generation", |(i, _)| *i)
+        .whole("designs", "designs so far", |(_, of)| of.tried as u64)
+        .whole("unplanned", "designs so far that had no plan", |(_, of)| of.unplanned as u64)
+        .number("flights", "flights so far", |(_, of)| of.flights)
+        .number("median_cost", "median cost of this generation", |(_, of)| of.median_cost)
+        .number("cost", "least cost so far; what follows is of that design", |(_, of)| of.best.cost);
+    with_design(columns, |(_, of)| &of.best)
 }
 
-const DESIGN_COLUMNS: &str = "j_tpf,j_tpf_mean,j_tpf_worst,over_limit_flights,unrest,steady_after_s,altitude_lost_m,tilt_deg,energy_j,modulus,\
-                              attitude_weight,horizontal_weight,vertical_weight,rate_weight,final_weight,\
-                              input_weight,input_reference,nodes,peak_weight,pitch_deg,pitch_rate_deg_s,\
-                              feed_forward";
-
-fn design_row(tried: &TriedDesign) -> String {
-    let (judgement, plan) = (&tried.judgement, &tried.design.plan);
-    let numbers = [judgement.j_tpf, judgement.mean, judgement.worst, judgement.over_limit, judgement.unrest];
-    let last = [judgement.energy_j, judgement.modulus];
-    let numbers = numbers.into_iter().chain(judgement.most).chain(last);
-    let mut cells: Vec<String> = numbers.map(cell).collect();
-    cells.extend(plan.weights.into_iter().chain([plan.final_weight, plan.input_weight]).map(cell));
-    cells.push(reference(plan.input_reference).to_owned());
-    cells.push(plan.nodes.to_string());
-    cells.push(cell(plan.peak_weight));
-    let bounds = [plan.pitch_rad, plan.pitch_rate_rad_s];
-    cells.extend(bounds.map(|bound| bound.map_or_else(String::new, |x| cell(x * DEG_PER_RAD))));
-    cells.push(u8::from(tried.design.feed_forward).to_string());
-    cells.extend(tried.design.gains.map(cell));
-    cells.join(",")
+/// The columns of `design_front.csv`.
+pub(crate) fn front_columns<'a>() -> Columns<(&'a str, TriedDesign)> {
+    let columns = Columns::<(&str, TriedDesign)>::default()
+        .word("front", "the measure beside the cost", |(name, _)| Some((*name).to_owned()))
+        .number("cost", "cost of the design", |(_, tried)| tried.cost);
+    with_design(columns, |(_, tried)| tried)
 }
 
 /// The search as CSV, generation by generation.
 pub fn convergence_csv(mission: &Mission, search: &DesignSearch) -> String {
-    let keys = Gains::LONGITUDINAL_KEYS.join(",");
-    let mut out = stamp(mission)
-        + &format!("generation,designs,unplanned,flights,median_cost,cost,{DESIGN_COLUMNS},{keys}\n");
-    for (i, generation) in search.history().iter().enumerate() {
-        let costs = [generation.flights, generation.median_cost, generation.best.cost].map(cell).join(",");
-        let (tried, unplanned) = (generation.tried, generation.unplanned);
-        out += &format!("{i},{tried},{unplanned},{costs},{}\n", design_row(&generation.best));
-    }
-    out
+    convergence_columns().csv(&stamp(mission), (0..).zip(search.history()))
 }
 
 /// Fronts of the search as CSV: designs that no other beats in both cost and another measure.
@@ -600,12 +621,8 @@ pub fn front_csv(mission: &Mission, search: &DesignSearch) -> String {
         ("tilt", |judgement| judgement.most[2]),
         ("energy", |judgement| judgement.energy_j),
     ];
-    let keys = Gains::LONGITUDINAL_KEYS.join(",");
-    let mut out = stamp(mission) + &format!("front,cost,{DESIGN_COLUMNS},{keys}\n");
-    for (name, measure) in MEASURES {
-        for tried in search.front(measure) {
-            out += &format!("{name},{},{}\n", cell(tried.cost), design_row(&tried));
-        }
-    }
-    out
+    let rows = MEASURES
+        .into_iter()
+        .flat_map(|(name, measure)| search.front(measure).into_iter().map(move |tried| (name, tried)));
+    front_columns().csv(&stamp(mission), rows)
 }

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::document::Grid;
 use super::json::{head, object, text};
-use super::outcome::{column_names, push_cells};
+use super::rows::Columns;
 use samara_core::assess::outcome::{COMPARED, J_TPF};
 use samara_core::assess::{Quantity, Summary};
 use samara_mission::{Effect, Mission};
@@ -109,6 +109,22 @@ pub(super) fn compared_json(
 
 pub(super) fn number(x: f64, decimals: usize) -> String {
     if x.is_finite() { format!("{x:.decimals$}") } else { "-".to_owned() }
+}
+
+/// Drops with their numbers and the campaign that they are of.
+pub(super) fn numbered<'a, C, D>(of: &'a C, drops: &'a [D]) -> impl Iterator<Item = (u64, &'a C, &'a D)> {
+    (0..).zip(drops).map(move |(trial, drop)| (trial, of, drop))
+}
+
+/// The columns of `effects.csv`.
+pub(crate) fn columns<'a>() -> Columns<(u64, &'a EffectCampaign, &'a JudgedDrop)> {
+    Columns::<(u64, &EffectCampaign, &JudgedDrop)>::default()
+        .whole("trial", "number of the trial", |(trial, ..)| *trial)
+        .word("effects", "which are at work: `none`, `all`, one alone, or `without_` one", |(_, of, _)| {
+            Some(of.on.name())
+        })
+        .quantities(&COMPARED, |(.., drop)| Some(&drop.outcome))
+        .flag("safe", "1: steady at the end and within every limit", |(.., drop)| drop.safe)
 }
 
 impl EffectReport<'_> {
@@ -225,22 +241,13 @@ impl EffectReport<'_> {
 
     /// Every drop, a row each: `effects.csv`.
     pub fn csv(&self) -> String {
-        let mut out = format!(
-            "{}# drops of {} with and without its effects, gains {}\ntrial,effects,{},safe\n",
+        let above = format!(
+            "{}# drops of {} with and without its effects, gains {}\n",
             self.mission.stamp().csv_comment(),
             self.mission.name,
             self.mission.control.gains_name,
-            column_names(&COMPARED)
         );
-        for campaign in &self.campaigns {
-            let name = campaign.on.name();
-            for (trial, drop) in campaign.drops.iter().enumerate() {
-                out += &format!("{trial},{name}");
-                push_cells(&mut out, Some(&drop.outcome), &COMPARED);
-                out += &format!(",{}\n", u8::from(drop.safe));
-            }
-        }
-        out
+        columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &of.drops)))
     }
 }
 

@@ -7,14 +7,11 @@ use serde::{Deserialize, Serialize};
 use super::columns::short;
 use super::document::Grid;
 use super::json::{head, object, text};
+use super::rows::Columns;
 use samara_core::assess::envelope::search::{CONFIDENCE, PROBABILITY};
 use samara_core::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Fan, Ray};
 use samara_mission::Mission;
 use samara_study::envelope::ENVELOPE_LIMITS;
-
-/// Columns of `envelope.csv`.
-const COLUMNS: &str = "pair,limit,ray,angle_deg,safe_x,safe_y,unsafe_x,unsafe_y,flights,confirmed,confirmed_x,\
-                       confirmed_y,tries,fresh_flights";
 
 /// Two quantities of an envelope, as a panel of its figure shows them.
 #[derive(Clone, Debug, PartialEq)]
@@ -155,6 +152,46 @@ impl FanEdges {
     }
 }
 
+/// An edge along a ray of a fan.
+pub(crate) struct EdgeRow<'a> {
+    search: &'a EdgeSearch,
+    fan: &'a FanEdges,
+    turn: usize,
+    ray: &'a Ray,
+    edge: &'a Edge,
+}
+
+impl EdgeRow<'_> {
+    /// The value of one of the two quantities at a share of the ray.
+    fn at(&self, share: Option<f64>, quantity: usize) -> Option<f64> {
+        share.map(|share| self.fan.place(self.ray, share)[quantity])
+    }
+}
+
+/// The columns of `envelope.csv`.
+pub(crate) fn columns<'a>() -> Columns<EdgeRow<'a>> {
+    Columns::<EdgeRow<'_>>::default()
+        .word("pair", "the two quantities, x and y", |row| Some(row.fan.name()))
+        .number("limit", "limit of J_state", |row| row.edge.limit)
+        .whole("ray", "number of the ray, from +x towards +y", |row| row.turn as u64)
+        .number("angle_deg", "direction of the ray", |row| row.fan.fan.angle_deg(row.turn))
+        .numbers(["safe_x", "safe_y"], "last point at which the search lost no flight", |row, i| {
+            row.at(Some(row.edge.safe), i)
+        })
+        .numbers(["unsafe_x", "unsafe_y"], "first point at which it lost one; empty: none", |row, i| {
+            row.at(row.edge.beyond, i)
+        })
+        .whole("flights", "flights at each point of the search", |row| row.search.flights as u64)
+        .flag("confirmed", "1: that last point held on fresh flights", |row| {
+            row.edge.confirmed() == Some(row.edge.safe)
+        })
+        .numbers(["confirmed_x", "confirmed_y"], "farthest point that held; empty: none", |row, i| {
+            row.at(row.edge.confirmed(), i)
+        })
+        .whole("tries", "points that were tried on fresh flights", |row| row.edge.tried.len() as u64)
+        .whole("fresh_flights", "fresh flights at each of those", |row| row.search.fresh_flights() as u64)
+}
+
 /// An envelope of a mission's gains.
 #[derive(Clone, Debug)]
 pub struct EnvelopeReport<'a> {
@@ -265,32 +302,12 @@ impl EnvelopeReport<'_> {
             let pairs = pairs.collect::<Vec<_>>().join(" ");
             let _ = writeln!(out, "# J_state < {limit}: the nominal release is not safe: {pairs}");
         }
-        out += COLUMNS;
-        out.push('\n');
-        for fan in &self.fans {
-            for limit in ENVELOPE_LIMITS {
-                for (turn, ray, edge) in fan.of_limit(limit) {
-                    let place = |share: Option<f64>| match share.map(|share| fan.place(ray, share)) {
-                        Some([x, y]) => format!("{x:?},{y:?}"),
-                        None => ",".to_owned(),
-                    };
-                    let _ = writeln!(
-                        out,
-                        "{},{limit:?},{turn},{:?},{},{},{},{},{},{},{}",
-                        fan.name(),
-                        fan.fan.angle_deg(turn),
-                        place(Some(edge.safe)),
-                        place(edge.beyond),
-                        self.search.flights,
-                        u8::from(edge.confirmed() == Some(edge.safe)),
-                        place(edge.confirmed()),
-                        edge.tried.len(),
-                        self.search.fresh_flights(),
-                    );
-                }
-            }
-        }
-        out
+        let search = &self.search;
+        let rows = self.fans.iter().flat_map(|fan| {
+            let edges = ENVELOPE_LIMITS.into_iter().flat_map(|limit| fan.of_limit(limit));
+            edges.map(move |(turn, ray, edge)| EdgeRow { search, fan, turn, ray, edge })
+        });
+        columns().csv(&out, rows)
     }
 
     /// The object of `--json` and of `envelope.json`.
@@ -393,8 +410,11 @@ mod tests {
         let report = EnvelopeReport { mission: &mission, search, ranges, plan_j_tpf: 0.5, fans: vec![fan] };
         let csv = report.csv();
         let rows: Vec<&str> = csv.lines().filter(|line| !line.starts_with('#')).collect();
-        assert!(rows.len() == 9 && rows[0] == COLUMNS, "{csv}");
-        assert!(rows.iter().all(|row| row.split(',').count() == COLUMNS.split(',').count()), "{csv}");
+        assert!(rows.len() == 9 && rows[0] == columns().names(), "{csv}");
+        assert!(
+            rows.iter().all(|row| row.split(',').count() == columns().names().split(',').count()),
+            "{csv}"
+        );
         assert!(rows[1].starts_with("pitch_deg:wind_m_s,1.0,0,0.0,1.0,0.0,1.2,0.0,299,0,,,1,459"), "{csv}");
         assert!(
             csv.contains("# J_state < 0.7: the nominal release is not safe: pitch_deg:wind_m_s"),

@@ -1,5 +1,6 @@
 //! Results of finding the fall from the accelerometer alone: a table for the terminal, CSV, JSON.
 
+use std::borrow::Borrow;
 use std::fmt::Write as _;
 
 use serde::Serialize;
@@ -7,6 +8,7 @@ use serde::Serialize;
 use super::columns::fixed;
 use super::document::Grid;
 use super::json::{head, object, text};
+use super::rows::Columns;
 use samara_core::assess::free_fall::rules::{Rule, TIMES_S};
 use samara_core::assess::free_fall::{DESCENT_S, Descent, FoundRelease, FreeFallStudy, ReleaseTrial};
 use samara_core::assess::{Share, rate_bound};
@@ -273,60 +275,77 @@ impl FreeFallReport<'_> {
         })
     }
 
-    fn csv(&self, what: &str, columns: &str, rows: impl Iterator<Item = String>) -> String {
+    fn csv<R>(
+        &self,
+        what: &str,
+        columns: &Columns<R>,
+        rows: impl IntoIterator<Item = impl Borrow<R>>,
+    ) -> String {
         let comment = self.mission.stamp().csv_comment();
-        let mut out = format!("{comment}# {what} of {}\n{columns}\n", self.mission.name);
-        rows.for_each(|row| out += &(row + "\n"));
-        out
+        columns.csv(&format!("{comment}# {what} of {}\n", self.mission.name), rows)
     }
 
     /// Every release, a row each: `free_fall_releases.csv`.
     pub fn releases_csv(&self) -> String {
-        let cell = |x: Option<f64>| x.map_or(String::new(), |x| format!("{:?}", (1e6 * x).round() / 1e6));
-        let rows = self.releases.iter().map(|trial| {
-            format!(
-                "{},{:?},{:?},{:?},{},{},{},{}",
-                trial.trial,
-                trial.swing_rad * DEG_PER_RAD,
-                trial.tumble_rad_s * DEG_PER_RAD,
-                trial.wind_m_s,
-                cell(trial.autopilot.after_s),
-                cell(trial.autopilot.dated_late_s),
-                cell(trial.companion.after_s),
-                cell(trial.companion.dated_late_s),
-            )
-        });
-        let columns = "trial,swing_deg,tumble_deg_s,wind_m_s,autopilot_after_s,autopilot_dated_late_s,companion_after_s,\
-                       companion_dated_late_s";
-        self.csv("releases", columns, rows)
+        self.csv("releases", &release_columns(), &self.releases)
     }
 
     /// Every hour of descent, a row each: `free_fall_descents.csv`.
     pub fn descents_csv(&self) -> String {
-        let rows = self.descents.iter().map(|descent| {
-            let Descent { trial, alarms, slack_alarms, slack_spells, slack_s, least_m_s2, .. } = descent;
-            format!("{trial},{alarms},{slack_alarms},{slack_spells},{slack_s:.3},{least_m_s2:?}")
-        });
-        self.csv("descents", "hour,alarms,slack_alarms,slack_spells,slack_s,least_m_s2", rows)
+        self.csv("descents", &descent_columns(), &self.descents)
     }
 
     /// Every rule, a row each: `free_fall_rules.csv`.
     pub fn rules_csv(&self) -> String {
-        let rows = self.operating_points().into_iter().map(|point| {
-            let median =
-                if point.median_s.is_finite() { format!("{:.4}", point.median_s) } else { String::new() };
-            format!(
-                "{},{:?},{:?},{},{median},{:?},{:?},{}",
-                point.rule.kind.name(),
-                point.rule.level,
-                point.rule.time_s,
-                point.missed,
-                point.alarms_per_h,
-                point.alarms_per_h_high,
-                point.slack_alarms,
-            )
-        });
-        let columns = "rule,level_share,time_s,missed,median_s,alarms_per_h,alarms_per_h_high,slack_alarms";
-        self.csv("rules", columns, rows)
+        self.csv("rules", &rule_columns(), self.operating_points())
     }
+}
+
+/// The columns of `free_fall_releases.csv`.
+pub(crate) fn release_columns() -> Columns<ReleaseTrial> {
+    let micro = |x: Option<f64>| x.map(|x| (1e6 * x).round() / 1e6);
+    Columns::<ReleaseTrial>::default()
+        .whole("trial", "number of the trial", |row| row.trial)
+        .number("swing_deg", "amplitude of the swing", |row| row.swing_rad * DEG_PER_RAD)
+        .number("tumble_deg_s", "rate that the release gave", |row| row.tumble_rad_s * DEG_PER_RAD)
+        .number("wind_m_s", "mean wind", |row| row.wind_m_s)
+        .number("autopilot_after_s", AFTER, move |row| micro(row.autopilot.after_s))
+        .number("autopilot_dated_late_s", DATED, move |row| micro(row.autopilot.dated_late_s))
+        .number("companion_after_s", AFTER, move |row| micro(row.companion.after_s))
+        .number("companion_dated_late_s", DATED, move |row| micro(row.companion.dated_late_s))
+}
+const AFTER: &str = "when it was found after the release, at that rate of readings; empty: missed";
+const DATED: &str = "how much later than the release the fall is said to have begun; empty: missed";
+
+/// The columns of `free_fall_descents.csv`.
+pub(crate) fn descent_columns() -> Columns<Descent> {
+    Columns::<Descent>::default()
+        .whole("hour", "number of the descent", |row| row.trial)
+        .whole("alarms", "falls that were found under a taut riser", |row| row.alarms)
+        .whole("slack_alarms", "falls that were found while the riser was slack", |row| row.slack_alarms)
+        .whole("slack_spells", "how often the riser was slack", |row| row.slack_spells)
+        .word("slack_s", "for how long", |row| Some(format!("{:.3}", row.slack_s)))
+        .number("least_m_s2", "least specific force", |row| row.least_m_s2)
+}
+
+/// The columns of `free_fall_rules.csv`.
+pub(crate) fn rule_columns() -> Columns<OperatingPoint> {
+    let median = |row: &OperatingPoint| row.median_s.is_finite().then(|| format!("{:.4}", row.median_s));
+    Columns::<OperatingPoint>::default()
+        .word("rule", "`lack` or `hold`", |row| Some(row.rule.kind.name().to_owned()))
+        .number("level_share", "level, over gravity", |row| row.rule.level)
+        .number("time_s", "how long", |row| row.rule.time_s)
+        .whole("missed", "releases that it missed", |row| row.missed)
+        .word(
+            "median_s",
+            "median time from the release until it found the fall; empty: half are missed",
+            median,
+        )
+        .number("alarms_per_h", "false alarms under a taut riser, and their upper bound", |row| {
+            row.alarms_per_h
+        })
+        .number("alarms_per_h_high", "false alarms under a taut riser, and their upper bound", |row| {
+            row.alarms_per_h_high
+        })
+        .whole("slack_alarms", "falls that it found while the riser was slack", |row| row.slack_alarms)
 }

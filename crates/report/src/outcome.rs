@@ -1,8 +1,6 @@
 //! An [`Outcome`] in files: the cells of a row, the keys of an object. A number is a column or a key by
 //! itself, named by its [`Quantity`]; what is none is an empty cell, and `null`.
 
-use std::fmt::Write as _;
-
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
 use serde_json::{Map, Value};
@@ -10,28 +8,6 @@ use serde_json::{Map, Value};
 use samara_core::assess::outcome::{QUANTITIES, Quantity};
 use samara_core::assess::{Limits, Outcome};
 use samara_mission::Mission;
-
-/// A number in a cell: the shortest text that reads back to it; nothing where there is none.
-pub(super) fn cell(x: Option<f64>) -> String {
-    x.map_or_else(String::new, |x| format!("{x:?}"))
-}
-
-/// Appends a cell for each of some quantities, each behind a comma.
-pub fn push_cells<'q>(
-    line: &mut String,
-    outcome: Option<&Outcome>,
-    quantities: impl IntoIterator<Item = &'q Quantity>,
-) {
-    for quantity in quantities {
-        // Writing to a String cannot fail.
-        let _ = write!(line, ",{}", cell(outcome.and_then(|outcome| quantity.of(outcome))));
-    }
-}
-
-/// Names of columns, between commas.
-pub fn column_names<'q>(quantities: impl IntoIterator<Item = &'q Quantity>) -> String {
-    quantities.into_iter().map(|quantity| quantity.key).collect::<Vec<_>>().join(",")
-}
 
 /// An outcome as keys of an object: every quantity. It reads those that are there, and has no number for the
 /// others; keys that are no quantities are left to others.

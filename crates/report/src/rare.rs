@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::columns::{probability, probability_at_least, probability_at_most, short};
 use super::document::Grid;
 use super::json::{head, object, text};
+use super::rows::Columns;
 use samara_core::assess::coordinates::{DrawnQuantity, DrawnTrial, Part};
 use samara_core::assess::rare::{Estimate, Level, Nearest, RareFound};
 use samara_core::units::DEG_PER_RAD;
@@ -60,6 +61,15 @@ struct Share {
     deviations: f64,
     /// Share of the square of the distance.
     share: f64,
+}
+
+/// The columns of `rare.csv`.
+pub(crate) fn columns() -> Columns<(f64, Estimate)> {
+    Columns::<(f64, Estimate)>::default()
+        .number("j_tpf", "a J_TPF", |(x, _)| *x)
+        .number("probability", "probability that a trial reaches it", |(_, of)| of.probability)
+        .number("low", "ends of the 95 % interval", |(_, of)| of.low)
+        .number("high", "ends of the 95 % interval", |(_, of)| of.high)
 }
 
 impl RareReport<'_> {
@@ -181,11 +191,7 @@ impl RareReport<'_> {
 
     /// The probability of reaching each cost of [`Self::curve`]: `rare.csv`.
     pub fn csv(&self) -> String {
-        let mut out = self.mission.stamp().csv_comment() + "j_tpf,probability,low,high\n";
-        for (x, Estimate { probability, low, high, .. }) in self.curve() {
-            let _ = writeln!(out, "{x:?},{probability:?},{low:?},{high:?}");
-        }
-        out
+        columns().csv(&self.mission.stamp().csv_comment(), self.curve())
     }
 
     /// The object of `--json` and of `rare.json`.

@@ -2,7 +2,7 @@
 
 use super::columns::columns;
 use super::json::{head, object, text};
-use super::outcome::{cell, column_names, push_cells};
+use super::rows::Columns;
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
 use samara_core::assess::repeats::{REPEAT_INSTANT_S, RepeatSpread, RepeatedFlight};
 use samara_core::assess::{Quantity, Summary};
@@ -11,33 +11,43 @@ use samara_mission::Mission;
 /// Quantities of a flight that are compared.
 const REPEATED: [Quantity; 2] = [J_TPF, STEADY_AFTER];
 
+/// Columns of the position, with words for people.
+const AXES: [(&str, &str); 3] =
+    [("north_m", "north, 10 s after t = 0 [m]"), ("east_m", "east [m]"), ("down_m", "down [m]")];
+
+/// A flight's number, the flight, and why it failed.
+type RepeatRow<'a> = (u64, Option<&'a RepeatedFlight>, Option<&'a str>);
+
+/// The columns of the lines.
+pub(crate) fn repeat_columns<'a>() -> Columns<RepeatRow<'a>> {
+    let position = |(_, flight, _): &RepeatRow<'_>, i: usize| Some(flight.as_ref()?.position_ned_m?[i]);
+    Columns::<RepeatRow<'_>>::default()
+        .whole("flight", "number of the flight, from 1", |(number, ..)| *number)
+        .quantities(&REPEATED, |(_, flight, _)| flight.map(|flight| &flight.outcome))
+        .numbers(AXES.map(|(name, _)| name), "position 10 s after t = 0", position)
+        .text("failure", "why it counts as failed, if it does", |(.., why)| why.map(str::to_owned))
+}
+
 /// The lines before the first flight.
 pub fn repeats_header(mission: &Mission, autopilot: &str, trial: u64) -> String {
     format!(
-        "{}# trial {trial} of {} by {autopilot}, gains {}; positions {REPEAT_INSTANT_S} s after t = 0\n\
-         flight,{},north_m,east_m,down_m,failure\n",
+        "{}# trial {trial} of {} by {autopilot}, gains {}; positions {REPEAT_INSTANT_S} s after t = 0\n{}\n",
         mission.stamp().csv_comment(),
         mission.name,
         mission.control.gains_name,
-        column_names(&REPEATED),
+        repeat_columns().names(),
     )
 }
 
 /// The line of a flight, the first of which is number 1; what it has not got is left empty.
 pub fn repeats_row(number: u64, flight: Option<&RepeatedFlight>, failure: Option<&str>) -> String {
-    let position = flight.and_then(|f| f.position_ned_m);
-    let axis = |i: usize| cell(position.map(|p| p[i]));
-    let mut line = number.to_string();
-    push_cells(&mut line, flight.map(|f| &f.outcome), &REPEATED);
-    let failure = failure.unwrap_or_default().replace('"', "'").replace('\n', "; ");
-    format!("{line},{},{},{},\"{failure}\"\n", axis(0), axis(1), axis(2))
+    repeat_columns().line(&(number, flight, failure))
 }
 
 /// Keys, words and summaries of what is compared.
 fn measures(spread: &RepeatSpread) -> impl Iterator<Item = (&'static str, String, Summary)> {
     let of = |quantity: Quantity| (quantity.key, quantity.head(), spread.outcomes.of(&quantity));
-    let axes = [("north_m", "north, 10 s after t = 0 [m]"), ("east_m", "east [m]"), ("down_m", "down [m]")];
-    let positions = axes.into_iter().zip(&spread.position_ned_m);
+    let positions = AXES.into_iter().zip(&spread.position_ned_m);
     let positions = positions.map(|((key, words), summary)| (key, words.to_owned(), *summary));
     REPEATED.map(of).into_iter().chain(positions)
 }

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::document::Grid;
-use super::effects::{change, compared_json, failed, number, p99, summary};
+use super::effects::{change, compared_json, failed, number, numbered, p99, summary};
 use super::json::{head, object, text};
-use super::outcome::{column_names, push_cells};
+use super::rows::Columns;
 use samara_core::assess::outcome::{ALTITUDE_LOST, COMPARED, J_TPF, STEADY_AFTER};
 use samara_mission::Mission;
 use samara_study::effects::JudgedDrop;
@@ -46,6 +46,21 @@ impl ReplanCampaign {
         let better = pairs.filter(|(a, b)| a.drop.outcome.j_tpf < b.drop.outcome.j_tpf).count();
         100.0 * better as f64 / self.drops.len().max(1) as f64
     }
+}
+
+/// The columns of `replan.csv`.
+pub(crate) fn columns<'a>() -> Columns<(u64, &'a ReplanCampaign, &'a ReplanDrop)> {
+    Columns::<(u64, &ReplanCampaign, &ReplanDrop)>::default()
+        .whole("trial", "number of the trial", |(trial, ..)| *trial)
+        .word("replan", "`once`, `once_fed_forward`, `release` or a rate such as `2_hz`", |(_, of, _)| {
+            Some(of.row.name())
+        })
+        .word("gains", "name of the gains", |(_, of, _)| Some(of.row.gains_name.clone()))
+        .quantities(&COMPARED, |(.., flown)| Some(&flown.drop.outcome))
+        .flag("safe", "1: steady at the end and within every limit", |(.., flown)| flown.drop.safe)
+        .whole("renewed", "plans that were renewed", |(.., flown)| flown.renewed as u64)
+        .whole("kept", "attempts after which the plan was kept", |(.., flown)| flown.kept as u64)
+        .whole("iterations", "the solver's, of all attempts", |(.., flown)| flown.iterations as u64)
 }
 
 impl ReplanReport<'_> {
@@ -150,25 +165,9 @@ impl ReplanReport<'_> {
 
     /// Every drop, a row each: `replan.csv`.
     pub fn csv(&self) -> String {
-        let mut out = format!(
-            "{}# drops of {} along one plan and along renewed ones\ntrial,replan,gains,{},safe,renewed,kept,iterations\n",
-            self.mission.stamp().csv_comment(),
-            self.mission.name,
-            column_names(&COMPARED)
-        );
-        for ReplanCampaign { row, drops } in &self.campaigns {
-            for (trial, flown) in drops.iter().enumerate() {
-                out += &format!("{trial},{},{}", row.name(), row.gains_name);
-                push_cells(&mut out, Some(&flown.drop.outcome), &COMPARED);
-                out += &format!(
-                    ",{},{},{},{}\n",
-                    u8::from(flown.drop.safe),
-                    flown.renewed,
-                    flown.kept,
-                    flown.iterations
-                );
-            }
-        }
-        out
+        let Mission { name, .. } = self.mission;
+        let comment = self.mission.stamp().csv_comment();
+        let above = format!("{comment}# drops of {name} along one plan and along renewed ones\n");
+        columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &of.drops)))
     }
 }

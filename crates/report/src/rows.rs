@@ -139,6 +139,17 @@ impl<R> Columns<R> {
         self.and(name, about, Value::Number(Box::new(of)))
     }
 
+    /// One more column of numbers for each of some names, by its place among them.
+    pub fn numbers<X: Into<Option<f64>>>(
+        self,
+        names: impl IntoIterator<Item = Str>,
+        about: Str,
+        of: impl Fn(&R, usize) -> X + Copy + Send + Sync + 'static,
+    ) -> Self {
+        let names = names.into_iter().enumerate();
+        names.fold(self, |columns, (i, name)| columns.number(name, about, move |row| of(row, i)))
+    }
+
     /// One more column, of whole numbers.
     pub fn whole(self, name: Str, about: Str, of: impl Fn(&R) -> u64 + Send + Sync + 'static) -> Self {
         self.and(name, about, Value::Whole(Box::new(of)))

@@ -5,6 +5,7 @@ use std::fmt::Write as _;
 use super::columns::short;
 use super::document::Grid;
 use super::json::{head, object, text};
+use super::rows::Columns;
 use samara_core::assess::coordinates::CoordinateGroup;
 use samara_core::assess::outcome::{ALTITUDE_LOST, J_TPF, STEADY_AFTER};
 use samara_core::assess::sobol::{Index, Sensitivity, SobolStudy};
@@ -57,6 +58,28 @@ pub struct SobolReport<'a> {
     pub replaced: Replaced,
     /// Length of a flight [s].
     pub end_s: f64,
+}
+
+/// An output, a group, and its first-order and total index.
+type SobolRow<'a> = (&'a Quantity, &'a CoordinateGroup, [Index; 2]);
+
+/// The columns of `sobol.csv`.
+pub(crate) fn columns<'a>() -> Columns<SobolRow<'a>> {
+    let ends = |&Index { value, half }: &Index, i: usize| [value, value - half, value + half][i];
+    Columns::<SobolRow<'_>>::default()
+        .word("output", "`j_tpf`, `steady_after_s` or `altitude_lost_m`", |(of, ..)| Some(of.key.to_owned()))
+        .word("key", "a group of what is drawn", |(_, group, _)| Some(group.key.to_owned()))
+        .text("quantity", "the group in words", |(_, group, _)| Some(group.words.to_owned()))
+        .numbers(
+            ["first", "first_low", "first_high"],
+            "first-order index, with its 95 % interval",
+            move |(.., [first, _]), i| ends(first, i),
+        )
+        .numbers(
+            ["total", "total_low", "total_high"],
+            "total index, with its 95 % interval",
+            move |(.., [_, total]), i| ends(total, i),
+        )
 }
 
 impl SobolReport<'_> {
@@ -137,19 +160,14 @@ impl SobolReport<'_> {
 
     /// A row for each output and group: `sobol.csv`.
     pub fn csv(&self) -> String {
-        let mut out = self.mission.stamp().csv_comment()
-            + "output,key,quantity,first,first_low,first_high,total,total_low,total_high\n";
-        for (output, found) in OUTPUTS.iter().zip(&self.found) {
-            for ((group, first), total) in self.groups.iter().zip(&found.first).zip(&found.total) {
-                let cells = |index: &Index| {
-                    format!("{:?},{:?},{:?}", index.value, index.value - index.half, index.value + index.half)
-                };
-                // The words have commas, and no quotes.
-                let named = format!("{},{},\"{}\"", output.key, group.key, group.words);
-                let _ = writeln!(out, "{named},{},{}", cells(first), cells(total));
-            }
-        }
-        out
+        let rows = OUTPUTS.iter().zip(&self.found).flat_map(|(output, found)| {
+            let indices = found.first.iter().zip(&found.total);
+            self.groups
+                .iter()
+                .zip(indices)
+                .map(move |(group, (first, total))| (output, group, [*first, *total]))
+        });
+        columns().csv(&self.mission.stamp().csv_comment(), rows)
     }
 
     /// The object of `--json` and of `sobol.json`.

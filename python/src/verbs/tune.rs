@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use samara::assess::tracking::control_period_s;
 use samara::config::{Mission, gains_json};
 use samara::control::Gains;
+use samara::report::tune::records::{front, history};
 use samara::report::tune::{TuneRun, about};
 use samara::sim::PlantKind;
 use samara::study::tuning::{DRAWS, Tuning, TuningMethod, TuningObjective};
@@ -193,30 +194,4 @@ fn search(
         history: history(&search),
         front: front(&search),
     })
-}
-
-/// The columns of `convergence.csv`; what is empty there is not finite here.
-fn history(search: &Search) -> SearchColumns {
-    let of = |f: fn(&samara::tune::search::SearchProgress) -> f64| search.history().iter().map(f).collect();
-    vec![
-        ("objective", of(|p| p.objective as f64)),
-        ("evaluations", of(|p| p.evaluations as f64)),
-        ("diverged", of(|p| p.diverged as f64)),
-        ("median_cost", of(|p| p.median_cost)),
-        ("cost", of(|p| p.cost)),
-        ("rms", of(|p| p.best.rms)),
-        ("j_tpf", of(|p| p.best.j_tpf)),
-    ]
-}
-
-/// The columns of `front.csv`.
-fn front(search: &Search) -> SearchColumns {
-    let front = search.front();
-    let mut columns: SearchColumns = vec![
-        ("rms", front.iter().map(|tried| tried.evaluation.rms).collect()),
-        ("j_tpf", front.iter().map(|tried| tried.evaluation.j_tpf).collect()),
-    ];
-    let gains = Gains::LONGITUDINAL_KEYS.iter().enumerate();
-    columns.extend(gains.map(|(i, key)| (*key, front.iter().map(|tried| tried.k[i]).collect())));
-    columns
 }

@@ -15,7 +15,7 @@ use crate::cli::system::interrupt_flag;
 use crate::cli::terminal::print;
 use samara::assess::outcome::{ALTITUDE_LOST, J_TPF, PEAK_PITCH, PEAK_PITCH_RATE, PEAK_SPEED, STEADY_AFTER};
 use samara::assess::{Quantity, Verdict};
-use samara::report::outcome::{column_names, push_cells};
+use samara::report::rows::Columns;
 use samara::units::DEG_PER_RAD;
 
 const HEAD: &str = "\
@@ -41,8 +41,8 @@ pub fn run(
     };
     let quiet = Narrator::together(true);
     let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
-    let columns = column_names(&COLUMNS);
-    let mut csv = format!("{}case,autopilot,{columns},decided_by\n", mission.stamp().csv_comment());
+    let columns = columns();
+    let mut csv = format!("{}{}\n", mission.stamp().csv_comment(), columns.names());
     narrator.say(HEAD);
     // Each flight listens for Ctrl-C itself, and ends by it; here it ends the series.
     let stop = interrupt_flag()?;
@@ -74,7 +74,7 @@ pub fn run(
                 narrator.say(&format!("  NOT OK: see {place}; `--case {case}` tells what happens in it\n"));
             }
             narrator.check()?;
-            csv += &line(case, name, verdict);
+            columns.push_line(&mut csv, &(case, *name, verdict));
             objects.push(object(case, name, &conclusion.json()));
             kept.push(object(case, name, &conclusion.file_json()));
         }
@@ -98,11 +98,15 @@ fn all(objects: &[String]) -> String {
     format!("{{\"cases\": [\n{}\n]}}\n", objects.join(",\n"))
 }
 
-/// A line of `cases.csv`; empty fields where nothing was released or nothing became steady.
-fn line(case: &str, pilot: &str, verdict: Option<&Verdict>) -> String {
-    let mut line = format!("{case},{pilot}");
-    push_cells(&mut line, verdict.map(|v| &v.outcome), &COLUMNS);
-    line + &format!(",{}\n", verdict.map_or("", |v| v.decided_by))
+/// The columns of `cases.csv`; empty fields where nothing was released or nothing became steady.
+fn columns<'a>() -> Columns<(&'a str, &'a str, Option<&'a Verdict>)> {
+    Columns::<(&str, &str, Option<&Verdict>)>::default()
+        .word("case", "name of the release case", |(case, ..)| Some((*case).to_owned()))
+        .word("autopilot", "who flew it", |(_, pilot, _)| Some((*pilot).to_owned()))
+        .quantities(&COLUMNS, |(.., verdict)| verdict.map(|v| &v.outcome))
+        .word("decided_by", "what J_TPF is the share of", |(.., verdict)| {
+            verdict.map(|v| v.decided_by.to_owned())
+        })
 }
 
 fn row(case: &str, pilot: &str, verdict: Option<&Verdict>) -> String {

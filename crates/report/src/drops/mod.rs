@@ -43,12 +43,17 @@ pub(crate) fn outcome_columns(columns: Columns<DropTrial>, between: &'static str
 pub(crate) fn columns_of(tipped: bool) -> Columns<DropTrial> {
     const RATES: [&str; 3] = ["tip_off_p_deg_s", "tip_off_q_deg_s", "tip_off_r_deg_s"];
     const VELOCITIES: [&str; 3] = ["tip_off_vx_m_s", "tip_off_vy_m_s", "tip_off_vz_m_s"];
-    const ABOUT: &str = "what the cut gave, where that is random: body rates and velocity, in body axes";
+    const ABOUT: &str = "what the cut gave, where that is random: body rates and velocity in body axes";
     let seed = drawn_columns().whole("noise_seed", "the draw: seed of the noise", |row| row.drawn.seed);
-    (0..if tipped { 6 } else { 0 }).fold(outcome_columns(seed, " "), |columns, i| match i {
-        0..3 => columns.number(RATES[i], ABOUT, move |row| row.drawn.tip_off.omega_body[i] * DEG_PER_RAD),
-        _ => columns.number(VELOCITIES[i - 3], ABOUT, move |row| row.drawn.tip_off.v_body[i - 3]),
-    })
+    let columns = outcome_columns(seed, " ");
+    if !tipped {
+        return columns;
+    }
+    columns.numbers(RATES, ABOUT, |row, i| row.drawn.tip_off.omega_body[i] * DEG_PER_RAD).numbers(
+        VELOCITIES,
+        ABOUT,
+        |row, i| row.drawn.tip_off.v_body[i],
+    )
 }
 
 fn columns_for(mission: &Mission) -> Columns<DropTrial> {

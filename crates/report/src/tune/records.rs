@@ -6,9 +6,11 @@ use super::contest::Contest;
 use super::{TuneRun, named};
 use crate::json::{VERSION, object, text as json_text};
 use crate::range_ends::{range_ends_json, range_ends_words};
+use crate::rows::Columns;
 use samara_core::assess::tracking::OUT_OF_PLANE;
 use samara_core::control::Gains;
 use samara_core::tune::Search;
+use samara_core::tune::search::{SearchProgress, Tried};
 use samara_mission::{Mission, Stamp};
 
 /// The search, its effort and result, and the comparison of gains.
@@ -123,28 +125,45 @@ fn stamp(mission: &Mission) -> String {
     Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() }.csv_comment()
 }
 
-/// A number as text; empty when it is not finite.
-fn cell(x: f64) -> String {
-    if x.is_finite() { format!("{x:?}") } else { String::new() }
+/// The columns of `convergence.csv`.
+pub(crate) fn convergence_columns<'a>() -> Columns<(u64, &'a SearchProgress)> {
+    Columns::<(u64, &SearchProgress)>::default()
+        .whole("iteration", "number of the iteration", |(i, _)| *i)
+        .whole("objective", "number of the objective, where several make a front", |(_, p)| {
+            p.objective as u64
+        })
+        .whole("evaluations", "candidates so far", |(_, p)| p.evaluations as u64)
+        .whole("diverged", "candidates so far with a flight that diverged", |(_, p)| p.diverged as u64)
+        .number("median_cost", "median cost of this iteration", |(_, p)| p.median_cost)
+        .number("cost", "least cost so far", |(_, p)| p.cost)
+        .number("rms", "worst tracking RMS of that candidate", |(_, p)| p.best.rms)
+        .number("j_tpf", "worst J_TPF of that candidate", |(_, p)| p.best.j_tpf)
+}
+
+/// The columns of `front.csv`.
+pub(crate) fn front_columns() -> Columns<Tried> {
+    Columns::<Tried>::default()
+        .number("rms", "worst tracking RMS", |tried| tried.evaluation.rms)
+        .number("j_tpf", "worst J_TPF", |tried| tried.evaluation.j_tpf)
+        .numbers(Gains::LONGITUDINAL_KEYS, "the gains", |tried, i| tried.k[i])
 }
 
 /// The search as CSV, iteration by iteration.
 pub fn convergence_csv(mission: &Mission, search: &Search) -> String {
-    let mut out = stamp(mission) + "iteration,objective,evaluations,diverged,median_cost,cost,rms,j_tpf\n";
-    for (i, p) in search.history().iter().enumerate() {
-        let costs = [p.median_cost, p.cost, p.best.rms, p.best.j_tpf].map(cell).join(",");
-        out += &format!("{i},{},{},{},{costs}\n", p.objective, p.evaluations, p.diverged);
-    }
-    out
+    convergence_columns().csv(&stamp(mission), (0..).zip(search.history()))
+}
+
+/// The columns of `convergence.csv` behind the iteration as arrays; what is empty there is not finite here.
+pub fn history(search: &Search) -> Vec<(&'static str, Vec<f64>)> {
+    convergence_columns().arrays((0..).zip(search.history())).split_off(1)
 }
 
 /// The front as CSV: the candidates that no other beats in both tracking and safety.
 pub fn front_csv(mission: &Mission, search: &Search) -> String {
-    let mut out = stamp(mission) + "rms,j_tpf," + &Gains::LONGITUDINAL_KEYS.join(",") + "\n";
-    for t in search.front() {
-        let numbers: Vec<String> =
-            [t.evaluation.rms, t.evaluation.j_tpf].iter().chain(&t.k).map(|x| format!("{x:?}")).collect();
-        out += &(numbers.join(",") + "\n");
-    }
-    out
+    front_columns().csv(&stamp(mission), search.front())
+}
+
+/// The columns of `front.csv` as arrays.
+pub fn front(search: &Search) -> Vec<(&'static str, Vec<f64>)> {
+    front_columns().arrays(search.front())
 }
