@@ -553,10 +553,7 @@ pub fn about(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Strin
 }
 
 /// Behind some columns those of a design and its judgement.
-fn with_design<R>(
-    columns: Columns<R>,
-    of: impl Fn(&R) -> &TriedDesign + Copy + Send + Sync + 'static,
-) -> Columns<R> {
+fn with_design<R>(columns: Columns<R>, of: impl Fn(&R) -> &TriedDesign + Copy + 'static) -> Columns<R> {
     const MOST: [&str; 3] = ["steady_after_s", "altitude_lost_m", "tilt_deg"];
     const WEIGHTS: [&str; 4] = ["attitude_weight", "horizontal_weight", "vertical_weight", "rate_weight"];
     const FACTORS: &str = "factors on the mission's weights";
@@ -589,7 +586,7 @@ const BOUNDS: &str = "bounds on the plan; empty: none";
 
 /// The columns of `design.csv`.
 pub(crate) fn convergence_columns<'a>() -> Columns<(u64, &'a Generation)> {
-    let columns = Columns::<(u64, &Generation)>::default()
+    let columns = Columns::<(u64, &Generation)>::none()
         .whole("generation", "number of the generation", |(i, _)| *i)
         .whole("designs", "designs so far", |(_, of)| of.tried as u64)
         .whole("unplanned", "designs so far that had no plan", |(_, of)| of.unplanned as u64)
@@ -601,7 +598,7 @@ pub(crate) fn convergence_columns<'a>() -> Columns<(u64, &'a Generation)> {
 
 /// The columns of `design_front.csv`.
 pub(crate) fn front_columns<'a>() -> Columns<(&'a str, TriedDesign)> {
-    let columns = Columns::<(&str, TriedDesign)>::default()
+    let columns = Columns::<(&str, TriedDesign)>::none()
         .word("front", "the measure beside the cost", |(name, _)| Some((*name).to_owned()))
         .number("cost", "cost of the design", |(_, tried)| tried.cost);
     with_design(columns, |(_, tried)| tried)

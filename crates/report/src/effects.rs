@@ -118,7 +118,7 @@ pub(super) fn numbered<'a, C, D>(of: &'a C, drops: &'a [D]) -> impl Iterator<Ite
 
 /// The columns of `effects.csv`.
 pub(crate) fn columns<'a>() -> Columns<(u64, &'a EffectCampaign, &'a JudgedDrop)> {
-    Columns::<(u64, &EffectCampaign, &JudgedDrop)>::default()
+    Columns::<(u64, &EffectCampaign, &JudgedDrop)>::none()
         .whole("trial", "number of the trial", |(trial, ..)| *trial)
         .word("effects", "which are at work: `none`, `all`, one alone, or `without_` one", |(_, of, _)| {
             Some(of.on.name())

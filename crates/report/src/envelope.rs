@@ -170,7 +170,7 @@ impl EdgeRow<'_> {
 
 /// The columns of `envelope.csv`.
 pub(crate) fn columns<'a>() -> Columns<EdgeRow<'a>> {
-    Columns::<EdgeRow<'_>>::default()
+    Columns::<EdgeRow<'_>>::none()
         .word("pair", "the two quantities, x and y", |row| Some(row.fan.name()))
         .number("limit", "limit of J_state", |row| row.edge.limit)
         .whole("ray", "number of the ray, from +x towards +y", |row| row.turn as u64)

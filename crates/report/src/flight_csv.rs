@@ -12,15 +12,15 @@
 use std::fmt::Write as _;
 use std::io::{self, Write};
 
-use super::flight_columns::{Field, FlightColumns};
+use super::flight_columns::flight_columns;
+use super::rows::{Columns, Value};
 use samara_core::sim::Sample;
 use samara_mission::Mission;
 
 /// Writes a flight log, row by row.
-#[derive(Debug)]
 pub struct FlightCsv<W: Write> {
     out: W,
-    columns: FlightColumns,
+    columns: Columns<Sample>,
     row: String,
 }
 
@@ -31,8 +31,8 @@ impl<W: Write> FlightCsv<W> {
     /// # Errors
     /// Errors of `out`.
     pub fn new(mut out: W, mission: &Mission, ground: bool) -> io::Result<Self> {
-        let columns = FlightColumns::of(mission, ground);
-        writeln!(out, "{}{}", mission.stamp().csv_comment(), columns.names().join(","))?;
+        let columns = flight_columns(mission, ground);
+        writeln!(out, "{}{}", mission.stamp().csv_comment(), columns.names())?;
         Ok(Self { out, columns, row: String::with_capacity(2048) })
     }
 
@@ -43,14 +43,13 @@ impl<W: Write> FlightCsv<W> {
     pub fn write(&mut self, sample: &Sample) -> io::Result<()> {
         self.row.clear();
         let row = &mut self.row;
-        self.columns.row(sample, &mut |field| {
-            match field {
-                Field::Number(x) => push_number(row, x),
-                Field::Word(word) => row.push_str(word),
-                Field::Empty => {}
+        for column in &self.columns.0 {
+            match &column.value {
+                Value::Number(of) => of(sample).into_iter().for_each(|x| push_number(row, x)),
+                _ => column.push_cell(row, sample),
             }
             row.push(',');
-        });
+        }
         self.row.pop();
         self.row.push('\n');
         self.out.write_all(self.row.as_bytes())

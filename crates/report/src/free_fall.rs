@@ -304,7 +304,7 @@ impl FreeFallReport<'_> {
 /// The columns of `free_fall_releases.csv`.
 pub(crate) fn release_columns() -> Columns<ReleaseTrial> {
     let micro = |x: Option<f64>| x.map(|x| (1e6 * x).round() / 1e6);
-    Columns::<ReleaseTrial>::default()
+    Columns::<ReleaseTrial>::none()
         .whole("trial", "number of the trial", |row| row.trial)
         .number("swing_deg", "amplitude of the swing", |row| row.swing_rad * DEG_PER_RAD)
         .number("tumble_deg_s", "rate that the release gave", |row| row.tumble_rad_s * DEG_PER_RAD)
@@ -319,7 +319,7 @@ const DATED: &str = "how much later than the release the fall is said to have be
 
 /// The columns of `free_fall_descents.csv`.
 pub(crate) fn descent_columns() -> Columns<Descent> {
-    Columns::<Descent>::default()
+    Columns::<Descent>::none()
         .whole("hour", "number of the descent", |row| row.trial)
         .whole("alarms", "falls that were found under a taut riser", |row| row.alarms)
         .whole("slack_alarms", "falls that were found while the riser was slack", |row| row.slack_alarms)
@@ -330,22 +330,15 @@ pub(crate) fn descent_columns() -> Columns<Descent> {
 
 /// The columns of `free_fall_rules.csv`.
 pub(crate) fn rule_columns() -> Columns<OperatingPoint> {
+    const ALARMS: &str = "false alarms an hour under a taut riser, and the upper bound of 95 %";
     let median = |row: &OperatingPoint| row.median_s.is_finite().then(|| format!("{:.4}", row.median_s));
-    Columns::<OperatingPoint>::default()
+    Columns::<OperatingPoint>::none()
         .word("rule", "`lack` or `hold`", |row| Some(row.rule.kind.name().to_owned()))
         .number("level_share", "level, over gravity", |row| row.rule.level)
         .number("time_s", "how long", |row| row.rule.time_s)
         .whole("missed", "releases that it missed", |row| row.missed)
-        .word(
-            "median_s",
-            "median time from the release until it found the fall; empty: half are missed",
-            median,
-        )
-        .number("alarms_per_h", "false alarms under a taut riser, and their upper bound", |row| {
-            row.alarms_per_h
-        })
-        .number("alarms_per_h_high", "false alarms under a taut riser, and their upper bound", |row| {
-            row.alarms_per_h_high
-        })
+        .word("median_s", "median time from the release to the find; empty: half are missed", median)
+        .number("alarms_per_h", ALARMS, |row| row.alarms_per_h)
+        .number("alarms_per_h_high", ALARMS, |row| row.alarms_per_h_high)
         .whole("slack_alarms", "falls that it found while the riser was slack", |row| row.slack_alarms)
 }

@@ -90,6 +90,7 @@ impl Serialize for LimitsObject<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::rows::Columns;
 
     /// Each quantity with a number of its own.
     fn distinct() -> Outcome {
@@ -105,10 +106,9 @@ mod tests {
     #[test]
     fn prop_cells_and_keys_are_those_of_their_quantities() {
         let outcome = distinct();
-        let mut line = String::new();
-        push_cells(&mut line, Some(&outcome), &QUANTITIES);
-        let cells: Vec<f64> = line.split(',').skip(1).map(|cell| cell.parse().unwrap()).collect();
-        let names = column_names(&QUANTITIES);
+        let columns = Columns::<Outcome>::none().quantities(&QUANTITIES, |of| Some(of));
+        let (names, line) = (columns.names(), columns.line(&outcome));
+        let cells: Vec<f64> = line.trim_end().split(',').map(|cell| cell.parse().unwrap()).collect();
         for ((name, cell), quantity) in names.split(',').zip(&cells).zip(&QUANTITIES) {
             assert_eq!((name, Some(*cell)), (quantity.key, quantity.of(&outcome)));
         }

@@ -65,7 +65,7 @@ struct Share {
 
 /// The columns of `rare.csv`.
 pub(crate) fn columns() -> Columns<(f64, Estimate)> {
-    Columns::<(f64, Estimate)>::default()
+    Columns::<(f64, Estimate)>::none()
         .number("j_tpf", "a J_TPF", |(x, _)| *x)
         .number("probability", "probability that a trial reaches it", |(_, of)| of.probability)
         .number("low", "ends of the 95 % interval", |(_, of)| of.low)

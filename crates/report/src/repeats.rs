@@ -21,7 +21,7 @@ type RepeatRow<'a> = (u64, Option<&'a RepeatedFlight>, Option<&'a str>);
 /// The columns of the lines.
 pub(crate) fn repeat_columns<'a>() -> Columns<RepeatRow<'a>> {
     let position = |(_, flight, _): &RepeatRow<'_>, i: usize| Some(flight.as_ref()?.position_ned_m?[i]);
-    Columns::<RepeatRow<'_>>::default()
+    Columns::<RepeatRow<'_>>::none()
         .whole("flight", "number of the flight, from 1", |(number, ..)| *number)
         .quantities(&REPEATED, |(_, flight, _)| flight.map(|flight| &flight.outcome))
         .numbers(AXES.map(|(name, _)| name), "position 10 s after t = 0", position)

@@ -50,7 +50,7 @@ impl ReplanCampaign {
 
 /// The columns of `replan.csv`.
 pub(crate) fn columns<'a>() -> Columns<(u64, &'a ReplanCampaign, &'a ReplanDrop)> {
-    Columns::<(u64, &ReplanCampaign, &ReplanDrop)>::default()
+    Columns::<(u64, &ReplanCampaign, &ReplanDrop)>::none()
         .whole("trial", "number of the trial", |(trial, ..)| *trial)
         .word("replan", "`once`, `once_fed_forward`, `release` or a rate such as `2_hz`", |(_, of, _)| {
             Some(of.row.name())

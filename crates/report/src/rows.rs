@@ -7,22 +7,23 @@
 //!     .number("mass_kg", "mass of the vehicle", |row| row.mass_kg)
 //! ```
 
-use std::borrow::Borrow;
+use std::borrow::{Borrow, Cow};
 use std::fmt::Write as _;
 
-use samara_core::assess::outcome::{J_TPF, QUANTITIES};
-use samara_core::assess::{Outcome, Quantity};
+use samara_core::assess::outcome::{J_TPF, Outcome, QUANTITIES, Quantity};
 
 type Str = &'static str;
-type Of<R, T> = Box<dyn Fn(&R) -> T + Send + Sync>;
+/// Columns of numbers: of each the name, and a value for each row.
+pub type Arrays = Vec<(Cow<'static, str>, Vec<f64>)>;
+type Of<R, T> = Box<dyn Fn(&R) -> T>;
 
 /// How a column's value is read off a row.
 pub(super) enum Value<R> {
-    /// A number; one that is not finite is none.
-    Number(Of<R, f64>),
+    /// A number, or none.
+    Number(Of<R, Option<f64>>),
     Whole(Of<R, u64>),
-    /// 1 or 0.
-    Flag(Of<R, bool>),
+    /// The place of one of some words.
+    Choice(Of<R, usize>, &'static [Str]),
     /// A text, and whether it stands in quotation marks in CSV.
     Text(Of<R, Option<String>>, bool),
 }
@@ -49,13 +50,13 @@ enum Back<R> {
     /// It must be the row's own.
     Checked,
     /// It is put into the row.
-    Put(Box<dyn Fn(&mut R, Found<'_>) + Send + Sync>),
+    Put(Box<dyn Fn(&mut R, Found<'_>)>),
 }
 
 /// A column of a table whose rows are of this type.
 pub(super) struct Column<R> {
     /// Name, which ends in the unit.
-    pub(super) name: Str,
+    pub(super) name: Cow<'static, str>,
     /// What it is, for people.
     pub(super) about: Str,
     pub(super) value: Value<R>,
@@ -68,23 +69,33 @@ impl<R> Column<R> {
         match (&self.back, &self.value, found) {
             (Back::Put(put), ..) => put(row, found),
             (Back::Left, _, found) => return found != Found::Number(None),
-            (Back::Checked, Value::Number(of), Found::Number(x)) => return x == Some(of(row)),
+            (Back::Checked, Value::Number(of), Found::Number(x)) => return x.is_some() && x == of(row),
             (Back::Checked, Value::Whole(of), Found::Whole(n)) => return n == of(row),
             (Back::Checked, ..) => return false,
         }
         true
     }
 
+    /// The value as a number, where it is one; of a choice its place.
+    pub(super) fn number(&self, row: &R) -> Option<f64> {
+        match &self.value {
+            Value::Number(of) => of(row),
+            Value::Whole(of) => Some(of(row) as f64),
+            Value::Choice(of, _) => Some(of(row) as f64),
+            Value::Text(..) => None,
+        }
+    }
+
     /// The value as a cell of CSV: the shortest text that reads back to it, nothing where there is none.
-    fn push_cell(&self, line: &mut String, row: &R) {
+    pub(super) fn push_cell(&self, line: &mut String, row: &R) {
         // Writing to a String cannot fail.
         let _ = match &self.value {
-            Value::Number(of) => match of(row) {
-                x if x.is_finite() => write!(line, "{x:?}"),
-                _ => Ok(()),
+            Value::Number(of) => match of(row).filter(|x| x.is_finite()) {
+                Some(x) => write!(line, "{x:?}"),
+                None => Ok(()),
             },
             Value::Whole(of) => write!(line, "{}", of(row)),
-            Value::Flag(of) => write!(line, "{}", u8::from(of(row))),
+            Value::Choice(of, words) => line.write_str(words[of(row)]),
             Value::Text(of, false) => line.write_str(&of(row).unwrap_or_default()),
             Value::Text(of, true) => {
                 let text = of(row).unwrap_or_default().replace('"', "'").replace('\n', "; ");
@@ -98,85 +109,72 @@ impl<R> Column<R> {
         match &self.value {
             Value::Number(_) if cell.is_empty() => Some(Found::Number(None)),
             Value::Number(_) => cell.parse().ok().map(|x| Found::Number(Some(x))),
-            Value::Whole(_) | Value::Flag(_) => cell.parse().ok().map(Found::Whole),
-            Value::Text(..) => Some(Found::Text(Some(cell))),
+            Value::Whole(_) => cell.parse().ok().map(Found::Whole),
+            _ => Some(Found::Text(Some(cell))),
         }
     }
-}
-
-/// Why a line is not the row that it should be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Unread {
-    /// The cells are not as many as the columns, or of other kinds.
-    Cells,
-    /// A value is another than the row's.
-    Other,
 }
 
 /// The columns of a table whose rows are of this type, in the order of files.
 pub struct Columns<R>(pub(super) Vec<Column<R>>);
 
-impl<R> Default for Columns<R> {
-    fn default() -> Self {
+impl<R> Columns<R> {
+    /// No column yet.
+    pub fn none() -> Self {
         Self(Vec::new())
     }
-}
 
-impl<R> Columns<R> {
-    fn and(mut self, name: Str, about: Str, value: Value<R>) -> Self {
-        self.0.push(Column { name, about, value, back: Back::Left });
+    fn and(mut self, name: impl Into<Cow<'static, str>>, about: Str, value: Value<R>) -> Self {
+        self.0.push(Column { name: name.into(), about, value, back: Back::Left });
         self
     }
 
     /// One more column, of numbers.
-    pub fn number<X: Into<Option<f64>>>(
-        self,
-        name: Str,
-        about: Str,
-        of: impl Fn(&R) -> X + Send + Sync + 'static,
-    ) -> Self {
-        let of = move |row: &R| of(row).into().unwrap_or(f64::NAN);
-        self.and(name, about, Value::Number(Box::new(of)))
+    pub fn number<X: Into<Option<f64>>>(self, name: Str, about: Str, of: impl Fn(&R) -> X + 'static) -> Self {
+        self.and(name, about, Value::Number(Box::new(move |row| of(row).into())))
     }
 
     /// One more column of numbers for each of some names, by its place among them.
     pub fn numbers<X: Into<Option<f64>>>(
         self,
-        names: impl IntoIterator<Item = Str>,
+        names: impl IntoIterator<Item = impl Into<Cow<'static, str>>>,
         about: Str,
-        of: impl Fn(&R, usize) -> X + Copy + Send + Sync + 'static,
+        of: impl Fn(&R, usize) -> X + Clone + 'static,
     ) -> Self {
-        let names = names.into_iter().enumerate();
-        names.fold(self, |columns, (i, name)| columns.number(name, about, move |row| of(row, i)))
+        names.into_iter().enumerate().fold(self, |columns, (i, name)| {
+            let of = of.clone();
+            columns.and(name, about, Value::Number(Box::new(move |row| of(row, i).into())))
+        })
     }
 
     /// One more column, of whole numbers.
-    pub fn whole(self, name: Str, about: Str, of: impl Fn(&R) -> u64 + Send + Sync + 'static) -> Self {
+    pub fn whole(self, name: Str, about: Str, of: impl Fn(&R) -> u64 + 'static) -> Self {
         self.and(name, about, Value::Whole(Box::new(of)))
     }
 
     /// One more column, of 1 and 0.
-    pub fn flag(self, name: Str, about: Str, of: impl Fn(&R) -> bool + Send + Sync + 'static) -> Self {
-        self.and(name, about, Value::Flag(Box::new(of)))
+    pub fn flag(self, name: Str, about: Str, of: impl Fn(&R) -> bool + 'static) -> Self {
+        self.whole(name, about, move |row| of(row).into())
     }
 
-    /// One more column, of words that have neither a comma nor a quotation mark.
-    pub fn word(
+    /// One more column, of some words, by the place of each.
+    pub fn choice(
         self,
         name: Str,
         about: Str,
-        of: impl Fn(&R) -> Option<String> + Send + Sync + 'static,
+        words: &'static [Str],
+        of: impl Fn(&R) -> usize + 'static,
     ) -> Self {
+        self.and(name, about, Value::Choice(Box::new(of), words))
+    }
+
+    /// One more column, of words that have neither a comma nor a quotation mark.
+    pub fn word(self, name: Str, about: Str, of: impl Fn(&R) -> Option<String> + 'static) -> Self {
         self.and(name, about, Value::Text(Box::new(of), false))
     }
 
     /// One more column, of any text.
-    pub fn text(
-        self,
-        name: Str,
-        about: Str,
-        of: impl Fn(&R) -> Option<String> + Send + Sync + 'static,
-    ) -> Self {
+    pub fn text(self, name: Str, about: Str, of: impl Fn(&R) -> Option<String> + 'static) -> Self {
         self.and(name, about, Value::Text(Box::new(of), true))
     }
 
@@ -184,11 +182,11 @@ impl<R> Columns<R> {
     pub fn quantities(
         mut self,
         quantities: impl IntoIterator<Item = &'static Quantity>,
-        of: impl Fn(&R) -> Option<&Outcome> + Copy + Send + Sync + 'static,
+        of: impl Fn(&R) -> Option<&Outcome> + Copy + 'static,
     ) -> Self {
         for quantity in quantities {
-            let lost = if *quantity == J_TPF { f64::INFINITY } else { f64::NAN };
-            let value = move |row: &R| of(row).and_then(|outcome| quantity.of(outcome)).unwrap_or(lost);
+            let lost = (*quantity == J_TPF).then_some(f64::INFINITY);
+            let value = move |row: &R| of(row).and_then(|outcome| quantity.of(outcome)).or(lost);
             self = self.number(quantity.key, "[what the flight came to](#what-a-flight-came-to)", value);
         }
         self
@@ -196,13 +194,13 @@ impl<R> Columns<R> {
 
     /// What is found in these columns must be the row's own.
     pub(super) fn checked(mut self, names: &[&str]) -> Self {
-        let checked = self.0.iter_mut().filter(|column| names.contains(&column.name));
+        let checked = self.0.iter_mut().filter(|column| names.contains(&&*column.name));
         checked.for_each(|column| column.back = Back::Checked);
         self
     }
 
     /// What is found in a column is put into the row.
-    pub(super) fn put(mut self, name: &str, put: impl Fn(&mut R, Found<'_>) + Send + Sync + 'static) -> Self {
+    pub(super) fn put(mut self, name: &str, put: impl Fn(&mut R, Found<'_>) + 'static) -> Self {
         let back = Back::Put(Box::new(put));
         if let Some(column) = self.0.iter_mut().find(|column| column.name == name) {
             column.back = back;
@@ -211,10 +209,7 @@ impl<R> Columns<R> {
     }
 
     /// What is found in the columns of quantities is put into the row's outcome.
-    pub(super) fn put_quantities(
-        self,
-        of: impl Fn(&mut R) -> Option<&mut Outcome> + Copy + Send + Sync + 'static,
-    ) -> Self {
+    pub(super) fn put_quantities(self, of: impl Fn(&mut R) -> Option<&mut Outcome> + Copy + 'static) -> Self {
         QUANTITIES.iter().fold(self, |columns, quantity| {
             columns.put(quantity.key, move |row, found| {
                 if let (Some(outcome), Found::Number(x)) = (of(row), found) {
@@ -226,17 +221,16 @@ impl<R> Columns<R> {
 
     /// The names, between commas.
     pub fn names(&self) -> String {
-        self.0.iter().map(|column| column.name).collect::<Vec<_>>().join(",")
+        self.0.iter().map(|column| &*column.name).collect::<Vec<_>>().join(",")
     }
 
     /// Appends a row as a line of CSV.
     pub fn push_line(&self, text: &mut String, row: &R) {
-        for (place, column) in self.0.iter().enumerate() {
-            if place > 0 {
-                text.push(',');
-            }
+        for column in &self.0 {
             column.push_cell(text, row);
+            text.push(',');
         }
+        text.pop();
         text.push('\n');
     }
 
@@ -254,27 +248,22 @@ impl<R> Columns<R> {
         text
     }
 
-    /// Reads a line (without its end) into a row. Texts that hold a comma are not read.
-    pub(super) fn read(&self, line: &str, row: &mut R) -> Result<(), Unread> {
+    /// Reads a line (without its end) into a row: whether the line is the row's. `None`: the cells are not as
+    /// many as the columns, or of other kinds. Texts that hold a comma are not read.
+    pub(super) fn read(&self, line: &str, row: &mut R) -> Option<bool> {
         let cells: Vec<&str> = line.split(',').collect();
         let found = self.0.iter().zip(&cells).map(|(column, cell)| column.found(cell));
-        let found = found.collect::<Option<Vec<_>>>().filter(|_| cells.len() == self.0.len());
-        let mut found = self.0.iter().zip(found.ok_or(Unread::Cells)?);
-        if found.all(|(column, found)| column.take(row, found)) { Ok(()) } else { Err(Unread::Other) }
+        let found = found.collect::<Option<Vec<_>>>().filter(|_| cells.len() == self.0.len())?;
+        Some(self.0.iter().zip(found).all(|(column, found)| column.take(row, found)))
     }
 
-    /// The columns of numbers as arrays, each a name and a value for each row: not finite where it has none.
-    pub fn arrays(&self, rows: impl IntoIterator<Item = impl Borrow<R>>) -> Vec<(&'static str, Vec<f64>)> {
+    /// The columns of numbers; a value that there is not is not finite, a choice is the place of the word.
+    pub fn arrays(&self, rows: impl IntoIterator<Item = impl Borrow<R>>) -> Arrays {
         let columns = self.0.iter().filter(|column| !matches!(column.value, Value::Text(..)));
-        let mut arrays: Vec<_> = columns.clone().map(|column| (column.name, Vec::new())).collect();
+        let mut arrays: Arrays = columns.clone().map(|column| (column.name.clone(), Vec::new())).collect();
         for row in rows {
             for (column, (_, array)) in columns.clone().zip(&mut arrays) {
-                array.push(match &column.value {
-                    Value::Number(of) => of(row.borrow()),
-                    Value::Whole(of) => of(row.borrow()) as f64,
-                    Value::Flag(of) => f64::from(of(row.borrow())),
-                    Value::Text(..) => f64::NAN,
-                });
+                array.push(column.number(row.borrow()).unwrap_or(f64::NAN));
             }
         }
         arrays

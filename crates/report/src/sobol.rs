@@ -65,21 +65,15 @@ type SobolRow<'a> = (&'a Quantity, &'a CoordinateGroup, [Index; 2]);
 
 /// The columns of `sobol.csv`.
 pub(crate) fn columns<'a>() -> Columns<SobolRow<'a>> {
-    let ends = |&Index { value, half }: &Index, i: usize| [value, value - half, value + half][i];
-    Columns::<SobolRow<'_>>::default()
+    const FIRST: [&str; 3] = ["first", "first_low", "first_high"];
+    const TOTAL: [&str; 3] = ["total", "total_low", "total_high"];
+    let ends = |Index { value, half }: Index, i: usize| [value, value - half, value + half][i];
+    Columns::<SobolRow<'_>>::none()
         .word("output", "`j_tpf`, `steady_after_s` or `altitude_lost_m`", |(of, ..)| Some(of.key.to_owned()))
         .word("key", "a group of what is drawn", |(_, group, _)| Some(group.key.to_owned()))
         .text("quantity", "the group in words", |(_, group, _)| Some(group.words.to_owned()))
-        .numbers(
-            ["first", "first_low", "first_high"],
-            "first-order index, with its 95 % interval",
-            move |(.., [first, _]), i| ends(first, i),
-        )
-        .numbers(
-            ["total", "total_low", "total_high"],
-            "total index, with its 95 % interval",
-            move |(.., [_, total]), i| ends(total, i),
-        )
+        .numbers(FIRST, "first-order index, with its 95 % interval", move |(.., of), i| ends(of[0], i))
+        .numbers(TOTAL, "total index, with its 95 % interval", move |(.., of), i| ends(of[1], i))
 }
 
 impl SobolReport<'_> {

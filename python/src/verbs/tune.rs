@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use samara::assess::tracking::control_period_s;
 use samara::config::{Mission, gains_json};
 use samara::control::Gains;
+use samara::report::rows::Arrays;
 use samara::report::tune::records::{front, history};
 use samara::report::tune::{TuneRun, about};
 use samara::sim::PlantKind;
@@ -20,9 +21,6 @@ use crate::given::Given;
 use crate::pool::pool;
 use crate::work::{Stop, work};
 
-/// The columns of a search, an array each.
-type SearchColumns = Vec<(&'static str, Vec<f64>)>;
-
 /// Gains that were found, and the search that found them.
 #[pyclass(frozen, module = "samara_tpf._samara")]
 #[derive(Debug)]
@@ -33,8 +31,8 @@ pub struct Tuned {
     allowed: bool,
     rms_bound: Option<f64>,
     evaluations: usize,
-    history: SearchColumns,
-    front: SearchColumns,
+    history: Arrays,
+    front: Arrays,
 }
 
 #[pymethods]

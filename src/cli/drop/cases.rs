@@ -100,7 +100,7 @@ fn all(objects: &[String]) -> String {
 
 /// The columns of `cases.csv`; empty fields where nothing was released or nothing became steady.
 fn columns<'a>() -> Columns<(&'a str, &'a str, Option<&'a Verdict>)> {
-    Columns::<(&str, &str, Option<&Verdict>)>::default()
+    Columns::<(&str, &str, Option<&Verdict>)>::none()
         .word("case", "name of the release case", |(case, ..)| Some((*case).to_owned()))
         .word("autopilot", "who flew it", |(_, pilot, _)| Some((*pilot).to_owned()))
         .quantities(&COLUMNS, |(.., verdict)| verdict.map(|v| &v.outcome))

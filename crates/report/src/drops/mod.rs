@@ -20,7 +20,7 @@ pub use trial::{DropTrial, TrialFile, TrialFileError};
 
 /// What was drawn for a drop, the columns that all its tables begin with.
 pub(crate) fn drawn_columns() -> Columns<DropTrial> {
-    Columns::<DropTrial>::default()
+    Columns::<DropTrial>::none()
         .whole("trial", "number of the trial", |row| row.drawn.trial)
         .number("theta_0_deg", "the draw: amplitude of the swing", |row| {
             row.drawn.amplitude_rad * DEG_PER_RAD
@@ -39,14 +39,14 @@ pub(crate) fn outcome_columns(columns: Columns<DropTrial>, between: &'static str
         .text("failure", "why it counts as failed, if it does", |row| row.failure.clone())
 }
 
-/// The columns of a campaign's file; `tipped`: whether what the cut gives the vehicle is random.
-pub(crate) fn columns_of(tipped: bool) -> Columns<DropTrial> {
+/// The columns of a campaign's file.
+pub(crate) fn columns_of(mission: &Mission) -> Columns<DropTrial> {
     const RATES: [&str; 3] = ["tip_off_p_deg_s", "tip_off_q_deg_s", "tip_off_r_deg_s"];
     const VELOCITIES: [&str; 3] = ["tip_off_vx_m_s", "tip_off_vy_m_s", "tip_off_vz_m_s"];
     const ABOUT: &str = "what the cut gave, where that is random: body rates and velocity in body axes";
     let seed = drawn_columns().whole("noise_seed", "the draw: seed of the noise", |row| row.drawn.seed);
     let columns = outcome_columns(seed, " ");
-    if !tipped {
+    if mission.study.monte_carlo.tip_off_sigma.is_none() {
         return columns;
     }
     columns.numbers(RATES, ABOUT, |row, i| row.drawn.tip_off.omega_body[i] * DEG_PER_RAD).numbers(
@@ -56,10 +56,6 @@ pub(crate) fn columns_of(tipped: bool) -> Columns<DropTrial> {
     )
 }
 
-fn columns_for(mission: &Mission) -> Columns<DropTrial> {
-    columns_of(!mission.study.monte_carlo.tip_off_sigma.is_none())
-}
-
 /// The lines before the first trial.
 pub fn header(mission: &Mission, autopilot: &str) -> String {
     format!(
@@ -67,13 +63,13 @@ pub fn header(mission: &Mission, autopilot: &str) -> String {
         mission.stamp().csv_comment(),
         mission.name,
         mission.control.gains_name,
-        columns_for(mission).names(),
+        columns_of(mission).names(),
     )
 }
 
 /// The line of a trial; what it has not got is left empty.
 pub fn row(mission: &Mission, trial: &DropTrial) -> String {
-    columns_for(mission).line(trial)
+    columns_of(mission).line(trial)
 }
 
 /// What a campaign came to.

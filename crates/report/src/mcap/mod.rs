@@ -27,13 +27,15 @@ use self::container::{Channel, McapWriter};
 use self::foxglove::{Entity, Paint, Transform};
 use self::protobuf::{FieldType, Message};
 use self::scene::{Look, Picture};
-use super::flight_columns::{Field, FlightColumns};
+use super::flight_columns::{flight_columns, with_body};
 use super::json::VERSION;
 use super::marks::{Mark, Times, marks};
 use super::plan_motion::{place_at, plan_motion};
+use super::rows::{Columns, Value};
 use super::shown_drop::ShownDrop;
 use samara_core::assess::StateCost;
 use samara_core::frames::{Quaternion, bank, pitch, tilt};
+use samara_core::model::PerRotor;
 use samara_core::model::rigid_body::BodyState;
 use samara_core::sim::{Phase, Sample};
 use samara_core::units::DEG_PER_RAD;
@@ -76,9 +78,11 @@ pub fn drop_mcap<W: Write>(
     let mut mcap = McapWriter::new(out, &format!("samara {VERSION}"))?;
     let times = Times::of(drop);
     mcap.metadata("samara", &facts(drop, &times))?;
-    let columns = FlightColumns::of(drop.mission, ground);
+    let columns = with_plots(flight_columns(drop.mission, ground), |sample| &sample.state.body);
+    let plan_columns = plan_columns(drop.mission);
     let picture = Picture::of(drop.mission);
-    let mut writer = DropWriter { mcap, clock, drop, columns, channels: BTreeMap::new(), picture };
+    let mut writer =
+        DropWriter { mcap, clock, drop, columns, plan_columns, channels: BTreeMap::new(), picture };
     writer.at_begin(begin_ns)?;
     writer.in_time(&times)?;
     for Attachment { name, text } in attachments {
@@ -178,62 +182,47 @@ impl Topic {
     }
 }
 
-fn kind_of(column: &str) -> FieldType {
-    if column == "phase" { FieldType::Text } else { FieldType::Double }
+/// Behind some columns what is worked out of a state, for plots.
+fn with_plots<R>(columns: Columns<R>, of: impl Fn(&R) -> &BodyState + Copy + 'static) -> Columns<R> {
+    let angle = |name, angle: fn(Quaternion) -> f64| (name, angle);
+    let angles = [angle("pitch_deg", pitch), angle("roll_deg", bank), angle("tilt_deg", tilt)];
+    let columns = columns.number("speed_m_s", "", move |row| of(row).v_ned.norm());
+    angles.into_iter().fold(columns, |columns, (name, angle)| {
+        columns.number(name, "", move |row| angle(of(row).q_ned_from_body) * DEG_PER_RAD)
+    })
 }
 
-/// Names of what is worked out of a state, for plots.
-const WORKED_OUT: [&str; 4] = ["speed_m_s", "pitch_deg", "roll_deg", "tilt_deg"];
-
-fn worked_out(body: &BodyState) -> [f64; 4] {
-    let q = body.q_ned_from_body;
-    [body.v_ned.norm(), pitch(q) * DEG_PER_RAD, bank(q) * DEG_PER_RAD, tilt(q) * DEG_PER_RAD]
+/// The fields of `/plan/state`: an instant of the plan with its thrusts.
+fn plan_columns(mission: &Mission) -> Columns<(PlanRow, PerRotor)> {
+    let limits = mission.limits.safety;
+    let columns = Columns::<(PlanRow, PerRotor)>::none().number("t_s", "", |(row, _)| row.t_s).number(
+        "t_powered_s",
+        "",
+        |(row, _)| row.t_powered_s,
+    );
+    let thrusts = (1..=mission.vehicle.rotors.len()).map(|i| format!("thrust_{i}_n"));
+    let columns = with_body(columns, |(row, _)| &row.body)
+        .number("j_state", "", move |(row, _)| StateCost::of(&row.body, &limits).max())
+        .numbers(thrusts, "", |(_, thrust_n), i| thrust_n[i]);
+    with_plots(columns, |(row, _)| &row.body)
 }
 
-/// Names of the fields of `/state`: the columns of `flight.csv`, and what is worked out.
-fn state_names(columns: &FlightColumns) -> Vec<String> {
-    columns.names().into_iter().chain(WORKED_OUT.map(str::to_owned)).collect()
-}
-
-/// A message of `/state`; no value is no number.
-fn state_message(columns: &FlightColumns, sample: &Sample) -> Message {
-    let (mut message, mut number) = (Message::default(), 0);
-    let mut put = |field: Field| {
-        number += 1;
-        let before = std::mem::take(&mut message);
-        message = match field {
-            // As in the table, -0 is 0.
-            Field::Number(x) => before.double(number, x + 0.0),
-            Field::Word(word) => before.text(number, word),
-            Field::Empty => before.double(number, f64::NAN),
-        };
+/// The description of a message whose fields are these columns.
+fn described<R>(name: &str, columns: &Columns<R>) -> Vec<u8> {
+    let kind = |value: &Value<R>| match value {
+        Value::Choice(..) | Value::Text(..) => FieldType::Text,
+        Value::Number(_) | Value::Whole(_) => FieldType::Double,
     };
-    columns.row(sample, &mut put);
-    worked_out(&sample.state.body).into_iter().for_each(|x| put(Field::Number(x)));
-    message
+    protobuf::described("samara", name, columns.0.iter().map(|of| (&*of.name, kind(&of.value))))
 }
 
-/// Names of the fields of `/plan/state`.
-fn plan_names(n_rotors: usize) -> Vec<String> {
-    let state = "t_s,t_powered_s,north_m,east_m,down_m,q0,q1,q2,q3,vn_m_s,ve_m_s,vd_m_s,p_rad_s,q_rad_s,r_rad_s,j_state";
-    let thrusts = (1..=n_rotors).map(|i| format!("thrust_{i}_n"));
-    state.split(',').map(str::to_owned).chain(thrusts).chain(WORKED_OUT.map(str::to_owned)).collect()
-}
-
-fn plan_message(mission: &Mission, row: &PlanRow, thrust_n: &[f64]) -> Message {
-    let PlanRow { t_s, t_powered_s, body } = row;
-    let j_state = StateCost::of(body, &mission.limits.safety).max();
-    let parts: [&[f64]; 8] = [
-        &[*t_s, *t_powered_s],
-        body.p_ned.as_slice(),
-        &body.q_ned_from_body,
-        body.v_ned.as_slice(),
-        body.omega_body.as_slice(),
-        &[j_state],
-        thrust_n,
-        &worked_out(body),
-    ];
-    (1..).zip(parts.concat()).fold(Message::default(), |message, (number, x)| message.double(number, x + 0.0))
+/// A message of a row; no value is no number.
+fn message<R>(columns: &Columns<R>, row: &R) -> Message {
+    (1..).zip(&columns.0).fold(Message::default(), |message, (number, column)| match &column.value {
+        Value::Choice(of, words) => message.text(number, words[of(row)]),
+        // As in the table, -0 is 0.
+        _ => message.double(number, column.number(row).map_or(f64::NAN, |x| x + 0.0)),
+    })
 }
 
 /// A drop on its way into the file.
@@ -241,13 +230,15 @@ struct DropWriter<'a, W: Write> {
     mcap: McapWriter<W>,
     clock: Clock,
     drop: &'a ShownDrop<'a>,
-    columns: FlightColumns,
+    columns: Columns<Sample>,
+    plan_columns: Columns<(PlanRow, PerRotor)>,
     /// Numbers of the channels.
     channels: BTreeMap<Topic, u16>,
     picture: Picture<'a>,
 }
 
 /// An instant of the plan.
+#[derive(Clone, Copy)]
 struct PlanRow {
     t_s: f64,
     t_powered_s: f64,
@@ -264,16 +255,9 @@ impl<W: Write> DropWriter<'_, W> {
             Some(channel) => *channel,
             None => {
                 let (name, schema) = topic.names();
-                let own = |name: &str, columns: &[String]| {
-                    protobuf::described(
-                        "samara",
-                        name,
-                        columns.iter().map(|name| (name.as_str(), kind_of(name))),
-                    )
-                };
                 let own = match topic {
-                    Topic::State => own("State", &state_names(&self.columns)),
-                    Topic::PlanState => own("PlanState", &plan_names(self.drop.mission.vehicle.rotors.len())),
+                    Topic::State => described("State", &self.columns),
+                    Topic::PlanState => described("PlanState", &self.plan_columns),
                     _ => Vec::new(),
                 };
                 let descriptors = if own.is_empty() { foxglove::DESCRIPTORS } else { &own };
@@ -362,7 +346,7 @@ impl<W: Write> DropWriter<'_, W> {
                 let frames = foxglove::transforms(now_ns, &[placed(BODY, body)]);
                 self.put(Topic::Transforms, now_ns, &frames)?;
             }
-            self.put(Topic::State, now_ns, &state_message(&self.columns, sample))?;
+            self.put(Topic::State, now_ns, &message(&self.columns, sample))?;
             if sample.t_s >= next_picture_s - 1e-9 {
                 next_picture_s = sample.t_s + PICTURE_S;
                 let thrusts = self.picture.thrusts(now_ns, BODY, &sample.balance.thrust_n);
@@ -399,8 +383,7 @@ impl<W: Write> DropWriter<'_, W> {
         let now_ns = self.clock.ns(row.t_s);
         let placed = placed(PLAN_BODY, &row.body);
         self.put(Topic::PlanTransforms, now_ns, &foxglove::transforms(now_ns, &[placed]))?;
-        let thrust_n = plan.thrust_n(row.t_powered_s);
-        let message = plan_message(self.drop.mission, row, &thrust_n[..plan.n_rotors()]);
+        let message = message(&self.plan_columns, &(*row, plan.thrust_n(row.t_powered_s)));
         self.put(Topic::PlanState, now_ns, &message)?;
         if self.channels.contains_key(&Topic::PlanVehicle) {
             return Ok(());

@@ -123,7 +123,7 @@ pub enum ShardError {
     Metadata(#[from] serde_json::Error),
     /// The file is Parquet, but not what samara writes.
     #[error("a shard, as `samara assess --shard` writes it, is expected: {0}")]
-    NotAShard(&'static str),
+    NotAShard(String),
     /// Bytes of the file are others than were written.
     #[error("a shard as it was written is expected: bytes of the file have changed, or are missing")]
     Damaged,

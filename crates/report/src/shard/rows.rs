@@ -18,36 +18,40 @@ impl<R> Columns<R> {
         let signed = |n: u64| i64::try_from(n).unwrap_or(i64::MAX);
         let values = |value: &Value<R>| match value {
             Value::Number(of) => {
-                Values::Number(rows.iter().map(|row| Some(of(row)).filter(|x| x.is_finite())).collect())
+                Values::Number(rows.iter().map(|row| of(row).filter(|x| x.is_finite())).collect())
             }
             Value::Whole(of) => Values::Whole(rows.iter().map(|row| signed(of(row))).collect()),
-            Value::Flag(of) => Values::Whole(rows.iter().map(|row| of(row).into()).collect()),
+            Value::Choice(of, words) => {
+                Values::Text(rows.iter().map(|row| Some(words[of(row)].to_owned())).collect())
+            }
             Value::Text(of, _) => Values::Text(rows.iter().map(of).collect()),
         };
         let column = |name: &str, values| Column { name: name.to_owned(), values };
-        Table { columns: self.0.iter().map(|of| column(of.name, values(&of.value))).collect() }
+        Table { columns: self.0.iter().map(|of| column(&of.name, values(&of.value))).collect() }
     }
 
     /// Rows with what stands in a table; each begins as `begin` makes it of its place and its trial's number,
     /// unless that is none.
     fn rows(&self, table: &Table, begin: impl Fn(usize, u64) -> Option<R>) -> Result<Vec<R>, ShardError> {
-        let columns = self.0.iter().map(|column| Ok((column, table.column(column.name)?)));
+        let columns = self.0.iter().map(|column| Ok((column, table.column(&column.name)?)));
         let columns = columns.collect::<Result<Vec<_>, ShardError>>()?;
-        let whole = |n: i64, name| u64::try_from(n).map_err(|_| ShardError::NotAShard(name));
+        let whole = |n: i64, name: &str| u64::try_from(n).map_err(|_| ShardError::NotAShard(name.to_owned()));
         let mut rows = Vec::new();
         for (place, trial) in table.wholes(TRIAL)?.iter().enumerate() {
             let Some(mut row) = begin(place, whole(*trial, TRIAL)?) else { continue };
             for (column, values) in &columns {
                 let found = match (&column.value, values) {
                     (Value::Number(_), Values::Number(values)) => Found::Number(values[place]),
-                    (Value::Whole(_) | Value::Flag(_), Values::Whole(values)) => {
-                        Found::Whole(whole(values[place], column.name)?)
+                    (Value::Whole(_), Values::Whole(values)) => {
+                        Found::Whole(whole(values[place], &column.name)?)
                     }
-                    (Value::Text(..), Values::Text(values)) => Found::Text(values[place].as_deref()),
-                    _ => return Err(ShardError::NotAShard(column.name)),
+                    (Value::Choice(..) | Value::Text(..), Values::Text(values)) => {
+                        Found::Text(values[place].as_deref())
+                    }
+                    _ => return Err(ShardError::NotAShard(column.name.to_string())),
                 };
                 if !column.take(&mut row, found) {
-                    return Err(ShardError::NotAShard("trials of this mission and seed"));
+                    return Err(ShardError::NotAShard("trials of this mission and seed".into()));
                 }
             }
             rows.push(row);

@@ -144,15 +144,17 @@ impl SummaryRecord {
         let sums = self.measures.iter().map(|sums| sums.sums(self.first)).collect::<Result<Vec<_>, _>>()?;
         let of = |sums: &BlockSummary| sums.first() == trials.start && sums.end() == trials.end;
         if !sums.iter().all(of) || self.trials != trials.end - trials.start || self.passed > self.trials {
-            return Err(ShardError::NotAShard("statistics of its trials"));
+            return Err(ShardError::NotAShard("statistics of its trials".into()));
         }
-        let measures = sums.try_into().map_err(|_| ShardError::NotAShard("as many quantities"))?;
+        let measures = sums.try_into().map_err(|_| ShardError::NotAShard("as many quantities".into()))?;
         let histograms: Vec<Histogram> =
             self.histograms.iter().map(|bins| Histogram::of(bins.iter().copied())).collect();
         Ok(CampaignSummary {
             passed: Share::of(self.passed, self.trials),
             measures,
-            histograms: histograms.try_into().map_err(|_| ShardError::NotAShard("as many histograms"))?,
+            histograms: histograms
+                .try_into()
+                .map_err(|_| ShardError::NotAShard("as many histograms".into()))?,
             exact: None,
             shown: self.shown.iter().map(TrialRecord::from).collect(),
             worst: self.worst.iter().map(TrialRecord::from).collect(),
@@ -187,9 +189,9 @@ impl DropTallyRecord {
     pub fn tally(self, trials: &std::ops::Range<u64>) -> Result<DropTally, ShardError> {
         let sums = self.measures.iter().map(|sums| sums.sums(trials.start)).collect::<Result<Vec<_>, _>>()?;
         if sums.iter().any(|sums| sums.end() != trials.end) {
-            return Err(ShardError::NotAShard("statistics of its trials"));
+            return Err(ShardError::NotAShard("statistics of its trials".into()));
         }
-        let sums = sums.try_into().map_err(|_| ShardError::NotAShard("as many quantities"))?;
+        let sums = sums.try_into().map_err(|_| ShardError::NotAShard("as many quantities".into()))?;
         Ok(DropTally::from_parts(trials.end - trials.start, sums, self.failures))
     }
 }

@@ -77,30 +77,19 @@ impl Table {
     ///
     /// # Errors
     /// [`ShardError::NotAShard`] where there is none.
-    pub fn column(&self, name: &'static str) -> Result<&Values, ShardError> {
+    pub fn column(&self, name: &str) -> Result<&Values, ShardError> {
         let column = self.columns.iter().find(|column| column.name == name);
-        column.map(|column| &column.values).ok_or(ShardError::NotAShard(name))
-    }
-
-    /// The numbers of a column.
-    ///
-    /// # Errors
-    /// [`ShardError::NotAShard`] where there are none.
-    pub fn numbers(&self, name: &'static str) -> Result<&[Option<f64>], ShardError> {
-        match self.column(name)? {
-            Values::Number(values) => Ok(values),
-            _ => Err(ShardError::NotAShard(name)),
-        }
+        column.map(|column| &column.values).ok_or(ShardError::NotAShard(name.into()))
     }
 
     /// The whole numbers of a column.
     ///
     /// # Errors
     /// [`ShardError::NotAShard`] where there are none.
-    pub fn wholes(&self, name: &'static str) -> Result<&[i64], ShardError> {
+    pub fn wholes(&self, name: &str) -> Result<&[i64], ShardError> {
         match self.column(name)? {
             Values::Whole(values) => Ok(values),
-            _ => Err(ShardError::NotAShard(name)),
+            _ => Err(ShardError::NotAShard(name.into())),
         }
     }
 
@@ -108,10 +97,10 @@ impl Table {
     ///
     /// # Errors
     /// [`ShardError::NotAShard`] where there are none.
-    pub fn texts(&self, name: &'static str) -> Result<&[Option<String>], ShardError> {
+    pub fn texts(&self, name: &str) -> Result<&[Option<String>], ShardError> {
         match self.column(name)? {
             Values::Text(values) => Ok(values),
-            _ => Err(ShardError::NotAShard(name)),
+            _ => Err(ShardError::NotAShard(name.into())),
         }
     }
 
@@ -173,8 +162,9 @@ impl ShardWriter {
         }
         let mut group = self.file.next_row_group()?;
         for column in &rows.columns {
-            let mut writer =
-                group.next_column()?.ok_or(ShardError::NotAShard("as many columns as at the beginning"))?;
+            let mut writer = group
+                .next_column()?
+                .ok_or(ShardError::NotAShard("as many columns as at the beginning".into()))?;
             match (writer.untyped(), &column.values) {
                 (ColumnWriter::ByteArrayColumnWriter(writer), Values::Text(values)) => {
                     let (values, levels) = present(values, |text| ByteArray::from(text.as_bytes().to_vec()));
@@ -187,7 +177,7 @@ impl ShardWriter {
                     let (values, levels) = present(values, |x| *x);
                     writer.write_batch(&values, Some(&levels), None)?;
                 }
-                _ => return Err(ShardError::NotAShard("columns of the types of the beginning")),
+                _ => return Err(ShardError::NotAShard("columns of the types of the beginning".into())),
             }
             writer.close()?;
         }
@@ -241,7 +231,7 @@ impl ShardReader {
         let file = undamaged(|| Ok(SerializedFileReader::new(file)?))?;
         let head: ShardHead = serde_json::from_str(metadata(&file, HEAD)?)?;
         if head.first > head.end || head.end > head.trials {
-            return Err(ShardError::NotAShard("trials of the campaign"));
+            return Err(ShardError::NotAShard("trials of the campaign".into()));
         }
         Ok(Self { file, head })
     }
@@ -270,7 +260,7 @@ impl ShardReader {
         let fields = self.file.metadata().file_metadata().schema().get_fields();
         let column = |(place, field): (usize, &Arc<Type>)| {
             if !field.is_primitive() {
-                return Err(ShardError::NotAShard("a plain column"));
+                return Err(ShardError::NotAShard("a plain column".into()));
             }
             let reader = group.get_column_reader(place)?;
             let values = match field.get_physical_type() {
@@ -290,10 +280,10 @@ impl ShardReader {
                     reader.read_records(rows, None, None, &mut values)?;
                     Values::Whole(values)
                 }
-                _ => return Err(ShardError::NotAShard("text, whole numbers or numbers")),
+                _ => return Err(ShardError::NotAShard("text, whole numbers or numbers".into())),
             };
             if values.len() != rows {
-                return Err(ShardError::NotAShard("columns of the same length"));
+                return Err(ShardError::NotAShard("columns of the same length".into()));
             }
             Ok(Column { name: field.name().to_owned(), values })
         };
@@ -309,7 +299,7 @@ fn undamaged<T>(read: impl FnOnce() -> Result<T, ShardError>) -> Result<T, Shard
 fn metadata<'a>(file: &'a SerializedFileReader<File>, key: &'static str) -> Result<&'a str, ShardError> {
     let pairs = file.metadata().file_metadata().key_value_metadata();
     let pair = pairs.into_iter().flatten().find(|pair| pair.key == key);
-    pair.and_then(|pair| pair.value.as_deref()).ok_or(ShardError::NotAShard(key))
+    pair.and_then(|pair| pair.value.as_deref()).ok_or(ShardError::NotAShard(key.into()))
 }
 
 /// Values of an optional column, null where there is none.
@@ -322,5 +312,5 @@ fn optional<T: DataType>(
     let mut values = values.into_iter();
     let there =
         levels.into_iter().map(|level| if level == 0 { Ok(None) } else { values.next().map(Some).ok_or(()) });
-    there.collect::<Result<_, ()>>().map_err(|()| ShardError::NotAShard("as many values as levels"))
+    there.collect::<Result<_, ()>>().map_err(|()| ShardError::NotAShard("as many values as levels".into()))
 }

@@ -6,7 +6,7 @@ use super::contest::Contest;
 use super::{TuneRun, named};
 use crate::json::{VERSION, object, text as json_text};
 use crate::range_ends::{range_ends_json, range_ends_words};
-use crate::rows::Columns;
+use crate::rows::{Arrays, Columns};
 use samara_core::assess::tracking::OUT_OF_PLANE;
 use samara_core::control::Gains;
 use samara_core::tune::Search;
@@ -127,7 +127,7 @@ fn stamp(mission: &Mission) -> String {
 
 /// The columns of `convergence.csv`.
 pub(crate) fn convergence_columns<'a>() -> Columns<(u64, &'a SearchProgress)> {
-    Columns::<(u64, &SearchProgress)>::default()
+    Columns::<(u64, &SearchProgress)>::none()
         .whole("iteration", "number of the iteration", |(i, _)| *i)
         .whole("objective", "number of the objective, where several make a front", |(_, p)| {
             p.objective as u64
@@ -142,7 +142,7 @@ pub(crate) fn convergence_columns<'a>() -> Columns<(u64, &'a SearchProgress)> {
 
 /// The columns of `front.csv`.
 pub(crate) fn front_columns() -> Columns<Tried> {
-    Columns::<Tried>::default()
+    Columns::<Tried>::none()
         .number("rms", "worst tracking RMS", |tried| tried.evaluation.rms)
         .number("j_tpf", "worst J_TPF", |tried| tried.evaluation.j_tpf)
         .numbers(Gains::LONGITUDINAL_KEYS, "the gains", |tried, i| tried.k[i])
@@ -154,7 +154,7 @@ pub fn convergence_csv(mission: &Mission, search: &Search) -> String {
 }
 
 /// The columns of `convergence.csv` behind the iteration as arrays; what is empty there is not finite here.
-pub fn history(search: &Search) -> Vec<(&'static str, Vec<f64>)> {
+pub fn history(search: &Search) -> Arrays {
     convergence_columns().arrays((0..).zip(search.history())).split_off(1)
 }
 
@@ -164,6 +164,6 @@ pub fn front_csv(mission: &Mission, search: &Search) -> String {
 }
 
 /// The columns of `front.csv` as arrays.
-pub fn front(search: &Search) -> Vec<(&'static str, Vec<f64>)> {
+pub fn front(search: &Search) -> Arrays {
     front_columns().arrays(search.front())
 }
