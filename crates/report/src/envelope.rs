@@ -152,44 +152,35 @@ impl FanEdges {
     }
 }
 
-/// An edge along a ray of a fan.
-pub(crate) struct EdgeRow<'a> {
-    search: &'a EdgeSearch,
-    fan: &'a FanEdges,
-    turn: usize,
-    ray: &'a Ray,
-    edge: &'a Edge,
-}
-
-impl EdgeRow<'_> {
-    /// The value of one of the two quantities at a share of the ray.
-    fn at(&self, share: Option<f64>, quantity: usize) -> Option<f64> {
-        share.map(|share| self.fan.place(self.ray, share)[quantity])
-    }
-}
+/// How the edges were searched, a fan, and an edge of it along a ray.
+type EdgeRow<'a> = (&'a EdgeSearch, &'a FanEdges, (usize, &'a Ray, &'a Edge));
 
 /// The columns of `envelope.csv`.
 pub(crate) fn columns<'a>() -> Columns<EdgeRow<'a>> {
+    const FRESH: &str = "points that were tried on fresh flights, and flights at each";
+    let at = |(_, fan, (_, ray, edge)): &EdgeRow<'_>, share: fn(&Edge) -> Option<f64>, i: usize| {
+        share(edge).map(|share| fan.place(ray, share)[i])
+    };
     Columns::<EdgeRow<'_>>::none()
-        .word("pair", "the two quantities, x and y", |row| Some(row.fan.name()))
-        .number("limit", "limit of J_state", |row| row.edge.limit)
-        .whole("ray", "number of the ray, from +x towards +y", |row| row.turn as u64)
-        .number("angle_deg", "direction of the ray", |row| row.fan.fan.angle_deg(row.turn))
-        .numbers(["safe_x", "safe_y"], "last point at which the search lost no flight", |row, i| {
-            row.at(Some(row.edge.safe), i)
+        .word("pair", "the two quantities, x and y", |(_, fan, _)| Some(fan.name()))
+        .number("limit", "limit of J_state", |(.., (.., edge))| edge.limit)
+        .whole("ray", "number of the ray", |(.., (turn, ..))| *turn as u64)
+        .number("angle_deg", "from +x towards +y", |(_, fan, (turn, ..))| fan.fan.angle_deg(*turn))
+        .numbers(["safe_x", "safe_y"], "last point at which the search lost no flight", move |row, i| {
+            at(row, |edge| Some(edge.safe), i)
         })
-        .numbers(["unsafe_x", "unsafe_y"], "first point at which it lost one; empty: none", |row, i| {
-            row.at(row.edge.beyond, i)
+        .numbers(["unsafe_x", "unsafe_y"], "first point at which it lost one; empty: none", move |row, i| {
+            at(row, |edge| edge.beyond, i)
         })
-        .whole("flights", "flights at each point of the search", |row| row.search.flights as u64)
-        .flag("confirmed", "1: that last point held on fresh flights", |row| {
-            row.edge.confirmed() == Some(row.edge.safe)
+        .whole("flights", "flights at each point of the search", |(search, ..)| search.flights as u64)
+        .flag("confirmed", "1: the last safe point held on fresh flights", |(.., (.., edge))| {
+            edge.confirmed() == Some(edge.safe)
         })
-        .numbers(["confirmed_x", "confirmed_y"], "farthest point that held; empty: none", |row, i| {
-            row.at(row.edge.confirmed(), i)
+        .numbers(["confirmed_x", "confirmed_y"], "farthest point that held; empty: none", move |row, i| {
+            at(row, Edge::confirmed, i)
         })
-        .whole("tries", "points that were tried on fresh flights", |row| row.edge.tried.len() as u64)
-        .whole("fresh_flights", "fresh flights at each of those", |row| row.search.fresh_flights() as u64)
+        .whole("tries", FRESH, |(.., (.., edge))| edge.tried.len() as u64)
+        .whole("fresh_flights", FRESH, |(search, ..)| search.fresh_flights() as u64)
 }
 
 /// An envelope of a mission's gains.
@@ -305,7 +296,7 @@ impl EnvelopeReport<'_> {
         let search = &self.search;
         let rows = self.fans.iter().flat_map(|fan| {
             let edges = ENVELOPE_LIMITS.into_iter().flat_map(|limit| fan.of_limit(limit));
-            edges.map(move |(turn, ray, edge)| EdgeRow { search, fan, turn, ray, edge })
+            edges.map(move |edge| (search, fan, edge))
         });
         columns().csv(&out, rows)
     }

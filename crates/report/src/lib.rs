@@ -2,9 +2,8 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | `flight_columns` | names and values of the flight log, for all that hold it |
+//! | `flight_columns` | columns of the flight log and of a plan beside it, and the log's arrays |
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
-//! | `flight_arrays` | the flight log as arrays of numbers |
 //! | [`verdict`] | the verdict for the terminal |
 //! | [`plan`] | the plan for the terminal and as JSON |
 //! | [`verify`] | the checks of `samara verify` |
@@ -58,7 +57,6 @@ pub mod envelope;
 pub mod faults;
 pub mod fidelity;
 pub mod figure;
-mod flight_arrays;
 mod flight_columns;
 pub mod flight_csv;
 pub mod free_fall;
@@ -93,7 +91,7 @@ pub mod verify;
 pub use derived::{derived_json, derived_text};
 pub use faults::{faults_json, faults_text};
 pub use figure::{FigureError, bode_figure, convergence_figure, drop_figure, plan_figure};
-pub use flight_arrays::flight_arrays;
+pub use flight_columns::flight_arrays;
 pub use flight_csv::FlightCsv;
 pub use json::{
     DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajectory, drop_json, manifest_json,

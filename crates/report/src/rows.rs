@@ -22,8 +22,6 @@ pub(super) enum Value<R> {
     /// A number, or none.
     Number(Of<R, Option<f64>>),
     Whole(Of<R, u64>),
-    /// The place of one of some words.
-    Choice(Of<R, usize>, &'static [Str]),
     /// A text, and whether it stands in quotation marks in CSV.
     Text(Of<R, Option<String>>, bool),
 }
@@ -66,22 +64,22 @@ pub(super) struct Column<R> {
 impl<R> Column<R> {
     /// Takes a value that was found into a row; whether it may be there.
     pub(super) fn take(&self, row: &mut R, found: Found<'_>) -> bool {
-        match (&self.back, &self.value, found) {
-            (Back::Put(put), ..) => put(row, found),
-            (Back::Left, _, found) => return found != Found::Number(None),
-            (Back::Checked, Value::Number(of), Found::Number(x)) => return x.is_some() && x == of(row),
-            (Back::Checked, Value::Whole(of), Found::Whole(n)) => return n == of(row),
-            (Back::Checked, ..) => return false,
+        match (&self.back, &self.value) {
+            (Back::Put(put), _) => {
+                put(row, found);
+                true
+            }
+            (Back::Checked, Value::Number(of)) => found == Found::Number(of(row)),
+            (Back::Checked, Value::Whole(of)) => found == Found::Whole(of(row)),
+            _ => found != Found::Number(None),
         }
-        true
     }
 
-    /// The value as a number, where it is one; of a choice its place.
+    /// The value as a number, where it is one.
     pub(super) fn number(&self, row: &R) -> Option<f64> {
         match &self.value {
             Value::Number(of) => of(row),
             Value::Whole(of) => Some(of(row) as f64),
-            Value::Choice(of, _) => Some(of(row) as f64),
             Value::Text(..) => None,
         }
     }
@@ -90,12 +88,8 @@ impl<R> Column<R> {
     pub(super) fn push_cell(&self, line: &mut String, row: &R) {
         // Writing to a String cannot fail.
         let _ = match &self.value {
-            Value::Number(of) => match of(row).filter(|x| x.is_finite()) {
-                Some(x) => write!(line, "{x:?}"),
-                None => Ok(()),
-            },
+            Value::Number(of) => of(row).filter(|x| x.is_finite()).map_or(Ok(()), |x| write!(line, "{x:?}")),
             Value::Whole(of) => write!(line, "{}", of(row)),
-            Value::Choice(of, words) => line.write_str(words[of(row)]),
             Value::Text(of, false) => line.write_str(&of(row).unwrap_or_default()),
             Value::Text(of, true) => {
                 let text = of(row).unwrap_or_default().replace('"', "'").replace('\n', "; ");
@@ -157,17 +151,6 @@ impl<R> Columns<R> {
         self.whole(name, about, move |row| of(row).into())
     }
 
-    /// One more column, of some words, by the place of each.
-    pub fn choice(
-        self,
-        name: Str,
-        about: Str,
-        words: &'static [Str],
-        of: impl Fn(&R) -> usize + 'static,
-    ) -> Self {
-        self.and(name, about, Value::Choice(Box::new(of), words))
-    }
-
     /// One more column, of words that have neither a comma nor a quotation mark.
     pub fn word(self, name: Str, about: Str, of: impl Fn(&R) -> Option<String> + 'static) -> Self {
         self.and(name, about, Value::Text(Box::new(of), false))
@@ -201,10 +184,8 @@ impl<R> Columns<R> {
 
     /// What is found in a column is put into the row.
     pub(super) fn put(mut self, name: &str, put: impl Fn(&mut R, Found<'_>) + 'static) -> Self {
-        let back = Back::Put(Box::new(put));
-        if let Some(column) = self.0.iter_mut().find(|column| column.name == name) {
-            column.back = back;
-        }
+        let column = self.0.iter_mut().find(|column| column.name == name);
+        let _ = column.map(|column| column.back = Back::Put(Box::new(put)));
         self
     }
 
@@ -257,15 +238,20 @@ impl<R> Columns<R> {
         Some(self.0.iter().zip(found).all(|(column, found)| column.take(row, found)))
     }
 
-    /// The columns of numbers; a value that there is not is not finite, a choice is the place of the word.
+    /// The columns of numbers; a value that there is not is not finite.
     pub fn arrays(&self, rows: impl IntoIterator<Item = impl Borrow<R>>) -> Arrays {
-        let columns = self.0.iter().filter(|column| !matches!(column.value, Value::Text(..)));
-        let mut arrays: Arrays = columns.clone().map(|column| (column.name.clone(), Vec::new())).collect();
-        for row in rows {
-            for (column, (_, array)) in columns.clone().zip(&mut arrays) {
-                array.push(column.number(row.borrow()).unwrap_or(f64::NAN));
-            }
-        }
-        arrays
+        let rows: Vec<_> = rows.into_iter().collect();
+        let numbers = self.0.iter().filter(|column| !matches!(column.value, Value::Text(..)));
+        let array =
+            |of: &Column<R>| rows.iter().map(|row| of.number(row.borrow()).unwrap_or(f64::NAN)).collect();
+        numbers.map(|column| (column.name.clone(), array(column))).collect()
+    }
+
+    /// The numbers of a column; `None` where there is no such column, or no value in any row.
+    pub(super) fn values(&self, name: &str, rows: &[&R]) -> Option<Vec<f64>> {
+        let column = self.0.iter().find(|column| column.name == name)?;
+        let numbers: Vec<Option<f64>> = rows.iter().map(|row| column.number(row)).collect();
+        let some = numbers.is_empty() || numbers.iter().any(Option::is_some);
+        some.then(|| numbers.into_iter().map(|x| x.unwrap_or(f64::NAN)).collect())
     }
 }

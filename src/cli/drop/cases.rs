@@ -41,8 +41,7 @@ pub fn run(
     };
     let quiet = Narrator::together(true);
     let (mut all_well, mut objects, mut kept) = (true, Vec::new(), Vec::new());
-    let columns = columns();
-    let mut csv = format!("{}{}\n", mission.stamp().csv_comment(), columns.names());
+    let mut csv = format!("{}{}\n", mission.stamp().csv_comment(), columns().names());
     narrator.say(HEAD);
     // Each flight listens for Ctrl-C itself, and ends by it; here it ends the series.
     let stop = interrupt_flag()?;
@@ -74,7 +73,7 @@ pub fn run(
                 narrator.say(&format!("  NOT OK: see {place}; `--case {case}` tells what happens in it\n"));
             }
             narrator.check()?;
-            columns.push_line(&mut csv, &(case, *name, verdict));
+            columns().push_line(&mut csv, &(case, *name, verdict));
             objects.push(object(case, name, &conclusion.json()));
             kept.push(object(case, name, &conclusion.file_json()));
         }

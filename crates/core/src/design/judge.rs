@@ -157,11 +157,6 @@ impl<'a> DesignJudge<'a> {
         self.cases.len() + self.draws.len()
     }
 
-    /// The mission's own settings of the planner.
-    pub fn own_plan(&self) -> PlanDesign {
-        PlanDesign::of(&self.problem)
-    }
-
     /// Plans a design; `None` when it cannot be planned or the solve does not converge.
     pub fn plan(&self, design: &PlanDesign) -> Option<Plan> {
         let mut problem = self.problem.clone();

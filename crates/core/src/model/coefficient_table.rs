@@ -81,11 +81,6 @@ impl CoefficientTable {
         Self { backwards: Some(solved.collect()), ..self }
     }
 
-    /// Whether the rotor may turn backwards.
-    pub fn knows_backwards(&self) -> bool {
-        self.backwards.is_some()
-    }
-
     /// Speed share and flow share of each cell, in order.
     pub fn grid() -> impl Iterator<Item = [f64; 2]> {
         (0..=SPEED_STEPS).flat_map(|i| {

@@ -274,12 +274,6 @@ impl<'a> GainJudge<'a> {
         self.planar.as_ref().err()
     }
 
-    /// Other flights than the judge's own, judged in everything.
-    pub fn fly_others(&self, k: &Longitudinal, others: &[(BodyState, Variation)]) -> Vec<Evaluation> {
-        let trial = |&(start, variation): &(BodyState, Variation)| Trial { start, variation, tracked: true };
-        self.fly_trials(k, &others.iter().map(trial).collect::<Vec<_>>())
-    }
-
     /// Other flights than the judge's own, judged in everything, with what bounds may be set on.
     pub fn measure_others(&self, k: &Longitudinal, others: &[(BodyState, Variation)]) -> Vec<MeasuredFlight> {
         let trial = |&(start, variation): &(BodyState, Variation)| Trial { start, variation, tracked: true };

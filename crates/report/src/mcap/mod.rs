@@ -27,7 +27,7 @@ use self::container::{Channel, McapWriter};
 use self::foxglove::{Entity, Paint, Transform};
 use self::protobuf::{FieldType, Message};
 use self::scene::{Look, Picture};
-use super::flight_columns::{flight_columns, with_body};
+use super::flight_columns::{PlanRow, flight_columns, plan_columns};
 use super::json::VERSION;
 use super::marks::{Mark, Times, marks};
 use super::plan_motion::{place_at, plan_motion};
@@ -35,7 +35,6 @@ use super::rows::{Columns, Value};
 use super::shown_drop::ShownDrop;
 use samara_core::assess::StateCost;
 use samara_core::frames::{Quaternion, bank, pitch, tilt};
-use samara_core::model::PerRotor;
 use samara_core::model::rigid_body::BodyState;
 use samara_core::sim::{Phase, Sample};
 use samara_core::units::DEG_PER_RAD;
@@ -79,7 +78,7 @@ pub fn drop_mcap<W: Write>(
     let times = Times::of(drop);
     mcap.metadata("samara", &facts(drop, &times))?;
     let columns = with_plots(flight_columns(drop.mission, ground), |sample| &sample.state.body);
-    let plan_columns = plan_columns(drop.mission);
+    let plan_columns = with_plots(plan_columns(drop.mission), |row| &row.body);
     let picture = Picture::of(drop.mission);
     let mut writer =
         DropWriter { mcap, clock, drop, columns, plan_columns, channels: BTreeMap::new(), picture };
@@ -192,26 +191,11 @@ fn with_plots<R>(columns: Columns<R>, of: impl Fn(&R) -> &BodyState + Copy + 'st
     })
 }
 
-/// The fields of `/plan/state`: an instant of the plan with its thrusts.
-fn plan_columns(mission: &Mission) -> Columns<(PlanRow, PerRotor)> {
-    let limits = mission.limits.safety;
-    let columns = Columns::<(PlanRow, PerRotor)>::none().number("t_s", "", |(row, _)| row.t_s).number(
-        "t_powered_s",
-        "",
-        |(row, _)| row.t_powered_s,
-    );
-    let thrusts = (1..=mission.vehicle.rotors.len()).map(|i| format!("thrust_{i}_n"));
-    let columns = with_body(columns, |(row, _)| &row.body)
-        .number("j_state", "", move |(row, _)| StateCost::of(&row.body, &limits).max())
-        .numbers(thrusts, "", |(_, thrust_n), i| thrust_n[i]);
-    with_plots(columns, |(row, _)| &row.body)
-}
-
 /// The description of a message whose fields are these columns.
 fn described<R>(name: &str, columns: &Columns<R>) -> Vec<u8> {
     let kind = |value: &Value<R>| match value {
-        Value::Choice(..) | Value::Text(..) => FieldType::Text,
-        Value::Number(_) | Value::Whole(_) => FieldType::Double,
+        Value::Text(..) => FieldType::Text,
+        _ => FieldType::Double,
     };
     protobuf::described("samara", name, columns.0.iter().map(|of| (&*of.name, kind(&of.value))))
 }
@@ -219,7 +203,7 @@ fn described<R>(name: &str, columns: &Columns<R>) -> Vec<u8> {
 /// A message of a row; no value is no number.
 fn message<R>(columns: &Columns<R>, row: &R) -> Message {
     (1..).zip(&columns.0).fold(Message::default(), |message, (number, column)| match &column.value {
-        Value::Choice(of, words) => message.text(number, words[of(row)]),
+        Value::Text(of, _) => message.text(number, &of(row).unwrap_or_default()),
         // As in the table, -0 is 0.
         _ => message.double(number, column.number(row).map_or(f64::NAN, |x| x + 0.0)),
     })
@@ -231,18 +215,10 @@ struct DropWriter<'a, W: Write> {
     clock: Clock,
     drop: &'a ShownDrop<'a>,
     columns: Columns<Sample>,
-    plan_columns: Columns<(PlanRow, PerRotor)>,
+    plan_columns: Columns<PlanRow>,
     /// Numbers of the channels.
     channels: BTreeMap<Topic, u16>,
     picture: Picture<'a>,
-}
-
-/// An instant of the plan.
-#[derive(Clone, Copy)]
-struct PlanRow {
-    t_s: f64,
-    t_powered_s: f64,
-    body: BodyState,
 }
 
 /// A point of a path with what it may be coloured by.
@@ -366,8 +342,8 @@ impl<W: Write> DropWriter<'_, W> {
         let ShownDrop { samples, plan, .. } = *self.drop;
         let (Some(plan), Some(free_s)) = (plan, times.free_s) else { return Ok(Vec::new()) };
         let motion = plan_motion(plan, place_at(samples, free_s));
-        let row = |(t_powered_s, body)| PlanRow { t_s: free_s + t_powered_s, t_powered_s, body };
-        let rows: Vec<PlanRow> = motion.into_iter().map(row).collect();
+        let rows: Vec<PlanRow> =
+            motion.into_iter().map(|instant| PlanRow::of(plan, free_s, instant)).collect();
         let now_ns = self.clock.ns(samples.first().map_or(0.0, |s| s.t_s));
         let point = |row: &PlanRow| {
             let j_state = StateCost::of(&row.body, &self.drop.mission.limits.safety).max();
@@ -379,11 +355,10 @@ impl<W: Write> DropWriter<'_, W> {
     }
 
     fn plan_instant(&mut self, row: &PlanRow) -> io::Result<()> {
-        let Some(plan) = self.drop.plan else { return Ok(()) };
         let now_ns = self.clock.ns(row.t_s);
         let placed = placed(PLAN_BODY, &row.body);
         self.put(Topic::PlanTransforms, now_ns, &foxglove::transforms(now_ns, &[placed]))?;
-        let message = message(&self.plan_columns, &(*row, plan.thrust_n(row.t_powered_s)));
+        let message = message(&self.plan_columns, row);
         self.put(Topic::PlanState, now_ns, &message)?;
         if self.channels.contains_key(&Topic::PlanVehicle) {
             return Ok(());

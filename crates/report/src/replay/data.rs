@@ -3,15 +3,14 @@
 use serde::Serialize;
 
 use super::channel::Channel;
+use crate::flight_columns::{PlanRow, flight_columns, plan_columns};
 use crate::json::{VERSION, object};
 use crate::marks::{Times, marks};
 use crate::plan_motion::{place_at, plan_motion};
+use crate::rows::Columns;
 use crate::shown_drop::ShownDrop;
-use samara_core::assess::StateCost;
 use samara_core::model::RotationSense;
-use samara_core::model::rigid_body::BodyState;
-use samara_core::model::supply::BusState;
-use samara_core::sim::{Phase, Sample};
+use samara_core::sim::Sample;
 use samara_core::units::DEG_PER_RAD;
 
 /// More rows than this of a log are thinned, evenly: pages have bounds.
@@ -90,88 +89,57 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
     serde_json::to_string(&object).unwrap_or_default().replace('<', "\\u003c")
 }
 
-const POSITIONS: [&str; 3] = ["north_m", "east_m", "down_m"];
-const ATTITUDES: [&str; 4] = ["q0", "q1", "q2", "q3"];
-const VELOCITIES: [&str; 3] = ["vn_m_s", "ve_m_s", "vd_m_s"];
-const CANOPY: [&str; 3] = ["canopy_north_m", "canopy_east_m", "canopy_down_m"];
-const WINDS: [&str; 3] = ["wind_n_m_s", "wind_e_m_s", "wind_d_m_s"];
-const RATES: [&str; 3] = ["p_rad_s", "q_rad_s", "r_rad_s"];
+/// Channels of every motion, with their steps, named as the columns of `flight.csv`.
+const MOTION: [(f64, &[&str]); 6] = [
+    (TIME_S, &["t_s"]),
+    (POSITION_M, &["north_m", "east_m", "down_m"]),
+    (ATTITUDE, &["q0", "q1", "q2", "q3"]),
+    (VELOCITY_M_S, &["vn_m_s", "ve_m_s", "vd_m_s"]),
+    (RATE_RAD_S, &["p_rad_s", "q_rad_s", "r_rad_s"]),
+    (COST, &["j_state"]),
+];
+/// Channels of a flight that has them.
+const AROUND: [(f64, &[&str]); 2] = [
+    (VELOCITY_M_S, &["wind_n_m_s", "wind_e_m_s", "wind_d_m_s"]),
+    (POSITION_M, &["canopy_north_m", "canopy_east_m", "canopy_down_m"]),
+];
 
-/// Columns of a motion, named as in `flight.csv`.
-fn motion<T>(
-    rows: &[T],
-    time_s: impl Fn(&T) -> f64,
-    body: impl Fn(&T) -> &BodyState,
-    cost: impl Fn(&T) -> StateCost,
-) -> Vec<Channel> {
-    let mut channels = vec![Channel::new("t_s", TIME_S, rows.iter().map(time_s))];
-    let mut add = |name: &str, step: f64, of: &dyn Fn(&BodyState) -> f64| {
-        channels.push(Channel::new(name, step, rows.iter().map(|row| of(body(row)))));
+/// Columns in steps as channels, those that have values.
+fn stepped<R>(columns: &Columns<R>, rows: &[&R], steps: &[(f64, &[&str])]) -> Vec<Channel> {
+    let each = steps.iter().flat_map(|(step, names)| names.iter().map(move |name| (step, name)));
+    let channel = |(step, name): (&f64, &&str)| {
+        Some(Channel::new(name, *step, columns.values(name, rows)?.into_iter()))
     };
-    for (i, name) in POSITIONS.iter().enumerate() {
-        add(name, POSITION_M, &|body| body.p_ned[i]);
-    }
-    for (i, name) in ATTITUDES.iter().enumerate() {
-        add(name, ATTITUDE, &|body| body.q_ned_from_body[i]);
-    }
-    for (i, name) in VELOCITIES.iter().enumerate() {
-        add(name, VELOCITY_M_S, &|body| body.v_ned[i]);
-    }
-    for (i, name) in RATES.iter().enumerate() {
-        add(name, RATE_RAD_S, &|body| body.omega_body[i]);
-    }
-    channels.push(Channel::new("j_state", COST, rows.iter().map(|row| cost(row).max())));
-    channels
+    each.filter_map(channel).collect()
+}
+
+/// A column as a channel, where it has values.
+fn scaled<R>(columns: &Columns<R>, rows: &[&R], name: &str) -> Option<Channel> {
+    Some(Channel::scaled(name, columns.values(name, rows)?.into_iter()))
 }
 
 fn flight(drop: &ShownDrop<'_>) -> Motion {
-    let rows = rows(drop.samples);
-    let limits = &drop.mission.limits.safety;
-    let cost = |s: &&Sample| StateCost::of_sample(s, limits);
-    let mut channels = motion(&rows, |s| s.t_s, |s| &s.state.body, cost);
-    let phase = |s: &&Sample| match s.phase {
-        Phase::Hanging => 0.0,
-        Phase::Falling => 1.0,
-        Phase::Powered => 2.0,
-    };
-    channels.push(Channel::new("phase", 1.0, rows.iter().map(phase)));
-    for i in 0..drop.mission.vehicle.rotors.len() {
-        let thrust = rows.iter().map(|s| s.balance.thrust_n[i]);
-        channels.push(Channel::scaled(&format!("thrust_{}_n", i + 1), thrust));
-        let speed = rows.iter().map(|s| s.state.rotor_speed[i]);
-        channels.push(Channel::scaled(&format!("rotor_speed_{}_rad_s", i + 1), speed));
-    }
-    if !drop.mission.site.wind.is_steady() {
-        for (i, name) in WINDS.iter().enumerate() {
-            channels.push(Channel::new(name, VELOCITY_M_S, rows.iter().map(|s| s.wind_ned[i])));
-        }
-    }
-    if rows.iter().any(|s| s.canopy.is_some()) {
-        let place = |s: &Sample, i: usize| s.canopy.map_or(f64::NAN, |canopy| canopy.state.p_ned[i]);
-        for (i, name) in CANOPY.iter().enumerate() {
-            channels.push(Channel::new(name, POSITION_M, rows.iter().map(|s| place(s, i))));
-        }
-        let tension = rows.iter().map(|s| s.canopy.map_or(f64::NAN, |canopy| canopy.tension_n));
-        channels.push(Channel::scaled("riser_tension_n", tension));
-    }
-    if rows.iter().any(|s| s.bus.is_some()) {
-        let of_bus = |of: fn(&BusState) -> f64| rows.iter().map(move |s| s.bus.as_ref().map_or(f64::NAN, of));
-        channels.push(Channel::scaled("bus_v", of_bus(|bus| bus.bus_v)));
-        channels.push(Channel::scaled("pack_current_a", of_bus(|bus| bus.pack_a)));
-    }
+    let (rows, columns) = (rows(drop.samples), flight_columns(drop.mission, false));
+    let scaled = |name: String| scaled(&columns, &rows, &name);
+    let mut channels = stepped(&columns, &rows, &MOTION);
+    channels.push(Channel::new("phase", 1.0, rows.iter().map(|s| f64::from(s.phase as u8))));
+    let of_rotor = |i| [format!("thrust_{i}_n"), format!("rotor_speed_{i}_rad_s")];
+    channels.extend((1..=drop.mission.vehicle.rotors.len()).flat_map(of_rotor).filter_map(scaled));
+    channels.extend(stepped(&columns, &rows, &AROUND));
+    let last = ["riser_tension_n", "bus_v", "pack_current_a"].map(str::to_owned);
+    channels.extend(last.into_iter().filter_map(scaled));
     Motion { count: rows.len(), channels }
 }
 
-/// The plan, from where the flight was when the rotors were freed; none without a release.
+/// The plan, from where the flight was when the rotors were freed, and its time since then; none without a
+/// release.
 fn planned(drop: &ShownDrop<'_>, times: &Times) -> Option<Motion> {
     let (plan, free_s) = (drop.plan?, times.free_s?);
-    let rows = plan_motion(plan, place_at(drop.samples, free_s));
-    let limits = &drop.mission.limits.safety;
-    let mut channels = motion(&rows, |row| row.0, |row| &row.1, |row| StateCost::of(&row.1, limits));
-    let thrusts: Vec<_> = rows.iter().map(|row| plan.thrust_n(row.0)).collect();
-    for i in 0..plan.n_rotors() {
-        let thrust = thrusts.iter().map(|t| t[i]);
-        channels.push(Channel::scaled(&format!("thrust_{}_n", i + 1), thrust));
-    }
+    let motion = plan_motion(plan, place_at(drop.samples, free_s));
+    let rows: Vec<PlanRow> = motion.into_iter().map(|instant| PlanRow::of(plan, 0.0, instant)).collect();
+    let (rows, columns) = (rows.iter().collect::<Vec<_>>(), plan_columns(drop.mission));
+    let mut channels = stepped(&columns, &rows, &MOTION);
+    let thrusts = (1..=plan.n_rotors()).map(|i| format!("thrust_{i}_n"));
+    channels.extend(thrusts.filter_map(|name| scaled(&columns, &rows, &name)));
     Some(Motion { count: rows.len(), channels })
 }

@@ -21,9 +21,6 @@ impl<R> Columns<R> {
                 Values::Number(rows.iter().map(|row| of(row).filter(|x| x.is_finite())).collect())
             }
             Value::Whole(of) => Values::Whole(rows.iter().map(|row| signed(of(row))).collect()),
-            Value::Choice(of, words) => {
-                Values::Text(rows.iter().map(|row| Some(words[of(row)].to_owned())).collect())
-            }
             Value::Text(of, _) => Values::Text(rows.iter().map(of).collect()),
         };
         let column = |name: &str, values| Column { name: name.to_owned(), values };
@@ -45,9 +42,7 @@ impl<R> Columns<R> {
                     (Value::Whole(_), Values::Whole(values)) => {
                         Found::Whole(whole(values[place], &column.name)?)
                     }
-                    (Value::Choice(..) | Value::Text(..), Values::Text(values)) => {
-                        Found::Text(values[place].as_deref())
-                    }
+                    (Value::Text(..), Values::Text(values)) => Found::Text(values[place].as_deref()),
                     _ => return Err(ShardError::NotAShard(column.name.to_string())),
                 };
                 if !column.take(&mut row, found) {

@@ -38,7 +38,7 @@ pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
         for (campaign, summary) in campaigns.iter_mut().zip(&summaries) {
             let all_there = summaries.len() == 2 && summary.name == campaign.entry.name;
             let named =
-                if all_there { Ok(()) } else { Err(ShardError::NotAShard("the mission's campaigns")) };
+                if all_there { Ok(()) } else { Err(ShardError::NotAShard("the mission's campaigns".into())) };
             part.take(named)?;
             let shown = part.take(shown(summary, part, &runner))?;
             let taken = part.take(summary.summary.summary(&part.head.range()))?;
@@ -66,7 +66,7 @@ fn shown(
     let trial = |(line, trial): (&String, u64)| {
         let release = runner.draw(trial);
         let outcome = parse_row(line, &release);
-        Ok((release, outcome.map_err(|_| ShardError::NotAShard("trials of this mission and seed"))?))
+        Ok((release, outcome.map_err(|_| ShardError::NotAShard("trials of this mission and seed".into()))?))
     };
     numbered.map(trial).collect()
 }
