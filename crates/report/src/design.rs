@@ -7,6 +7,7 @@ use super::figure::{Distribution, FigureError, distribution_figure, j_tpf};
 use super::json::{VERSION, object, text as json_text};
 use super::range_ends::{range_ends_json, range_ends_words};
 use super::rows::Columns;
+use super::tune::records::stamp;
 use super::tune::{Standing, gains_table, named};
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
 use samara_core::assess::{ChosenAmong, LEAST_DIFFERENCE};
@@ -19,7 +20,7 @@ use samara_core::design::{
 use samara_core::plan::InputReference;
 use samara_core::tune::RangeEnds;
 use samara_core::units::DEG_PER_RAD;
-use samara_mission::{Mission, Stamp};
+use samara_mission::Mission;
 use samara_study::designing::{JudgedDesign, OWN};
 
 /// A search of designs and its result.
@@ -534,10 +535,6 @@ pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: O
     })
 }
 
-fn stamp(mission: &Mission) -> String {
-    Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() }.csv_comment()
-}
-
 /// Origin of the gains, for their file.
 pub fn about(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String {
     format!(
@@ -566,9 +563,7 @@ fn with_design<R>(columns: Columns<R>, of: impl Fn(&R) -> &TriedDesign + Copy + 
         .number("unrest", "worst distance from rest at the target", move |row| of(row).judgement.unrest)
         .numbers(MOST, "greatest among the release cases", move |row, i| of(row).judgement.most[i])
         .number("energy_j", "energy that the plan takes of the shafts", move |row| of(row).judgement.energy_j)
-        .number("modulus", "least distance of a loop's response from -1", move |row| {
-            of(row).judgement.modulus
-        })
+        .number("modulus", "least distance of a loop from -1", move |row| of(row).judgement.modulus)
         .numbers(WEIGHTS, FACTORS, move |row, i| of(row).design.plan.weights[i])
         .number("final_weight", FACTORS, move |row| of(row).design.plan.final_weight)
         .number("input_weight", FACTORS, move |row| of(row).design.plan.input_weight)
@@ -611,8 +606,7 @@ pub fn convergence_csv(mission: &Mission, search: &DesignSearch) -> String {
 
 /// Fronts of the search as CSV: designs that no other beats in both cost and another measure.
 pub fn front_csv(mission: &Mission, search: &DesignSearch) -> String {
-    type Measure = fn(&Judgement) -> f64;
-    const MEASURES: [(&str, Measure); 4] = [
+    const MEASURES: [(&str, fn(&Judgement) -> f64); 4] = [
         ("steady_after", |judgement| judgement.most[0]),
         ("altitude_lost", |judgement| judgement.most[1]),
         ("tilt", |judgement| judgement.most[2]),

@@ -241,12 +241,9 @@ impl EffectReport<'_> {
 
     /// Every drop, a row each: `effects.csv`.
     pub fn csv(&self) -> String {
-        let above = format!(
-            "{}# drops of {} with and without its effects, gains {}\n",
-            self.mission.stamp().csv_comment(),
-            self.mission.name,
-            self.mission.control.gains_name,
-        );
+        let Mission { name, control, .. } = self.mission;
+        let (stamp, gains) = (self.mission.stamp().csv_comment(), &control.gains_name);
+        let above = format!("{stamp}# drops of {name} with and without its effects, gains {gains}\n");
         columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &of.drops)))
     }
 }

@@ -173,10 +173,10 @@ pub(crate) fn columns<'a>() -> Columns<EdgeRow<'a>> {
             at(row, |edge| edge.beyond, i)
         })
         .whole("flights", "flights at each point of the search", |(search, ..)| search.flights as u64)
-        .flag("confirmed", "1: the last safe point held on fresh flights", |(.., (.., edge))| {
+        .flag("confirmed", "1: that held on fresh flights", |(.., (.., edge))| {
             edge.confirmed() == Some(edge.safe)
         })
-        .numbers(["confirmed_x", "confirmed_y"], "farthest point that held; empty: none", move |row, i| {
+        .numbers(["confirmed_x", "confirmed_y"], "farthest that held", move |row, i| {
             at(row, Edge::confirmed, i)
         })
         .whole("tries", FRESH, |(.., (.., edge))| edge.tried.len() as u64)
@@ -283,10 +283,9 @@ impl EnvelopeReport<'_> {
     /// its end, an edge of which nothing was confirmed.
     pub fn csv(&self) -> String {
         let Mission { name, control, .. } = self.mission;
-        let mut out = format!(
-            "{}# safe-release envelope of {name}, gains {}; x and y are the quantities of the pair\n",
-            self.mission.stamp().csv_comment(),
-            control.gains_name
+        let (mut out, gains) = (self.mission.stamp().csv_comment(), &control.gains_name);
+        out += &format!(
+            "# safe-release envelope of {name}, gains {gains}; x and y are the quantities of the pair\n"
         );
         for (number, limit) in ENVELOPE_LIMITS.iter().enumerate().filter(|(i, _)| !self.safe_by(*i)) {
             let pairs = self.fans.iter().filter(|fan| !fan.nominal[number]).map(FanEdges::name);

@@ -30,13 +30,11 @@ pub(crate) fn repeat_columns<'a>() -> Columns<RepeatRow<'a>> {
 
 /// The lines before the first flight.
 pub fn repeats_header(mission: &Mission, autopilot: &str, trial: u64) -> String {
-    format!(
-        "{}# trial {trial} of {} by {autopilot}, gains {}; positions {REPEAT_INSTANT_S} s after t = 0\n{}\n",
-        mission.stamp().csv_comment(),
-        mission.name,
-        mission.control.gains_name,
-        repeat_columns().names(),
-    )
+    let Mission { name, control, .. } = mission;
+    let (above, gains) = (mission.stamp().csv_comment(), &control.gains_name);
+    let above = format!("{above}# trial {trial} of {name} by {autopilot}, gains {gains}");
+    let names = repeat_columns().names();
+    format!("{above}; positions {REPEAT_INSTANT_S} s after t = 0\n{names}\n")
 }
 
 /// The line of a flight, the first of which is number 1; what it has not got is left empty.

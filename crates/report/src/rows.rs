@@ -52,11 +52,11 @@ enum Back<R> {
 }
 
 /// A column of a table whose rows are of this type.
-pub(super) struct Column<R> {
+pub struct Column<R> {
     /// Name, which ends in the unit.
-    pub(super) name: Cow<'static, str>,
+    pub name: Cow<'static, str>,
     /// What it is, for people.
-    pub(super) about: Str,
+    pub about: Str,
     pub(super) value: Value<R>,
     back: Back<R>,
 }
@@ -110,7 +110,7 @@ impl<R> Column<R> {
 }
 
 /// The columns of a table whose rows are of this type, in the order of files.
-pub struct Columns<R>(pub(super) Vec<Column<R>>);
+pub struct Columns<R>(pub Vec<Column<R>>);
 
 impl<R> Columns<R> {
     /// No column yet.

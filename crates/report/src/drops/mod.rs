@@ -49,22 +49,15 @@ pub(crate) fn columns_of(mission: &Mission) -> Columns<DropTrial> {
     if mission.study.monte_carlo.tip_off_sigma.is_none() {
         return columns;
     }
-    columns.numbers(RATES, ABOUT, |row, i| row.drawn.tip_off.omega_body[i] * DEG_PER_RAD).numbers(
-        VELOCITIES,
-        ABOUT,
-        |row, i| row.drawn.tip_off.v_body[i],
-    )
+    let columns = columns.numbers(RATES, ABOUT, |row, i| row.drawn.tip_off.omega_body[i] * DEG_PER_RAD);
+    columns.numbers(VELOCITIES, ABOUT, |row, i| row.drawn.tip_off.v_body[i])
 }
 
 /// The lines before the first trial.
 pub fn header(mission: &Mission, autopilot: &str) -> String {
-    format!(
-        "{}# drops of {} by {autopilot}, gains {}\n{}\n",
-        mission.stamp().csv_comment(),
-        mission.name,
-        mission.control.gains_name,
-        columns_of(mission).names(),
-    )
+    let Mission { name, control, .. } = mission;
+    let (stamp, columns) = (mission.stamp().csv_comment(), columns_of(mission).names());
+    format!("{stamp}# drops of {name} by {autopilot}, gains {}\n{columns}\n", control.gains_name)
 }
 
 /// The line of a trial; what it has not got is left empty.

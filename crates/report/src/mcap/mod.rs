@@ -38,7 +38,6 @@ use samara_core::frames::{Quaternion, bank, pitch, tilt};
 use samara_core::model::rigid_body::BodyState;
 use samara_core::sim::{Phase, Sample};
 use samara_core::units::DEG_PER_RAD;
-use samara_mission::Mission;
 
 const MAP: &str = "map";
 const NED: &str = "map_ned";

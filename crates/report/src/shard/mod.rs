@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest as _, Sha256};
 
 use super::campaign::Keep;
-pub use table::{Column, ShardReader, ShardWriter, Table, Values};
+pub use table::{ShardReader, ShardWriter, Table, Values};
 
 /// What a part belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! The rows of a part: the columns of the campaign's CSV file, under the same names, and why a trial failed.
 
-use super::{Column, ShardError, Table, Values};
+use super::{ShardError, Table, Values};
 use crate::drops::{DropTrial, drawn_columns, outcome_columns};
 use crate::rows::{Columns, Found, Value};
 pub use crate::study::campaign_csv::StudyRow;
@@ -23,8 +23,7 @@ impl<R> Columns<R> {
             Value::Whole(of) => Values::Whole(rows.iter().map(|row| signed(of(row))).collect()),
             Value::Text(of, _) => Values::Text(rows.iter().map(of).collect()),
         };
-        let column = |name: &str, values| Column { name: name.to_owned(), values };
-        Table { columns: self.0.iter().map(|of| column(&of.name, values(&of.value))).collect() }
+        Table { columns: self.0.iter().map(|of| (of.name.to_string(), values(&of.value))).collect() }
     }
 
     /// Rows with what stands in a table; each begins as `begin` makes it of its place and its trial's number,
@@ -64,7 +63,7 @@ fn study_columns() -> Columns<StudyRow> {
 pub fn study_table(campaign: &str, rows: &[StudyRow]) -> Table {
     let mut table = study_columns().table(rows);
     let values = Values::Text(vec![Some(campaign.to_owned()); rows.len()]);
-    table.columns.insert(0, Column { name: CAMPAIGN.to_owned(), values });
+    table.columns.insert(0, (CAMPAIGN.to_owned(), values));
     table
 }
 

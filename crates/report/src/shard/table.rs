@@ -42,34 +42,20 @@ pub enum Values {
 
 impl Values {
     /// The number of rows.
-    pub fn len(&self) -> usize {
+    fn len(&self) -> usize {
         match self {
             Self::Text(values) => values.len(),
             Self::Whole(values) => values.len(),
             Self::Number(values) => values.len(),
         }
     }
-
-    /// Whether there is no row.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
-
-/// A column.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Column {
-    /// Name, which ends in the unit.
-    pub name: String,
-    /// Value of each row.
-    pub values: Values,
 }
 
 /// Rows by columns, all of the same length.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Table {
-    /// The columns.
-    pub columns: Vec<Column>,
+    /// Name and values of each column.
+    pub columns: Vec<(String, Values)>,
 }
 
 impl Table {
@@ -78,8 +64,8 @@ impl Table {
     /// # Errors
     /// [`ShardError::NotAShard`] where there is none.
     pub fn column(&self, name: &str) -> Result<&Values, ShardError> {
-        let column = self.columns.iter().find(|column| column.name == name);
-        column.map(|column| &column.values).ok_or(ShardError::NotAShard(name.into()))
+        let column = self.columns.iter().find(|column| column.0 == name);
+        column.map(|(_, values)| values).ok_or(ShardError::NotAShard(name.into()))
     }
 
     /// The whole numbers of a column.
@@ -106,18 +92,18 @@ impl Table {
 
     /// The number of rows.
     pub fn rows(&self) -> usize {
-        self.columns.first().map_or(0, |column| column.values.len())
+        self.columns.first().map_or(0, |(_, values)| values.len())
     }
 }
 
 fn schema(columns: &Table) -> Result<Type, ParquetError> {
-    let field = |column: &Column| {
-        let (physical, logical, repetition) = match column.values {
+    let field = |(name, values): &(String, Values)| {
+        let (physical, logical, repetition) = match values {
             Values::Text(_) => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String), Repetition::OPTIONAL),
             Values::Whole(_) => (PhysicalType::INT64, None, Repetition::REQUIRED),
             Values::Number(_) => (PhysicalType::DOUBLE, None, Repetition::OPTIONAL),
         };
-        let field = Type::primitive_type_builder(&column.name, physical)
+        let field = Type::primitive_type_builder(name, physical)
             .with_repetition(repetition)
             .with_logical_type(logical);
         field.build().map(Arc::new)
@@ -161,11 +147,11 @@ impl ShardWriter {
             return Ok(());
         }
         let mut group = self.file.next_row_group()?;
-        for column in &rows.columns {
+        for (_, values) in &rows.columns {
             let mut writer = group
                 .next_column()?
                 .ok_or(ShardError::NotAShard("as many columns as at the beginning".into()))?;
-            match (writer.untyped(), &column.values) {
+            match (writer.untyped(), values) {
                 (ColumnWriter::ByteArrayColumnWriter(writer), Values::Text(values)) => {
                     let (values, levels) = present(values, |text| ByteArray::from(text.as_bytes().to_vec()));
                     writer.write_batch(&values, Some(&levels), None)?;
@@ -285,7 +271,7 @@ impl ShardReader {
             if values.len() != rows {
                 return Err(ShardError::NotAShard("columns of the same length".into()));
             }
-            Ok(Column { name: field.name().to_owned(), values })
+            Ok((field.name().to_owned(), values))
         };
         Ok(Table { columns: fields.iter().enumerate().map(column).collect::<Result<_, _>>()? })
     }

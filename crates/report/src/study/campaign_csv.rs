@@ -45,10 +45,11 @@ thread_local! {
 
 /// The columns of a campaign's file.
 pub(crate) fn columns() -> Columns<StudyRow> {
-    let columns = Columns::none().whole("trial", "number of the trial", |row: &StudyRow| row.release.trial);
-    let columns = DRAWN
-        .into_iter()
-        .fold(columns, |columns, (name, about, of)| columns.number(name, about, move |row| of(&row.release)));
+    let mut columns =
+        Columns::none().whole("trial", "number of the trial", |row: &StudyRow| row.release.trial);
+    for (name, about, of) in DRAWN {
+        columns = columns.number(name, about, move |row| of(&row.release));
+    }
     let columns = columns.quantities(of_flights(), |row| Some(&row.outcome));
     columns.checked(&["trial", "theta_0_deg", "phi_deg"]).put_quantities(|row| Some(&mut row.outcome))
 }
@@ -60,14 +61,13 @@ pub fn file_name(entry: &StudyEntry) -> String {
 
 /// The lines before the first trial.
 pub fn header(mission: &Mission, entry: &StudyEntry) -> String {
-    let stamp = mission.stamp();
+    let stamp = mission.stamp().csv_comment();
     let reference = match entry.reference {
         StudyReference::Step => "target velocity as a step",
         StudyReference::Optimal => "velocity of the optimal trajectory",
     };
     let gains = entry.gains().map_or(String::new(), |gains| format!(" {:?}", gains.as_longitudinal()));
     let StudyEntry { name, gains_name, .. } = entry;
-    let stamp = stamp.csv_comment();
     format!("{stamp}# campaign {name}: gains {gains_name}{gains}, {reference}\n{}\n", columns().names())
 }
 

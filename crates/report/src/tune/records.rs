@@ -121,7 +121,8 @@ pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
     })
 }
 
-fn stamp(mission: &Mission) -> String {
+/// The comment lines at the top of a search's CSV files.
+pub(crate) fn stamp(mission: &Mission) -> String {
     Stamp { seed: mission.seed, input_hash: mission.hash_without_gains() }.csv_comment()
 }
 
@@ -129,9 +130,7 @@ fn stamp(mission: &Mission) -> String {
 pub(crate) fn convergence_columns<'a>() -> Columns<(u64, &'a SearchProgress)> {
     Columns::<(u64, &SearchProgress)>::none()
         .whole("iteration", "number of the iteration", |(i, _)| *i)
-        .whole("objective", "number of the objective, where several make a front", |(_, p)| {
-            p.objective as u64
-        })
+        .whole("objective", "number of the objective, of several", |(_, p)| p.objective as u64)
         .whole("evaluations", "candidates so far", |(_, p)| p.evaluations as u64)
         .whole("diverged", "candidates so far with a flight that diverged", |(_, p)| p.diverged as u64)
         .number("median_cost", "median cost of this iteration", |(_, p)| p.median_cost)
