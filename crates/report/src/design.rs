@@ -6,7 +6,7 @@ use super::columns::{columns, short};
 use super::figure::{Distribution, FigureError, distribution_figure, j_tpf};
 use super::json::{VERSION, object, text as json_text};
 use super::range_ends::{range_ends_json, range_ends_words};
-use super::rows::Columns;
+use super::rows::{Columns, Shared};
 use super::tune::records::stamp;
 use super::tune::{Standing, gains_table, named};
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
@@ -550,7 +550,7 @@ pub fn about(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Strin
 }
 
 /// Behind some columns those of a design and its judgement.
-fn with_design<R>(columns: Columns<R>, of: impl Fn(&R) -> &TriedDesign + Copy + 'static) -> Columns<R> {
+fn with_design<R>(columns: Columns<R>, of: impl Fn(&R) -> &TriedDesign + Copy + Shared) -> Columns<R> {
     const MOST: [&str; 3] = ["steady_after_s", "altitude_lost_m", "tilt_deg"];
     const WEIGHTS: [&str; 4] = ["attitude_weight", "horizontal_weight", "vertical_weight", "rate_weight"];
     const FACTORS: &str = "factors on the mission's weights";

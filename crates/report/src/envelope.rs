@@ -157,6 +157,8 @@ type EdgeRow<'a> = (&'a EdgeSearch, &'a FanEdges, (usize, &'a Ray, &'a Edge));
 
 /// The columns of `envelope.csv`.
 pub(crate) fn columns<'a>() -> Columns<EdgeRow<'a>> {
+    const HELD: &str =
+        "1: the last safe point held on fresh flights; the farthest point that did; empty: none";
     const FRESH: &str = "points that were tried on fresh flights, and flights at each";
     let at = |(_, fan, (_, ray, edge)): &EdgeRow<'_>, share: fn(&Edge) -> Option<f64>, i: usize| {
         share(edge).map(|share| fan.place(ray, share)[i])
@@ -173,12 +175,8 @@ pub(crate) fn columns<'a>() -> Columns<EdgeRow<'a>> {
             at(row, |edge| edge.beyond, i)
         })
         .whole("flights", "flights at each point of the search", |(search, ..)| search.flights as u64)
-        .flag("confirmed", "1: that held on fresh flights", |(.., (.., edge))| {
-            edge.confirmed() == Some(edge.safe)
-        })
-        .numbers(["confirmed_x", "confirmed_y"], "farthest that held", move |row, i| {
-            at(row, Edge::confirmed, i)
-        })
+        .flag("confirmed", HELD, |(.., (.., edge))| edge.confirmed() == Some(edge.safe))
+        .numbers(["confirmed_x", "confirmed_y"], HELD, move |row, i| at(row, Edge::confirmed, i))
         .whole("tries", FRESH, |(.., (.., edge))| edge.tried.len() as u64)
         .whole("fresh_flights", FRESH, |(search, ..)| search.fresh_flights() as u64)
 }

@@ -1,6 +1,6 @@
 //! The columns of a flight log: one list for `flight.csv`, its arrays and the messages of `drop.mcap`.
 
-use super::rows::{Arrays, Columns};
+use super::rows::{Arrays, Columns, Shared};
 use samara_core::assess::StateCost;
 use samara_core::model::rigid_body::BodyState;
 use samara_core::model::{DiskState, MAX_ROTORS, PerRotor, Rotor};
@@ -12,7 +12,7 @@ use samara_mission::Mission;
 const PHASE: &str = "phase";
 
 /// Behind some columns those of a body's state.
-fn with_body<R>(columns: Columns<R>, of: impl Fn(&R) -> &BodyState + Copy + 'static) -> Columns<R> {
+fn with_body<R>(columns: Columns<R>, of: impl Fn(&R) -> &BodyState + Copy + Shared) -> Columns<R> {
     const PLACE: &str = "position from the nominal point of release";
     columns
         .numbers(["north_m", "east_m", "down_m"], PLACE, move |row, i| of(row).p_ned[i])

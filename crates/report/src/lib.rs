@@ -83,6 +83,8 @@ pub mod shell;
 mod shown_drop;
 pub mod sobol;
 pub mod study;
+#[cfg(test)]
+mod table_tests;
 pub mod truth;
 pub mod tune;
 pub mod verdict;

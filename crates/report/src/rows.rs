@@ -15,7 +15,11 @@ use samara_core::assess::outcome::{J_TPF, Outcome, QUANTITIES, Quantity};
 type Str = &'static str;
 /// Columns of numbers: of each the name, and a value for each row.
 pub type Arrays = Vec<(Cow<'static, str>, Vec<f64>)>;
-type Of<R, T> = Box<dyn Fn(&R) -> T>;
+type Of<R, T> = Box<dyn Fn(&R) -> T + Send + Sync>;
+
+/// What may be held by columns that all threads read.
+pub trait Shared: Send + Sync + 'static {}
+impl<T: Send + Sync + 'static> Shared for T {}
 
 /// How a column's value is read off a row.
 pub(super) enum Value<R> {
@@ -48,7 +52,7 @@ enum Back<R> {
     /// It must be the row's own.
     Checked,
     /// It is put into the row.
-    Put(Box<dyn Fn(&mut R, Found<'_>)>),
+    Put(Box<dyn Fn(&mut R, Found<'_>) + Send + Sync>),
 }
 
 /// A column of a table whose rows are of this type.
@@ -124,7 +128,7 @@ impl<R> Columns<R> {
     }
 
     /// One more column, of numbers.
-    pub fn number<X: Into<Option<f64>>>(self, name: Str, about: Str, of: impl Fn(&R) -> X + 'static) -> Self {
+    pub fn number<X: Into<Option<f64>>>(self, name: Str, about: Str, of: impl Fn(&R) -> X + Shared) -> Self {
         self.and(name, about, Value::Number(Box::new(move |row| of(row).into())))
     }
 
@@ -133,7 +137,7 @@ impl<R> Columns<R> {
         self,
         names: impl IntoIterator<Item = impl Into<Cow<'static, str>>>,
         about: Str,
-        of: impl Fn(&R, usize) -> X + Clone + 'static,
+        of: impl Fn(&R, usize) -> X + Clone + Shared,
     ) -> Self {
         names.into_iter().enumerate().fold(self, |columns, (i, name)| {
             let of = of.clone();
@@ -142,22 +146,22 @@ impl<R> Columns<R> {
     }
 
     /// One more column, of whole numbers.
-    pub fn whole(self, name: Str, about: Str, of: impl Fn(&R) -> u64 + 'static) -> Self {
+    pub fn whole(self, name: Str, about: Str, of: impl Fn(&R) -> u64 + Shared) -> Self {
         self.and(name, about, Value::Whole(Box::new(of)))
     }
 
     /// One more column, of 1 and 0.
-    pub fn flag(self, name: Str, about: Str, of: impl Fn(&R) -> bool + 'static) -> Self {
+    pub fn flag(self, name: Str, about: Str, of: impl Fn(&R) -> bool + Shared) -> Self {
         self.whole(name, about, move |row| of(row).into())
     }
 
     /// One more column, of words that have neither a comma nor a quotation mark.
-    pub fn word(self, name: Str, about: Str, of: impl Fn(&R) -> Option<String> + 'static) -> Self {
+    pub fn word(self, name: Str, about: Str, of: impl Fn(&R) -> Option<String> + Shared) -> Self {
         self.and(name, about, Value::Text(Box::new(of), false))
     }
 
     /// One more column, of any text.
-    pub fn text(self, name: Str, about: Str, of: impl Fn(&R) -> Option<String> + 'static) -> Self {
+    pub fn text(self, name: Str, about: Str, of: impl Fn(&R) -> Option<String> + Shared) -> Self {
         self.and(name, about, Value::Text(Box::new(of), true))
     }
 
@@ -165,7 +169,7 @@ impl<R> Columns<R> {
     pub fn quantities(
         mut self,
         quantities: impl IntoIterator<Item = &'static Quantity>,
-        of: impl Fn(&R) -> Option<&Outcome> + Copy + 'static,
+        of: impl Fn(&R) -> Option<&Outcome> + Copy + Shared,
     ) -> Self {
         for quantity in quantities {
             let lost = (*quantity == J_TPF).then_some(f64::INFINITY);
@@ -183,14 +187,14 @@ impl<R> Columns<R> {
     }
 
     /// What is found in a column is put into the row.
-    pub(super) fn put(mut self, name: &str, put: impl Fn(&mut R, Found<'_>) + 'static) -> Self {
+    pub(super) fn put(mut self, name: &str, put: impl Fn(&mut R, Found<'_>) + Shared) -> Self {
         let column = self.0.iter_mut().find(|column| column.name == name);
         let _ = column.map(|column| column.back = Back::Put(Box::new(put)));
         self
     }
 
     /// What is found in the columns of quantities is put into the row's outcome.
-    pub(super) fn put_quantities(self, of: impl Fn(&mut R) -> Option<&mut Outcome> + Copy + 'static) -> Self {
+    pub(super) fn put_quantities(self, of: impl Fn(&mut R) -> Option<&mut Outcome> + Copy + Shared) -> Self {
         QUANTITIES.iter().fold(self, |columns, quantity| {
             columns.put(quantity.key, move |row, found| {
                 if let (Some(outcome), Found::Number(x)) = (of(row), found) {

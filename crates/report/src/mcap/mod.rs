@@ -31,7 +31,7 @@ use super::flight_columns::{PlanRow, flight_columns, plan_columns};
 use super::json::VERSION;
 use super::marks::{Mark, Times, marks};
 use super::plan_motion::{place_at, plan_motion};
-use super::rows::{Columns, Value};
+use super::rows::{Columns, Shared, Value};
 use super::shown_drop::ShownDrop;
 use samara_core::assess::StateCost;
 use samara_core::frames::{Quaternion, bank, pitch, tilt};
@@ -181,7 +181,7 @@ impl Topic {
 }
 
 /// Behind some columns what is worked out of a state, for plots.
-fn with_plots<R>(columns: Columns<R>, of: impl Fn(&R) -> &BodyState + Copy + 'static) -> Columns<R> {
+fn with_plots<R>(columns: Columns<R>, of: impl Fn(&R) -> &BodyState + Copy + Shared) -> Columns<R> {
     let angle = |name, angle: fn(Quaternion) -> f64| (name, angle);
     let angles = [angle("pitch_deg", pitch), angle("roll_deg", bank), angle("tilt_deg", tilt)];
     let columns = columns.number("speed_m_s", "", move |row| of(row).v_ned.norm());

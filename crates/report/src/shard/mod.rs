@@ -133,4 +133,4 @@ pub enum ShardError {
 }
 
 #[cfg(test)]
-mod tests;
+pub(super) mod tests;

@@ -48,7 +48,7 @@ fn another_campaign_says_what_differs() {
     assert!(of(Some("v1.12.3")).check_same_campaign(&of(Some("v1.16.0"))).is_err());
 }
 
-fn written(tables: &[Table], columns: &Table) -> std::fs::File {
+pub(crate) fn written(tables: &[Table], columns: &Table) -> std::fs::File {
     let file = tempfile::tempfile().unwrap();
     let mut writer = ShardWriter::new(file.try_clone().unwrap(), columns).unwrap();
     tables.iter().for_each(|table| writer.write(table).unwrap());

@@ -4,6 +4,8 @@
 //! names each column with its unit. They leave out the number of trials: a campaign that is broken off
 //! is the beginning of a longer one, and [`parse_row`] reads back, to the bit, what [`write_row`] wrote.
 
+use std::sync::LazyLock;
+
 use crate::rows::{Arrays, Columns};
 use samara_core::assess::outcome::of_flights;
 use samara_core::assess::{Outcome, RandomRelease, StudyEntry, StudyReference};
@@ -39,9 +41,7 @@ const DRAWN: [(&str, &str, fn(&RandomRelease) -> f64); 6] = [
     ("pitch_rate_deg_s", "the state at t = 0", |release| release.state.omega_body.y * DEG_PER_RAD),
 ];
 
-thread_local! {
-    static COLUMNS: Columns<StudyRow> = columns();
-}
+static COLUMNS: LazyLock<Columns<StudyRow>> = LazyLock::new(columns);
 
 /// The columns of a campaign's file.
 pub(crate) fn columns() -> Columns<StudyRow> {
@@ -68,7 +68,7 @@ pub fn header(mission: &Mission, entry: &StudyEntry) -> String {
     };
     let gains = entry.gains().map_or(String::new(), |gains| format!(" {:?}", gains.as_longitudinal()));
     let StudyEntry { name, gains_name, .. } = entry;
-    format!("{stamp}# campaign {name}: gains {gains_name}{gains}, {reference}\n{}\n", columns().names())
+    format!("{stamp}# campaign {name}: gains {gains_name}{gains}, {reference}\n{}\n", COLUMNS.names())
 }
 
 /// What was drawn for a trial, amplitude and phase of the swing [deg], and its state at t = 0: velocity north
@@ -79,7 +79,7 @@ pub fn drawn(release: &RandomRelease) -> [f64; DRAWN.len()] {
 
 /// Appends a trial's line.
 pub fn write_row(text: &mut String, release: &RandomRelease, outcome: &Outcome) {
-    COLUMNS.with(|columns| columns.push_line(text, &StudyRow::new(release, outcome)));
+    COLUMNS.push_line(text, &StudyRow::new(release, outcome));
 }
 
 /// The columns of a campaign's file behind the trial's number: the name, which ends in the unit, and a value
@@ -94,7 +94,7 @@ pub fn trial_columns<'a>(trials: impl IntoIterator<Item = (&'a RandomRelease, &'
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum RowError {
     /// The line does not consist of numbers.
-    #[error("{} numbers are expected", columns().0.len())]
+    #[error("{} numbers are expected", COLUMNS.0.len())]
     NotNumbers,
     /// The trial was drawn by another seed or distribution, or is out of order.
     #[error("this is not trial {0} of this mission and seed")]
@@ -107,7 +107,7 @@ pub enum RowError {
 /// [`RowError`] when it is not.
 pub fn parse_row(line: &str, expected: &RandomRelease) -> Result<Outcome, RowError> {
     let mut row = StudyRow::new(expected, &Outcome::default());
-    match COLUMNS.with(|columns| columns.read(line, &mut row)) {
+    match COLUMNS.read(line, &mut row) {
         Some(true) => Ok(row.outcome),
         Some(false) => Err(RowError::OtherTrial(expected.trial)),
         None => Err(RowError::NotNumbers),
@@ -152,7 +152,7 @@ mod tests {
         let (release, outcome) = trial();
         let mut text = String::new();
         write_row(&mut text, &release, &outcome);
-        assert_eq!(text.split(',').count(), columns().0.len());
+        assert_eq!(text.split(',').count(), COLUMNS.0.len());
         assert_eq!(parse_row(text.trim_end(), &release), Ok(outcome));
         let never = Outcome { steady_after_s: None, ..outcome };
         text.clear();
