@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::json::{head, object, text};
+use super::json::{Head, object, text};
 use super::outcome::{column_names, push_cells};
 use super::study::grid::Grid;
 use samara_core::assess::outcome::{COMPARED, J_TPF};
@@ -204,7 +204,7 @@ impl EffectReport<'_> {
             .collect::<Vec<_>>();
         let campaigns = self.campaigns.iter().map(|campaign| self.campaign_json(campaign));
         text(&object! {
-            #[serde(flatten)] head: head(self.mission),
+            #[serde(flatten)] head: Head::of(self.mission),
             gains: &self.mission.control.gains_name,
             effects: effects,
             campaigns: campaigns.collect::<Vec<_>>(),

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 
 use super::columns::fixed;
-use super::json::{head, object, text};
+use super::json::{Head, object, text};
 use super::study::grid::Grid;
 use samara_core::assess::free_fall::rules::{Rule, TIMES_S};
 use samara_core::assess::free_fall::{DESCENT_S, Descent, FoundRelease, FreeFallStudy, ReleaseTrial};
@@ -250,7 +250,7 @@ impl FreeFallReport<'_> {
         let circumstances = &study.circumstances;
         let [(_, autopilot), (_, companion)] = self.found();
         text(&object! {
-            #[serde(flatten)] head: head(self.mission),
+            #[serde(flatten)] head: Head::of(self.mission),
             level_m_s2: study.settings.level_m_s2,
             lack_m_s: study.settings.lack_m_s,
             fall_m_s2: study.fall_m_s2,

@@ -36,6 +36,7 @@
 //! | [`rare`] | probabilities of rare failures: tables, the most likely failure |
 //! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the table |
+//! | [`schema`] | schemas of the results' objects
 //! | `shard` | parts of a campaign that are flown apart: rows as Parquet, statistics (feature `shards`) |
 //! | [`sobol`] | what decides a drop: Sobol's indices |
 //! | [`study`] | the safety study: tables, trials, page |
@@ -75,6 +76,7 @@ pub mod rare;
 pub mod repeats;
 pub mod replan;
 pub mod replay;
+pub mod schema;
 #[cfg(feature = "shards")]
 pub mod shard;
 pub mod shell;

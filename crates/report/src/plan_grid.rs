@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::columns::{fixed, short};
-use super::json::{head, object, text};
+use super::json::{Head, object, text};
 use super::study::grid::Grid;
 use samara_core::assess::{GRID_LOSS_MOST, GridLoss, MISREAD_RATE_RAD_S, Spread};
 use samara_core::plan::grid::{AXES, GridAxes, GridState};
@@ -144,7 +144,7 @@ impl PlanGridReport<'_> {
             object! { axis: axis, points: points }
         });
         text(&object! {
-            #[serde(flatten)] head: head(self.mission),
+            #[serde(flatten)] head: Head::of(self.mission),
             gains: &self.mission.control.gains_name,
             axes: axes.collect::<Vec<_>>(),
             plans: self.axes.count(),

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::effects::{change, compared_json, failed, number, p99, summary};
-use super::json::{head, object, text};
+use super::json::{Head, object, text};
 use super::outcome::{column_names, push_cells};
 use super::study::grid::Grid;
 use samara_core::assess::outcome::{ALTITUDE_LOST, COMPARED, J_TPF, STEADY_AFTER};
@@ -122,7 +122,7 @@ impl ReplanReport<'_> {
         let campaigns = campaigns
             .map(|(i, campaign)| self.campaign_json(campaign, self.campaigns.first().filter(|_| i > 0)));
         text(&object! {
-            #[serde(flatten)] head: head(self.mission),
+            #[serde(flatten)] head: Head::of(self.mission),
             #[serde(flatten)] autopilot: self.autopilot.map(|name| object! { autopilot: name }),
             latency_s: settings.latency_s,
             iterations: settings.iterations,

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use super::columns::short;
-use super::json::{head, object, text};
+use super::json::{Head, object, text};
 use super::study::grid::Grid;
 use samara_core::assess::coordinates::CoordinateGroup;
 use samara_core::assess::outcome::{ALTITUDE_LOST, J_TPF, STEADY_AFTER};
@@ -179,7 +179,7 @@ impl SobolReport<'_> {
             }
         });
         text(&object! {
-            #[serde(flatten)] head: head(self.mission),
+            #[serde(flatten)] head: Head::of(self.mission),
             gains: &self.mission.control.gains_name,
             points: self.study.points,
             flights: self.study.evaluations(self.groups.len()),

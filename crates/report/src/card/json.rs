@@ -7,7 +7,7 @@ use super::decision::Restriction;
 use super::estimates::EstimatedInput;
 use super::sections::{air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst};
 use super::{Card, Evidence, Reason};
-use crate::json::{head, object, text};
+use crate::json::{Head, object, text};
 use samara_study::envelope::ENVELOPE_LIMITS;
 
 fn reason(reason: &Reason) -> impl Serialize {
@@ -52,7 +52,7 @@ pub fn json(card: &Card<'_>) -> String {
         object! { id: format!("I{}", place + 1), role: input.role, file: &input.file, sha256: &input.sha256 }
     });
     text(&object! {
-        #[serde(flatten)] head: head(card.mission),
+        #[serde(flatten)] head: Head::of(card.mission),
         vehicle: &card.mission.vehicle_name,
         gains: &card.mission.control.gains_name,
         go: card.decision().is_go(),

@@ -26,12 +26,14 @@ pub mod sections;
 #[cfg(test)]
 mod tests;
 
+use crate::campaign::json::{AssessObject, CampaignObject};
 use crate::columns::short;
+use crate::design::DesignObject;
+use crate::envelope::EnvelopeObject;
+use crate::json::DropObject;
+use crate::rare::RareObject;
 use crate::shell::command_line;
-use finding::{
-    CampaignFound, DesignFound, DropFound, EnvelopeFound, Finding, RareFound, Shortfall, Trials,
-    fewest_trials, probability,
-};
+use finding::{Finding, Shortfall, fewest_trials, probability};
 use manifest::{Kind, RunManifest};
 use samara_core::assess::envelope::search::PROBABILITY;
 use samara_core::assess::{CONFIDENCE, ChosenAmong};
@@ -184,28 +186,28 @@ impl Card<'_> {
         })
     }
 
-    fn drops(&self) -> impl Iterator<Item = (String, &Evidence, &DropFound)> {
+    fn drops(&self) -> impl Iterator<Item = (String, &Evidence, &DropObject)> {
         self.standing().filter_map(|(id, evidence, _, found)| match found {
             Finding::Drop(drop) => Some((id, evidence, drop)),
             _ => None,
         })
     }
 
-    fn campaigns(&self) -> impl Iterator<Item = (String, &RunManifest, &CampaignFound)> {
+    fn campaigns(&self) -> impl Iterator<Item = (String, &RunManifest, &AssessObject)> {
         self.standing().filter_map(|(id, _, run, found)| match found {
             Finding::Campaign(campaign) => Some((id, run, campaign)),
             _ => None,
         })
     }
 
-    fn rare(&self) -> impl Iterator<Item = (String, &RunManifest, &RareFound)> {
+    fn rare(&self) -> impl Iterator<Item = (String, &RunManifest, &RareObject)> {
         self.standing().filter_map(|(id, _, run, found)| match found {
             Finding::Rare(rare) => Some((id, run, rare)),
             _ => None,
         })
     }
 
-    fn designs(&self) -> impl Iterator<Item = (String, &DesignFound)> {
+    fn designs(&self) -> impl Iterator<Item = (String, &DesignObject)> {
         self.standing().filter_map(|(id, _, _, found)| match found {
             Finding::Design(design) => Some((id, design)),
             _ => None,
@@ -213,7 +215,7 @@ impl Card<'_> {
     }
 
     /// Envelopes of the mission's own release.
-    fn envelopes(&self) -> impl Iterator<Item = (String, &EnvelopeFound)> {
+    fn envelopes(&self) -> impl Iterator<Item = (String, &EnvelopeObject)> {
         self.standing().filter_map(|(id, evidence, _, found)| match found {
             Finding::Envelope(envelope) if evidence.elsewhere().is_none() => Some((id, envelope)),
             _ => None,
@@ -350,7 +352,7 @@ impl Card<'_> {
     /// Failures that accepted evidence has, though it does not say no, in words.
     fn failures(&self) -> Vec<String> {
         let trials = self.campaigns().filter_map(|(id, _, campaign)| {
-            let Trials { trials, unsafe_trials, .. } = campaign.judged()?;
+            let CampaignObject { trials, unsafe_trials, .. } = campaign.judged()?;
             (*unsafe_trials > 0).then(|| format!("{unsafe_trials} of {trials} trials failed ({id})"))
         });
         let fresh = self.designs().filter_map(|(id, design)| {

@@ -3,13 +3,14 @@
 
 use serde::Serialize;
 
-use super::finding::{
-    DropFound, Finding, FreshFound, MarginFound, WorstTrial, in_air, pilot_words, probability,
-};
+use super::finding::{Finding, in_air, pilot_words, probability};
 use super::manifest::{Kind, RunManifest};
 use super::{Card, Evidence};
+use crate::campaign::json::TrialObject;
 use crate::columns::short;
+use crate::design::{FreshObject, MarginObject};
 use crate::envelope::EnvelopeReach;
+use crate::json::DropObject;
 use crate::outcome::OutcomeObject;
 use crate::shown_drop::air_words;
 use samara_core::assess::envelope::EnvelopeAxis;
@@ -123,7 +124,7 @@ fn flown_plan(card: &Card<'_>) -> Option<Line> {
 }
 
 /// The margins of the loop that is nearest to instability.
-fn margins_words(tightest: &MarginFound) -> String {
+fn margins_words(tightest: &MarginObject) -> String {
     let or_any = |x: Option<f64>, digits: usize, unit: &str| {
         x.map_or_else(|| "any".to_owned(), |x| short(x, digits) + unit)
     };
@@ -144,7 +145,7 @@ fn margins_words(tightest: &MarginFound) -> String {
 }
 
 /// What came of a design's flights that chose nothing.
-fn fresh_words(fresh: &FreshFound) -> String {
+fn fresh_words(fresh: &FreshObject) -> String {
     format!(
         "{}, {}: at most {} fail",
         in_air(&fresh.air),
@@ -195,7 +196,7 @@ pub fn air_and_release(card: &Card<'_>) -> Vec<Line> {
 struct Alike<'a> {
     release: String,
     pilot: String,
-    drops: Vec<(String, &'a DropFound)>,
+    drops: Vec<(String, &'a DropObject)>,
 }
 
 impl Alike<'_> {
@@ -203,7 +204,7 @@ impl Alike<'_> {
     fn line(&self) -> Line {
         let ids: Vec<&str> = self.drops.iter().map(|(id, _)| id.as_str()).collect();
         let most = |quantity: Quantity, digits: usize| {
-            let values = self.drops.iter().filter_map(|(_, drop)| quantity.of(drop.outcome()));
+            let values = self.drops.iter().filter_map(|(_, drop)| quantity.of(&drop.outcome.0));
             values.reduce(f64::max).map_or_else(|| "-".to_owned(), |x| short(x, digits))
         };
         let faults: Vec<String> = self.drops.iter().filter_map(|(_, drop)| drop.fault()).collect();
@@ -518,18 +519,18 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
                 which: evidence.elsewhere().unwrap_or_else(|| "drop from the nominal release".to_owned()),
                 failure: Some(fault),
                 likely: None,
-                outcome: OutcomeObject(*drop.outcome()),
+                outcome: drop.outcome,
                 from: id,
             });
         }
     }
     for (id, _, campaign) in card.campaigns() {
         let trials = campaign.judged().into_iter().flat_map(|trials| trials.worst.iter().take(WORST_OF_EACH));
-        rows.extend(trials.map(|trial: &WorstTrial| Worst {
+        rows.extend(trials.map(|trial: &TrialObject| Worst {
             which: format!("trial {}", trial.trial),
             failure: trial.failure.clone(),
             likely: None,
-            outcome: OutcomeObject(*trial.outcome()),
+            outcome: trial.outcome,
             from: id.clone(),
         }));
     }

@@ -11,7 +11,7 @@ pub mod lines;
 use std::fmt::Write as _;
 
 use super::columns::{columns, probability_at_most, upper_end};
-use super::json::{head, object, text};
+use super::json::{Head, object, text};
 use lines::{CampaignLines, QUANTITIES};
 use samara_core::assess::{
     Agreement, ByTrial, CONFIDENCE, ChosenAmong, MeanByRungs, MeanEstimate, Share, conformal_margin,
@@ -262,7 +262,7 @@ impl<'a> FidelityReport<'a> {
         let safe = self.rungs.first().and_then(|rung| rung.safe);
         let [mean, worst] = self.capped_means(&values);
         text(&object! {
-            #[serde(flatten)] head: head(self.mission),
+            #[serde(flatten)] head: Head::of(self.mission),
             confidence: CONFIDENCE,
             rungs: rungs.collect::<Vec<_>>(),
             quantities: quantities.collect::<Vec<_>>(),
