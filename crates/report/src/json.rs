@@ -4,8 +4,6 @@
 //! What is not finite (the J_TPF of a flight that diverged) is `null`. Wall-clock numbers stand only in
 //! objects that are given them; files are not.
 
-use std::collections::BTreeMap;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -415,31 +413,6 @@ pub struct CaseDrop {
 /// The object of `samara drop --json` and, without durations, of `drop.json`.
 pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) -> String {
     text(&DropObject::of(mission, verdict, run))
-}
-
-/// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the
-/// files, circumstances that are no inputs (the vehicle's number, the speed of a watched run: they show in
-/// the .tlog files only), and the SHA-256 of each file that it wrote, by name.
-pub fn manifest_json(
-    mission: &Mission,
-    verb: &str,
-    circumstances: &[(&str, String)],
-    files: &BTreeMap<String, String>,
-) -> String {
-    let choices = mission.inputs.choices.iter().map(|(name, value)| (name, value));
-    let circumstances = circumstances.iter().map(|(name, value)| (name, value));
-    text(&object! {
-        verb: verb,
-        version: VERSION,
-        mission: &mission.name,
-        vehicle: &mission.vehicle_name,
-        gains: &mission.control.gains_name,
-        seed: mission.seed,
-        input_hash: &mission.inputs.hash,
-        choices: choices.collect::<BTreeMap<_, _>>(),
-        circumstances: circumstances.collect::<BTreeMap<_, _>>(),
-        files: files,
-    })
 }
 
 /// The name of a status in files and on the terminal.

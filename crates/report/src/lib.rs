@@ -88,14 +88,13 @@ pub mod tune;
 pub mod verdict;
 pub mod verify;
 
+pub use card::manifest::manifest_json;
 pub use derived::{derived_json, derived_text};
 pub use faults::{faults_json, faults_text};
 pub use figure::{FigureError, bode_figure, convergence_figure, drop_figure, plan_figure};
 pub use flight_arrays::flight_arrays;
 pub use flight_csv::FlightCsv;
-pub use json::{
-    DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajectory, drop_json, manifest_json,
-};
+pub use json::{DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajectory, drop_json};
 pub use judged_drop::{FlownDrop, judge_drop};
 pub use mcap::{Attachment, drop_mcap};
 pub use plan::{plan_json, plan_shortfall, plan_text};

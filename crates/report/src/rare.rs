@@ -7,7 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::columns::{probability, probability_at_least, probability_at_most, short};
-use super::json::{Head, finite, object, result_objects, text};
+use super::json::{Head, finite, result_objects, text};
 use super::study::grid::Grid;
 use samara_core::assess::coordinates::{DrawnQuantity, DrawnTrial, Part};
 use samara_core::assess::rare::{Ascent, Estimate, Level, Nearest, RareFound};
@@ -202,15 +202,7 @@ impl RareReport<'_> {
     /// The most likely failure with all of its coordinates, to be flown again: `rare_failure.json`.
     pub fn failure_json(&self) -> Option<String> {
         let nearest = self.found.nearest.as_ref()?;
-        Some(text(&object! {
-            #[serde(flatten)] head: Head::of(self.mission),
-            gains: &self.mission.control.gains_name,
-            bound: self.found.search.bound,
-            unknowns: self.unknowns,
-            j_tpf: nearest.score.is_finite().then_some(nearest.score),
-            distance: nearest.distance,
-            coordinates: &nearest.point,
-        }))
+        Some(text(&RareFailureObject::of(self, nearest)))
     }
 }
 
@@ -283,5 +275,23 @@ result_objects! {
         distance: f64 = nearest.distance,
         /// The share of each quantity in that distance.
         quantities: Vec<QuantityShare> = of.shares(nearest),
+    }
+
+    /// The most likely failure with all of its coordinates, as `rare_failure.json` holds it.
+    RareFailureObject(of: &RareReport<'_>, nearest: &Nearest) {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Name of the gains.
+        gains: String = of.mission.control.gains_name.clone(),
+        /// J_TPF that a failure reaches.
+        bound: f64 = of.found.search.bound,
+        /// Whether what the controller does not know was drawn, too.
+        unknowns: bool = of.unknowns,
+        /// J_TPF of the trial; null where it was lost.
+        j_tpf: Option<f64> = finite(nearest.score),
+        /// Distance from the nominal trial, in standard deviations.
+        distance: f64 = nearest.distance,
+        /// Coordinates of the trial, independent standard-normal numbers.
+        coordinates: Vec<f64> = nearest.point.clone(),
     }
 }

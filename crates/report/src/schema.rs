@@ -1,24 +1,41 @@
 //! JSON schemas of results, made from the types that write them and that the card reads.
 
 use super::campaign::json::AssessObject;
+use super::card::json::CardObject;
+use super::card::manifest::RunManifest;
 use super::design::DesignObject;
+use super::effects::EffectsObject;
 use super::envelope::EnvelopeObject;
+use super::fidelity::FidelityObject;
+use super::free_fall::FreeFallObject;
 use super::json::{CasesObject, DropObject};
 use super::plan::PlanObject;
-use super::rare::RareObject;
+use super::plan_grid::PlanGridObject;
+use super::rare::{RareFailureObject, RareObject};
+use super::replan::ReplanObject;
+use super::sobol::SobolObject;
 use samara_mission::schema::text;
 
 type Text = fn(&str) -> String;
 
 /// Name of each kind of result, and what makes its schema.
-const RESULTS: [(&str, Text); 7] = [
+const RESULTS: [(&str, Text); 16] = [
     ("drop", text::<DropObject>),
     ("cases", text::<CasesObject>),
     ("plan", text::<PlanObject>),
     ("assess", text::<AssessObject>),
     ("envelope", text::<EnvelopeObject>),
     ("rare", text::<RareObject>),
+    ("rare_failure", text::<RareFailureObject>),
     ("design", text::<DesignObject>),
+    ("effects", text::<EffectsObject>),
+    ("replan", text::<ReplanObject>),
+    ("sobol", text::<SobolObject>),
+    ("fidelity", text::<FidelityObject>),
+    ("free_fall", text::<FreeFallObject>),
+    ("plan_grid", text::<PlanGridObject>),
+    ("card", text::<CardObject>),
+    ("manifest", text::<RunManifest>),
 ];
 
 /// Path below `params/schema/` and text of each result's schema.
@@ -36,7 +53,7 @@ mod tests {
     use serde::de::DeserializeOwned;
     use serde_json::Value;
 
-    use super::{AssessObject, DropObject, PlanObject, schemas};
+    use super::{AssessObject, CardObject, DropObject, PlanObject, RunManifest, schemas};
     use crate::json::text;
 
     fn root() -> &'static Path {
@@ -86,5 +103,7 @@ mod tests {
         is_of::<DropObject>("drop_real_air_json");
         is_of::<PlanObject>("plan_json");
         is_of::<AssessObject>("assess_json");
+        is_of::<CardObject>("card_json");
+        is_of::<RunManifest>("drop_manifest");
     }
 }

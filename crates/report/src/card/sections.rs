@@ -1,7 +1,8 @@
 //! The sentences of a card, each with what it rests on: numbers of evidence (E1, ..) and of input files (I1,
 //! ..).
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::finding::{Finding, in_air, pilot_words, probability};
 use super::manifest::{Kind, RunManifest};
@@ -20,7 +21,7 @@ use samara_mission::{Derived, derived};
 use samara_study::envelope::ENVELOPE_LIMITS;
 
 /// A sentence, or what stands for one in a table.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Line {
     /// Subject, in a word or two.
     pub about: String,
@@ -295,7 +296,7 @@ fn version_of(run: &RunManifest) -> Option<&str> {
 }
 
 /// How likely a drop fails, by a campaign, or J_TPF reaches a bound, by a search.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Probability {
     /// The pilot and what it flew, in words.
     pub flown_by: String,
@@ -433,10 +434,10 @@ fn probability_of(
 }
 
 /// How far a quantity of the release goes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Reach {
     /// Name of the quantity, which ends in its unit.
-    pub quantity: &'static str,
+    pub quantity: String,
     /// Words for people, with the unit.
     #[serde(skip)]
     pub words: &'static str,
@@ -478,7 +479,7 @@ pub fn reaches(card: &Card<'_>) -> Vec<Reach> {
             };
             let [Some(narrow), Some(wide)] = ENVELOPE_LIMITS.map(of) else { continue };
             rows.push(Reach {
-                quantity: axis.name(),
+                quantity: axis.name().to_owned(),
                 words: axis.words(),
                 nominal: envelope.nominal(axis),
                 drawn_3_sigma: envelope.drawn(axis, drawn_off[axis as usize]),
@@ -491,7 +492,7 @@ pub fn reaches(card: &Card<'_>) -> Vec<Reach> {
 }
 
 /// A trial or a drop that came closest to failing, or failed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Worst {
     /// Which one.
     pub which: String,
