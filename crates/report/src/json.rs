@@ -77,6 +77,24 @@ result_objects! {
         input_hash: String = mission.inputs.hash.clone(),
     }
 
+    /// What was assessed: the keys that `assess.json` begins with.
+    AssessHead(m: &Mission, command: &str) {
+        /// Name of the mission.
+        mission: String = m.name.clone(),
+        /// Name of the vehicle.
+        vehicle: String = m.vehicle_name.clone(),
+        /// Version of samara that made the result.
+        version: String = VERSION.to_owned(),
+        /// Seed of everything random.
+        seed: u64 = m.seed,
+        /// SHA-256 of all inputs, files and options, hexadecimal.
+        input_hash: String = m.inputs.hash.clone(),
+        /// The command that makes it again.
+        command: String = command.to_owned(),
+        /// Name of the gains.
+        gains: String = m.control.gains_name.clone(),
+    }
+
     /// Statistics of a quantity.
     SummaryObject(name: &str, s: &Summary) {
         /// Name of the quantity; it ends in its unit.
@@ -97,6 +115,16 @@ result_objects! {
 /// A number where it is finite: JSON has no others.
 pub(super) fn finite(x: f64) -> Option<f64> {
     Some(x).filter(|x| x.is_finite())
+}
+
+/// A number, where it is finite; else null in JSON, and as it is in a table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Number(#[schemars(with = "Option<f64>")] pub f64);
+
+impl<'de> Deserialize<'de> for Number {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(Self(Option::deserialize(deserializer)?.unwrap_or(f64::NAN)))
+    }
 }
 
 /// Where a trajectory that was flown comes from.

@@ -14,16 +14,18 @@ use super::plan_grid::PlanGridObject;
 use super::rare::{RareFailureObject, RareObject};
 use super::replan::ReplanObject;
 use super::sobol::SobolObject;
+use super::study::records::StudyObject;
 use samara_mission::schema::text;
 
 type Text = fn(&str) -> String;
 
 /// Name of each kind of result, and what makes its schema.
-const RESULTS: [(&str, Text); 16] = [
+const RESULTS: [(&str, Text); 17] = [
     ("drop", text::<DropObject>),
     ("cases", text::<CasesObject>),
     ("plan", text::<PlanObject>),
     ("assess", text::<AssessObject>),
+    ("assess_paper", text::<StudyObject>),
     ("envelope", text::<EnvelopeObject>),
     ("rare", text::<RareObject>),
     ("rare_failure", text::<RareFailureObject>),

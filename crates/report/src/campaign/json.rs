@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Map, Value};
 
 use super::{CampaignReport, CaseRecord, NamedCampaign, TrialRecord};
-use crate::json::{SummaryObject, VERSION, finite, result_objects, text};
+use crate::json::{AssessHead, SummaryObject, finite, result_objects, text};
 use crate::outcome::{OutcomeObject, limits_object};
 use samara_core::assess::outcome::COUNTED;
 use samara_core::assess::{CONFIDENCE, Limits, Quantity};
@@ -14,20 +14,8 @@ result_objects! {
     /// Campaigns of a mission's own gains, from t = 0 (`assess.json`) or of whole drops
     /// (`drops_<autopilot>_<gains>.json`).
     AssessObject(report: &CampaignReport<'_>, flights_per_s: Option<f64>) [let m = report.mission;] {
-        /// Name of the mission.
-        mission: String = m.name.clone(),
-        /// Name of the vehicle.
-        vehicle: String = m.vehicle_name.clone(),
-        /// Version of samara that made the result.
-        version: String = VERSION.to_owned(),
-        /// Seed of everything random.
-        seed: u64 = m.seed,
-        /// SHA-256 of all inputs, files and options, hexadecimal.
-        input_hash: String = m.inputs.hash.clone(),
-        /// The command that makes the campaigns again.
-        command: String = report.command.clone(),
-        /// Name of the gains.
-        gains: String = m.control.gains_name.clone(),
+        /// What was assessed.
+        #[serde(flatten)] head: AssessHead = AssessHead::of(m, &report.command),
         /// The pilot, in words.
         flown_by: String = report.flown_by.clone(),
         /// Number of trials that are judged; null where there is no campaign.

@@ -36,7 +36,7 @@ result_objects! {
         /// The conclusion in words.
         conclusion: String = card.conclusion(),
         /// Why not to go; empty where it is a go.
-        reasons: Vec<ReasonObject> = card.reasons().iter().map(ReasonObject::of).collect(),
+        reasons: Vec<Reason> = card.reasons(),
         /// Greatest probability of failure that a campaign may leave possible.
         p_failure_asked_for: f64 = card.demanded(),
         /// How many designs this one was chosen among by the trials of the evidence.
@@ -66,16 +66,6 @@ result_objects! {
             = evidence.map(|(place, of)| EvidenceObject::of(card, place, of)).collect(),
         /// The command that makes the card again.
         command: String = card.command.clone(),
-    }
-
-    /// Why not to go.
-    ReasonObject(reason: &Reason) {
-        /// What kind of a reason it is: `failed`, `missing` or `estimated`.
-        kind: String = reason.kind.name().to_owned(),
-        /// The reason, a sentence without a full stop.
-        text: String = reason.text.clone(),
-        /// Numbers of the evidence that it rests on.
-        from: Vec<String> = reason.from.clone(),
     }
 
     /// A part of what the mission draws of a quantity, to which a go is restricted.

@@ -26,6 +26,9 @@ pub mod sections;
 #[cfg(test)]
 mod tests;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::campaign::json::{AssessObject, CampaignObject};
 use crate::columns::short;
 use crate::design::DesignObject;
@@ -93,7 +96,8 @@ pub struct Card<'a> {
 }
 
 /// Kinds of reasons not to go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ReasonKind {
     /// Evidence says no.
     Failed,
@@ -103,19 +107,8 @@ pub enum ReasonKind {
     Estimated,
 }
 
-impl ReasonKind {
-    /// Name in JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Failed => "failed",
-            Self::Missing => "missing",
-            Self::Estimated => "estimated",
-        }
-    }
-}
-
 /// Why not to go.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Reason {
     /// What kind of a reason it is.
     pub kind: ReasonKind,

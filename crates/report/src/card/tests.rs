@@ -89,7 +89,6 @@ fn assessed(trials: u64, unsafe_trials: u64, max: f64, worst: Vec<TrialObject>) 
     let campaign = CampaignObject { trials, unsafe_trials, max: Some(max), worst, ..Default::default() };
     Finding::Campaign(AssessObject {
         flown_by: "the cascade".to_owned(),
-        command: "samara assess".to_owned(),
         bound: 1.0,
         plan_j_tpf: 0.4,
         campaigns: vec![campaign],

@@ -80,7 +80,7 @@ fn reproduced(a: &Assessment<'_>) -> Html {
     }
     let why_not = found.iter().filter(|f| !f.reproduced).map(|f| {
         let claim = el("strong").of(Html::text("Not reproduced: ") + Html::rich(&f.claim) + Html::text("."));
-        paragraph("", claim + Html::text(" ") + Html::rich(f.why.unwrap_or_default()))
+        paragraph("", claim + Html::text(" ") + Html::rich(f.why.as_deref().unwrap_or_default()))
     });
     head + reproduction(&found).html("table words") + why_not.sum()
 }

@@ -153,7 +153,7 @@ pub fn assess_text(a: &Assessment<'_>) -> String {
     if !found.is_empty() {
         text += "The paper's findings\n";
         for f in &found {
-            let why = f.why.map_or(String::new(), |why| format!(". {why}"));
+            let why = f.why.as_ref().map_or(String::new(), |why| format!(". {why}"));
             let line = format!(
                 "{}: {}: {} here, {} in the paper ({}){why}",
                 f.verdict(),
