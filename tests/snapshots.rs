@@ -9,6 +9,11 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
+use samara::report;
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
 /// A folder in which commands run one after another; `OUT` stands for it.
 struct Place(tempfile::TempDir);
 
@@ -28,6 +33,7 @@ impl Place {
         let done = command.args(words).env("NO_COLOR", "1").output().unwrap();
         let (said, printed) = (String::from_utf8_lossy(&done.stderr), String::from_utf8_lossy(&done.stdout));
         assert_eq!(done.status.code(), Some(code), "{line}: {said}{printed}");
+        results_are_of_their_types(self.0.path());
         match said.lines().all(is_of_the_clock) {
             true => printed.into_owned(),
             false => format!("{printed}--- stderr\n{said}"),
@@ -59,6 +65,62 @@ impl Place {
         settings.set_description(of);
         settings.bind(|| insta::assert_snapshot!(name, text.join("\n")));
     }
+}
+
+/// Every result below a folder is read as its type and written again as it was.
+fn results_are_of_their_types(folder: &Path) {
+    for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        if entry.is_dir() {
+            results_are_of_their_types(&entry);
+        } else if let Some(name) = entry.file_name().and_then(|name| name.to_str()) {
+            let Some(again) = type_of(name, &entry) else { continue };
+            let text = fs::read_to_string(&entry).unwrap();
+            let again = again(&text).unwrap_or_else(|error| panic!("{}: {error}", entry.display()));
+            if name == "cases.json" {
+                // Its lines are broken elsewhere.
+                let [read, written] =
+                    [&again, &text].map(|text| serde_json::from_str::<Value>(text).unwrap());
+                assert_eq!(read, written, "{}", entry.display());
+            } else {
+                assert_eq!(again, text, "{}", entry.display());
+            }
+        }
+    }
+}
+
+type Again = fn(&str) -> serde_json::Result<String>;
+
+/// What reads a file as a result and writes it again; `None`: it is no result.
+fn type_of(name: &str, path: &Path) -> Option<Again> {
+    fn again<T: Serialize + DeserializeOwned>(text: &str) -> serde_json::Result<String> {
+        Ok(serde_json::to_string_pretty(&serde_json::from_str::<T>(text)?)? + "\n")
+    }
+    let of: Again = match name {
+        "drop.json" => again::<report::json::DropObject>,
+        "cases.json" => again::<report::json::CasesObject>,
+        "plan.json" => again::<report::plan::PlanObject>,
+        "assess.json" if path.with_file_name("table5.csv").exists() => {
+            again::<report::study::records::StudyObject>
+        }
+        "assess.json" => again::<report::campaign::json::AssessObject>,
+        "envelope.json" => again::<report::envelope::EnvelopeObject>,
+        "rare.json" => again::<report::rare::RareObject>,
+        "rare_failure.json" => again::<report::rare::RareFailureObject>,
+        "design.json" => again::<report::design::DesignObject>,
+        "effects.json" => again::<report::effects::EffectsObject>,
+        "replan.json" => again::<report::replan::ReplanObject>,
+        "sobol.json" => again::<report::sobol::SobolObject>,
+        "fidelity.json" => again::<report::fidelity::FidelityObject>,
+        "free_fall.json" => again::<report::free_fall::FreeFallObject>,
+        "plan_grid.json" => again::<report::plan_grid::PlanGridObject>,
+        "card.json" => again::<report::card::json::CardObject>,
+        name if name.ends_with("_manifest.json") => again::<report::card::manifest::RunManifest>,
+        name if name.starts_with("drops_") && name.ends_with(".json") => {
+            again::<report::campaign::json::AssessObject>
+        }
+        _ => return None,
+    };
+    Some(of)
 }
 
 /// Whether a line says how long something took, and nothing else.

@@ -89,7 +89,7 @@ impl<'a> Conclusion<'a> {
         }
         if let Some(planned) = self.planned {
             let sha256 = folder.sha256("trajectory.csv")?;
-            self.run.trajectory = Some(FlownTrajectory { source: planned.source, sha256 });
+            self.run.trajectory = Some(FlownTrajectory { source: planned.source.to_owned(), sha256 });
         }
         let object = self.file_json();
         folder.write_text("drop.json", &object)?;

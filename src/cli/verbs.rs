@@ -93,7 +93,7 @@ pub enum Verb {
     /// Solve a vehicle's rotor blades in any flow and write the table that flies.
     #[command(after_long_help = include_str!("help/rotor.txt"))]
     Rotor(RotorArgs),
-    /// Write the JSON schemas of mission, vehicle and gains files.
+    /// Write the JSON schemas of mission, vehicle and gains files, and of results.
     #[command(after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),
     /// Print what completes the command line in a shell.

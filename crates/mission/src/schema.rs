@@ -19,7 +19,8 @@ pub fn schemas() -> [(&'static str, String); 3] {
     ]
 }
 
-fn text<T: JsonSchema>(title: &str) -> String {
+/// Text of the schema of what is read from, or written to, files of this title.
+pub fn text<T: JsonSchema>(title: &str) -> String {
     let generated = SchemaSettings::draft2020_12().into_generator().into_root_schema_for::<T>();
     let mut schema = Map::from_iter([
         ("$schema".to_owned(), Value::Null),

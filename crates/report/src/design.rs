@@ -1,14 +1,16 @@
 //! The result of a search of designs, as text, JSON and CSV.
 
-use serde::Serialize;
+use std::collections::BTreeMap;
+
+use serde_json::{Map, Value};
 
 use super::columns::{columns, short};
 use super::figure::{Distribution, FigureError, distribution_figure, j_tpf};
-use super::json::{VERSION, object, text as json_text};
-use super::range_ends::{range_ends_json, range_ends_words};
+use super::json::{VERSION, finite, result_objects, text as json_text};
+use super::range_ends::{RangeEndsObject, range_ends_words};
 use super::rows::{Columns, Shared};
 use super::tune::records::stamp;
-use super::tune::{Standing, gains_table, named};
+use super::tune::{GainsObject, Standing, gains_table};
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
 use samara_core::assess::{ChosenAmong, LEAST_DIFFERENCE};
 use samara_core::control::Gains;
@@ -293,21 +295,6 @@ fn loops_text(run: &DesignRun) -> String {
     out + "(gain: factors to the limit of stability; delay beyond the control period's own; each loop broken while the others are closed)\n\n"
 }
 
-fn margins_json((name, cut): (&str, &str), at: &str, margins: &Margins) -> impl Serialize {
-    object! {
-        r#loop: name,
-        broken_at: cut,
-        state: at,
-        stable: margins.stable,
-        gain_up: margins.gain_up,
-        gain_down: margins.gain_down,
-        phase_deg: margins.phase_deg,
-        delay_s: margins.delay_s,
-        crossover_rad_s: margins.crossover_rad_s,
-        modulus: margins.modulus,
-    }
-}
-
 fn finalists_text(run: &DesignRun) -> String {
     if run.finalists.is_empty() {
         return String::new();
@@ -412,127 +399,214 @@ fn thinned(ascending: &[f64]) -> Vec<f64> {
     (0..SHOWN_FLIGHTS).map(|i| ascending[i * (n - 1) / (SHOWN_FLIGHTS - 1)]).collect()
 }
 
-fn design_json(mission: &Mission, design: &Design) -> impl Serialize {
-    let plan = &design.plan;
-    let mut problem = mission.plan_problem();
-    plan.apply(&mut problem, &mission.limits.safety);
-    let factors: serde_json::Map<_, _> = WEIGHT_GROUPS
-        .iter()
-        .zip(plan.weights)
-        .map(|((name, _), x)| ((*name).to_owned(), serde_json::Value::from(x)))
-        .collect();
-    object! {
-        weight_factors: factors,
-        final_weight_factor: plan.final_weight,
-        input_weight_factor: plan.input_weight,
-        cost_state: problem.cost_state,
-        cost_input_per_n2: problem.cost_input,
-        cost_input_reference: reference(plan.input_reference),
-        nodes: plan.nodes,
-        peak_weight: plan.peak_weight,
-        pitch_deg: plan.pitch_rad.map(|x| x * DEG_PER_RAD),
-        pitch_rate_deg_s: plan.pitch_rate_rad_s.map(|x| x * DEG_PER_RAD),
-        feed_forward: design.feed_forward,
-        gains: named(&design.gains),
+result_objects! {
+    /// A search of plan and gains together, as `design.json` holds it: what was searched, what was
+    /// chosen, and how it was judged.
+    DesignObject(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: Option<f64>) [
+        let settings = search.settings();
+        let last = search.history().last();
+        let in_airs = |of: &JudgedDesign| {
+            let airs = CONDITIONS.iter().zip(&of.fresh);
+            airs.map(|((air, _), results)| FreshObject::of(&of.name, air, results)).collect::<Vec<_>>()
+        };
+        let of_loops = |at: &LoopsAt| {
+            let loops = LOOPS.iter().zip(&at.loops);
+            loops.map(|(of, (_, margins))| MarginObject::of(*of, at.name, margins)).collect::<Vec<_>>()
+        };
+    ] {
+        /// Name of the mission.
+        mission: String = mission.name.clone(),
+        /// Version of samara that made the result.
+        version: String = VERSION.to_owned(),
+        /// Seed of everything random.
+        seed: u64 = mission.seed,
+        /// SHA-256 of all inputs but for the gains, hexadecimal.
+        input_hash: String = mission.hash_without_gains().to_owned(),
+        /// What was made small.
+        objective: String = run.objective.name().to_owned(),
+        /// How many numbers and choices were searched.
+        searched: usize = settings.space.searched(),
+        /// Number of flights that judge a design.
+        flights_per_design: usize = run.flights,
+        /// Number of designs that were tried.
+        designs: usize = search.tried().len(),
+        /// Number of designs that have no plan.
+        unplanned: usize = last.map_or(0, |g| g.unplanned),
+        /// Number of flights that the search flew.
+        flights: f64 = last.map_or(0.0, |g| g.flights),
+        /// Whether the search was stopped before its budget was used up.
+        stopped: bool = run.stopped,
+        /// Name of the gains that were found.
+        name: String = run.name.clone(),
+        /// The mission's own design.
+        own: DesignNumbers = DesignNumbers::of(mission, &settings.own),
+        /// The design that was chosen.
+        design: DesignNumbers = DesignNumbers::of(mission, &run.chosen.design),
+        /// The chosen design on the flights of the search.
+        judgement: JudgementObject = JudgementObject::of(&run.chosen.judgement),
+        /// Whether the design keeps every bound on the flights of the search.
+        allowed: bool = run.allowed,
+        /// Margins of each loop of the chosen design at each state.
+        margins: Vec<MarginObject> = run.loops.iter().flat_map(of_loops).collect(),
+        /// The finalists, best of the search first.
+        finalists: Vec<FinalistObject> = run.finalists.iter().map(|of| {
+            FinalistObject::of(mission, of, ChosenAmong::new(run.finalists.len() as u64))
+        }).collect(),
+        /// Results on fresh flights, which chose nothing: designs in each air.
+        fresh: Vec<FreshObject> = run.judged.iter().chain(&run.others).flat_map(in_airs).collect(),
+        /// Whether the design keeps all bounds and is better than the mission's own on fresh flights.
+        better: bool = run.is_better(),
+        /// How the design stands beside the mission's own: `better`, `not better` or `same`.
+        standing: String = run.standing().word().to_owned(),
+        /// Numbers at an end of their range; absent in results of older versions.
+        at_range_ends: Option<RangeEndsObject> = Some(RangeEndsObject::of(&run.range_ends())),
+        /// Wall time of the search [s]; on the terminal only.
+        wall_s unless "Option::is_none": Option<f64> = wall_s,
+    }
+
+    /// A design: the settings of a plan and the gains that fly it.
+    DesignNumbers(mission: &Mission, design: &Design) [
+        let plan = &design.plan;
+        let mut problem = mission.plan_problem();
+        plan.apply(&mut problem, &mission.limits.safety);
+        let groups = WEIGHT_GROUPS.iter().zip(plan.weights);
+    ] {
+        /// Factors on the mission's weights of the state, by group.
+        #[schemars(with = "BTreeMap<String, f64>")]
+        weight_factors: Map<String, Value>
+            = groups.map(|((name, _), x)| ((*name).to_owned(), x.into())).collect(),
+        /// Factor on the mission's weight of the final state.
+        final_weight_factor: f64 = plan.final_weight,
+        /// Factor on the mission's weight of the input.
+        input_weight_factor: f64 = plan.input_weight,
+        /// Weights of the state, as a mission has them.
+        cost_state: Vec<f64> = problem.cost_state.to_vec(),
+        /// Weight of the input [1/N^2].
+        cost_input_per_n2: f64 = problem.cost_input,
+        /// The thrusts from which the input is counted: `zero` or `trim`.
+        cost_input_reference: String = reference(plan.input_reference).to_owned(),
+        /// Number of nodes.
+        nodes: usize = plan.nodes,
+        /// Weight of the peak; 0: none.
+        peak_weight: f64 = plan.peak_weight,
+        /// Bound on the plan's pitch [deg]; null: none.
+        pitch_deg: Option<f64> = plan.pitch_rad.map(|x| x * DEG_PER_RAD),
+        /// Bound on the plan's pitch rate [deg/s]; null: none.
+        pitch_rate_deg_s: Option<f64> = plan.pitch_rate_rad_s.map(|x| x * DEG_PER_RAD),
+        /// Whether the plan's accelerations are fed forward.
+        feed_forward: bool = design.feed_forward,
+        /// The gains.
+        gains: GainsObject = design.gains.into(),
+    }
+
+    /// A design on the flights of its search.
+    JudgementObject(judgement: &Judgement) [let most = judgement.most.map(finite);] {
+        /// The number that decides, of the drawn flights.
+        j_tpf: Option<f64> = finite(judgement.j_tpf),
+        /// Mean J_TPF of the drawn flights.
+        j_tpf_mean: Option<f64> = finite(judgement.mean),
+        /// Greatest J_TPF of all flights.
+        j_tpf_worst: Option<f64> = finite(judgement.worst),
+        /// Number of flights that passed a limit or were lost.
+        over_limit_flights: Option<f64> = finite(judgement.over_limit),
+        /// Worst distance of a release case from rest at the target.
+        unrest: Option<f64> = finite(judgement.unrest),
+        /// Longest time from t = 0 to steady flight of a release case [s].
+        steady_after_s: Option<f64> = most[0],
+        /// Most altitude lost by a release case [m].
+        altitude_lost_m: Option<f64> = most[1],
+        /// Largest tilt of a release case [deg].
+        tilt_deg: Option<f64> = most[2],
+        /// Energy that the plan takes of the rotors' shafts [J].
+        energy_j: Option<f64> = finite(judgement.energy_j),
+        /// Least distance of a loop's response from -1 at the target; negative where the loop is unstable.
+        modulus: Option<f64> = finite(judgement.modulus),
+        /// Number of flights that were flown.
+        flights: Option<f64> = finite(judgement.flights),
+    }
+
+    /// Margins of a loop at a state, broken while the others are closed; null: any is stable.
+    MarginObject(of: (&str, &str), at: &str, margins: &Margins) {
+        /// Name of the loop.
+        r#loop: String = of.0.to_owned(),
+        /// Where the loop is broken.
+        broken_at: String = of.1.to_owned(),
+        /// Name of the state.
+        state: String = at.to_owned(),
+        /// Whether the loop is stable.
+        stable: bool = margins.stable,
+        /// Factor on the gain at which it is no longer, above one.
+        gain_up: Option<f64> = margins.gain_up,
+        /// Factor on the gain at which it is no longer, below one.
+        gain_down: Option<f64> = margins.gain_down,
+        /// Phase margin [deg].
+        phase_deg: Option<f64> = margins.phase_deg,
+        /// Delay margin beyond the control period's own [s].
+        delay_s: Option<f64> = margins.delay_s,
+        /// Frequency at which the gain crosses one [rad/s].
+        crossover_rad_s: Option<f64> = margins.crossover_rad_s,
+        /// Least distance of the loop's response from instability.
+        modulus: f64 = margins.modulus,
+    }
+
+    /// A finalist of the search, on flights that the search did not have.
+    FinalistObject(mission: &Mission, of: &Finalist, among: ChosenAmong) {
+        /// The design.
+        design: DesignNumbers = DesignNumbers::of(mission, &of.tried.design),
+        /// The design on the flights of the search.
+        searched: JudgementObject = JudgementObject::of(&of.tried.judgement),
+        /// Results on the flights that chose among the finalists.
+        results: FreshNumbers = FreshNumbers::of(&of.results, among),
+    }
+
+    /// A design on fresh flights in one air.
+    FreshObject(name: &str, air: &str, results: &FreshResults) {
+        /// Name of the design.
+        design: String = name.to_owned(),
+        /// Name of the air.
+        air: String = air.to_owned(),
+        /// The results.
+        results: FreshNumbers = FreshNumbers::of(results, ChosenAmong::ONE),
+    }
+
+    /// Numbers of fresh flights.
+    FreshNumbers(results: &FreshResults, among: ChosenAmong) [
+        let (j_tpf, steady) = (results.of_quantity(&J_TPF), results.of_quantity(&STEADY_AFTER));
+    ] {
+        /// Number of flights.
+        flights: u64 = j_tpf.count(),
+        /// Mean J_TPF.
+        j_tpf_mean: Option<f64> = finite(j_tpf.mean()),
+        /// J_TPF that 99 % of the flights do not exceed.
+        j_tpf_p99: Option<f64> = finite(results.quantile(SHOWN)),
+        /// J_TPF that 99 % of all flights do not exceed, at most; null: too few flights tell.
+        j_tpf_p99_at_most: Option<f64> = results.quantile_at_most(SHOWN, among).and_then(finite),
+        /// Greatest J_TPF.
+        j_tpf_worst: Option<f64> = finite(j_tpf.max()),
+        /// Number of flights that passed a limit of J_state.
+        over_limit_flights: u64 = results.over_limit,
+        /// Number of flights that were not safe.
+        unsafe_flights: u64 = results.safe.misses(),
+        /// Number of flights that were lost.
+        lost_flights: u64 = results.lost,
+        /// Probability that a flight is not safe, at most.
+        p_unsafe_at_most: f64 = results.unsafe_at_most(among),
+        /// Confidence of what is at most.
+        confidence: f64 = samara_core::assess::CONFIDENCE,
+        /// How many designs there were to choose among by these flights.
+        chosen_among: u64 = among.count(),
+        /// Largest distance from the target velocity at the end [m/s].
+        end_error_m_s_max: Option<f64> = finite(results.end_error_m_s.max()),
+        /// Number of flights that become steady.
+        steady_flights: u64 = steady.count(),
+        /// Latest time from t = 0 to steady flight of those that become steady [s].
+        steady_after_s_max: Option<f64> = finite(steady.max()),
     }
 }
 
-fn judgement_json(judgement: &Judgement) -> impl Serialize {
-    let [steady_after_s, altitude_lost_m, tilt_deg] = judgement.most;
-    object! {
-        j_tpf: judgement.j_tpf,
-        j_tpf_mean: judgement.mean,
-        j_tpf_worst: judgement.worst,
-        over_limit_flights: judgement.over_limit,
-        unrest: judgement.unrest,
-        steady_after_s: steady_after_s,
-        altitude_lost_m: altitude_lost_m,
-        tilt_deg: tilt_deg,
-        energy_j: judgement.energy_j,
-        modulus: judgement.modulus,
-        flights: judgement.flights,
-    }
-}
-
-fn results_json(results: &FreshResults, among: ChosenAmong) -> impl Serialize {
-    object! {
-        flights: results.of_quantity(&J_TPF).count(),
-        j_tpf_mean: results.of_quantity(&J_TPF).mean(),
-        j_tpf_p99: results.quantile(SHOWN),
-        j_tpf_p99_at_most: results.quantile_at_most(SHOWN, among),
-        j_tpf_worst: results.of_quantity(&J_TPF).max(),
-        over_limit_flights: results.over_limit,
-        unsafe_flights: results.safe.misses(),
-        lost_flights: results.lost,
-        p_unsafe_at_most: results.unsafe_at_most(among),
-        confidence: samara_core::assess::CONFIDENCE,
-        chosen_among: among.count(),
-        end_error_m_s_max: results.end_error_m_s.max(),
-        steady_flights: results.of_quantity(&STEADY_AFTER).count(),
-        steady_after_s_max: results.of_quantity(&STEADY_AFTER).max(),
-    }
-}
-
-/// The object of `design.json`: what was searched, what was chosen, and how it was judged. With the wall time
-/// it is that of `samara design --json`.
+/// The object of `design.json`; with the wall time, of `samara design --json`.
 pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: Option<f64>) -> String {
-    let settings = search.settings();
-    let among = ChosenAmong::new(run.finalists.len() as u64);
-    let finalists: Vec<_> = run
-        .finalists
-        .iter()
-        .map(|finalist| {
-            object! {
-                design: design_json(mission, &finalist.tried.design),
-                searched: judgement_json(&finalist.tried.judgement),
-                results: results_json(&finalist.results, among),
-            }
-        })
-        .collect();
-    let judged: Vec<_> = run
-        .judged
-        .iter()
-        .chain(&run.others)
-        .flat_map(|judged| {
-            CONDITIONS.iter().zip(&judged.fresh).map(move |(air, results)| (judged, air.0, results))
-        })
-        .map(|(judged, air, results)| {
-            object! { design: &judged.name, air: air, results: results_json(results, ChosenAmong::ONE) }
-        })
-        .collect();
-    let margins: Vec<_> = run
-        .loops
-        .iter()
-        .flat_map(|at| LOOPS.iter().zip(&at.loops).map(move |(of, (_, margins))| (*of, at.name, margins)))
-        .map(|(of, at, margins)| margins_json(of, at, margins))
-        .collect();
-    let last = search.history().last();
-    json_text(&object! {
-        mission: &mission.name,
-        version: VERSION,
-        seed: mission.seed,
-        input_hash: mission.hash_without_gains(),
-        objective: run.objective.name(),
-        searched: settings.space.searched(),
-        flights_per_design: run.flights,
-        designs: search.tried().len(),
-        unplanned: last.map_or(0, |g| g.unplanned),
-        flights: last.map_or(0.0, |g| g.flights),
-        stopped: run.stopped,
-        name: &run.name,
-        own: design_json(mission, &settings.own),
-        design: design_json(mission, &run.chosen.design),
-        judgement: judgement_json(&run.chosen.judgement),
-        allowed: run.allowed,
-        margins: margins,
-        finalists: finalists,
-        fresh: judged,
-        better: run.is_better(),
-        standing: run.standing().word(),
-        at_range_ends: range_ends_json(&run.range_ends()),
-        #[serde(flatten)]
-        time: wall_s.map(|wall_s| object! { wall_s: wall_s }),
-    })
+    json_text(&DesignObject::of(mission, search, run, wall_s))
 }
 
 /// Origin of the gains, for their file.

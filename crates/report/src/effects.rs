@@ -1,9 +1,7 @@
 //! What each effect of a mission does to its drops: tables, JSON and rows of [`samara_study::effects`].
 
-use serde::Serialize;
-
 use super::document::Grid;
-use super::json::{head, object, text};
+use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::outcome::{COMPARED, J_TPF};
 use samara_core::assess::{Quantity, Summary};
@@ -75,36 +73,6 @@ pub(super) fn change(drops: &[JudgedDrop], from: &[JudgedDrop], quantity: &Quant
     let pairs = drops.iter().zip(from);
     pairs.filter_map(|(a, b)| Some(of(a)? - of(b)?)).for_each(|x| summary.push(x));
     summary
-}
-
-/// The quantities of some drops, and how each differs from that of the same drops flown otherwise.
-pub(super) fn compared_json(
-    drops: &[JudgedDrop],
-    from: Option<&[JudgedDrop]>,
-) -> Vec<impl Serialize + use<>> {
-    let of = |quantity: &Quantity| {
-        let s = summary(drops, quantity);
-        let change = from.map(|from| {
-            let change = change(drops, from, quantity);
-            let (mean_low, mean_high) = change.mean_interval();
-            object! {
-                count: change.count(),
-                mean: change.mean(),
-                mean_low: mean_low,
-                mean_high: mean_high,
-            }
-        });
-        object! {
-            name: quantity.key,
-            count: s.count(),
-            mean: s.mean(),
-            p99: p99(drops, quantity),
-            min: s.min(),
-            max: s.max(),
-            change: change,
-        }
-    };
-    COMPARED.iter().map(of).collect()
 }
 
 pub(super) fn number(x: f64, decimals: usize) -> String {
@@ -214,29 +182,7 @@ impl EffectReport<'_> {
 
     /// The object of `--json` and of `effects.json`.
     pub fn json(&self) -> String {
-        let effects = self.effects.iter();
-        let effects = effects
-            .map(|e| object! { name: e.name(), key: e.key(), left_out: e.instead() })
-            .collect::<Vec<_>>();
-        let campaigns = self.campaigns.iter().map(|campaign| self.campaign_json(campaign));
-        text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            gains: &self.mission.control.gains_name,
-            effects: effects,
-            campaigns: campaigns.collect::<Vec<_>>(),
-        })
-    }
-
-    fn campaign_json(&self, campaign: &EffectCampaign) -> impl Serialize {
-        let base = self.base_of(campaign.on);
-        object! {
-            name: campaign.on.name(),
-            effects: campaign.on.kept(&self.effects).into_iter().map(Effect::name).collect::<Vec<_>>(),
-            changed_from: base.map(|base| base.on.name()),
-            trials: campaign.drops.len(),
-            failed: campaign.failed(),
-            measures: compared_json(&campaign.drops, base.map(|base| base.drops.as_slice())),
-        }
+        text(&EffectsObject::of(self))
     }
 
     /// Every drop, a row each: `effects.csv`.
@@ -246,6 +192,87 @@ impl EffectReport<'_> {
         let above = format!("{stamp}# drops of {name} with and without its effects, gains {gains}\n");
         columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &of.drops)))
     }
+}
+
+result_objects! {
+    /// Drops with and without each effect that the mission names, as `effects.json` holds them.
+    EffectsObject(of: &EffectReport<'_>) {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Name of the gains.
+        gains: String = of.mission.control.gains_name.clone(),
+        /// The effects that the mission names.
+        effects: Vec<EffectObject> = of.effects.iter().map(|effect| EffectObject::of(*effect)).collect(),
+        /// The campaigns, each with some of the effects.
+        campaigns: Vec<EffectCampaignObject>
+            = of.campaigns.iter().map(|campaign| EffectCampaignObject::of(of, campaign)).collect(),
+    }
+
+    /// An effect.
+    EffectObject(effect: Effect) {
+        /// Name of the effect.
+        name: String = effect.name().to_owned(),
+        /// Key that names it in a mission or its vehicle.
+        key: String = effect.key().to_owned(),
+        /// What there is where it is left out, in words.
+        left_out: String = effect.instead().to_owned(),
+    }
+
+    /// Drops with some of the effects.
+    EffectCampaignObject(of: &EffectReport<'_>, campaign: &EffectCampaign) [
+        let base = of.base_of(campaign.on);
+    ] {
+        /// Name of the campaign.
+        name: String = campaign.on.name(),
+        /// Names of the effects that it has.
+        effects: Vec<String>
+            = campaign.on.kept(&of.effects).into_iter().map(|effect| effect.name().to_owned()).collect(),
+        /// Name of the campaign that changes are counted from; null: none are.
+        changed_from: Option<String> = base.map(|base| base.on.name()),
+        /// Number of drops.
+        trials: usize = campaign.drops.len(),
+        /// Number of drops that were not safe.
+        failed: usize = campaign.failed(),
+        /// The quantities, each with its change.
+        measures: Vec<ComparedObject> = compared(&campaign.drops, base.map(|base| base.drops.as_slice())),
+    }
+
+    /// A quantity of some drops.
+    ComparedObject(drops: &[JudgedDrop], from: Option<&[JudgedDrop]>, quantity: &Quantity) [
+        let s = summary(drops, quantity);
+    ] {
+        /// Name of the quantity; it ends in its unit.
+        name: String = quantity.key.to_owned(),
+        /// Number of drops that have it.
+        count: u64 = s.count(),
+        /// Mean of the drops that have it.
+        mean: Option<f64> = finite(s.mean()),
+        /// Value that 99 % of those do not exceed.
+        p99: Option<f64> = finite(p99(drops, quantity)),
+        /// Least value.
+        min: Option<f64> = finite(s.min()),
+        /// Greatest value.
+        max: Option<f64> = finite(s.max()),
+        /// The change from the same drops flown otherwise; null where they are not compared.
+        change: Option<ChangeObject> = from.map(|from| ChangeObject::of(&change(drops, from, quantity))),
+    }
+
+    /// How a quantity differs from that of the same drops flown otherwise, drop by drop.
+    ChangeObject(change: &Summary) {
+        /// Number of drops that have the quantity both ways.
+        count: u64 = change.count(),
+        /// Mean difference.
+        mean: Option<f64> = finite(change.mean()),
+        /// Lower end of the interval of the mean difference.
+        mean_low: Option<f64> = finite(change.mean_interval().0),
+        /// Upper end of that interval.
+        mean_high: Option<f64> = finite(change.mean_interval().1),
+    }
+}
+
+/// The quantities of some drops, and how each differs from that of the same drops flown otherwise.
+pub(super) fn compared(drops: &[JudgedDrop], from: Option<&[JudgedDrop]>) -> Vec<ComparedObject> {
+    COMPARED.iter().map(|quantity| ComparedObject::of(drops, from, quantity)).collect()
 }
 
 #[cfg(test)]

@@ -2,11 +2,12 @@
 
 use std::fmt::Write as _;
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::columns::short;
 use super::document::Grid;
-use super::json::{head, object, text};
+use super::json::{Head, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::envelope::search::{CONFIDENCE, PROBABILITY};
 use samara_core::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Fan, Ray};
@@ -35,7 +36,7 @@ pub struct EnvelopeOutline {
 }
 
 /// How far a quantity goes by itself, confirmed, below a limit of J_state.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct EnvelopeReach {
     /// Name of the quantity, [`EnvelopeAxis::name`].
     pub axis: String,
@@ -48,7 +49,7 @@ pub struct EnvelopeReach {
 }
 
 /// Where a way from the nominal release ends.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct ReachEnd {
     /// The farthest value that held on fresh flights, in the quantity's unit; `None`: none did.
     pub confirmed: Option<f64>,
@@ -300,48 +301,86 @@ impl EnvelopeReport<'_> {
 
     /// The object of `--json` and of `envelope.json`.
     pub fn json(&self) -> String {
-        let ranges = EnvelopeAxis::ALL.into_iter().zip(&self.ranges).map(|(axis, range)| {
-            object! { axis: axis.name(), low: range.low, nominal: range.nominal, high: range.high }
-        });
-        let alone = EnvelopeAxis::ALL
-            .into_iter()
-            .flat_map(|axis| ENVELOPE_LIMITS.into_iter().filter_map(move |limit| self.reach(axis, limit)));
-        text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            gains: &self.mission.control.gains_name,
-            plan_j_tpf: self.plan_j_tpf,
-            probability: PROBABILITY,
-            confidence: CONFIDENCE,
-            flights: self.search.flights,
-            fresh_flights: self.search.fresh_flights(),
-            axes: ranges.collect::<Vec<_>>(),
-            one_at_a_time: alone.collect::<Vec<_>>(),
-            pairs: self.fans.iter().map(|fan| self.fan_json(fan)).collect::<Vec<_>>(),
-        })
+        text(&EnvelopeObject::of(self))
+    }
+}
+
+result_objects! {
+    /// A safe-release envelope, as `envelope.json` holds it.
+    EnvelopeObject(of: &EnvelopeReport<'_>) [
+        let ranges = EnvelopeAxis::ALL.into_iter().zip(&of.ranges);
+        let limits = |axis| ENVELOPE_LIMITS.into_iter().filter_map(move |limit| of.reach(axis, limit));
+    ] {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Name of the gains.
+        gains: String = of.mission.control.gains_name.clone(),
+        /// J_TPF of the plan that all flights follow.
+        plan_j_tpf: f64 = of.plan_j_tpf,
+        /// Share of the flights that are safe at a confirmed edge.
+        probability: f64 = PROBABILITY,
+        /// Confidence at each edge.
+        confidence: f64 = CONFIDENCE,
+        /// Number of flights that search at a point.
+        flights: u64 = of.search.flights as u64,
+        /// Number of fresh flights that confirm an edge.
+        fresh_flights: u64 = of.search.fresh_flights() as u64,
+        /// What was looked at of each quantity.
+        axes: Vec<AxisObject> = ranges.map(|(axis, range)| AxisObject::of(axis, range)).collect(),
+        /// How far each quantity goes by itself, below each limit of J_state.
+        one_at_a_time: Vec<EnvelopeReach> = EnvelopeAxis::ALL.into_iter().flat_map(limits).collect(),
+        /// Pairs of quantities, with their edges.
+        pairs: Vec<PairObject> = of.fans.iter().map(|fan| PairObject::of(fan, &of.ranges)).collect(),
     }
 
-    fn fan_json(&self, fan: &FanEdges) -> impl Serialize {
-        let limits = ENVELOPE_LIMITS.iter().zip(fan.nominal).map(|(&limit, nominal)| {
-            let edges = fan.of_limit(limit).map(|(turn, ray, edge)| {
-                object! {
-                    ray: turn,
-                    safe: fan.place(ray, edge.safe),
-                    first_unsafe: edge.beyond.map(|share| fan.place(ray, share)),
-                    confirmed: edge.confirmed().map(|share| fan.place(ray, share)),
-                    tried: edge.tried.iter().map(|share| fan.place(ray, *share)).collect::<Vec<_>>(),
-                }
-            });
-            object! {
-                limit: limit,
-                nominal_is_safe: nominal,
-                area_share: fan.area_share(limit, &self.ranges),
-                edges: edges.collect::<Vec<_>>(),
-            }
-        });
-        object! {
-            axes: fan.fan.axes.map(EnvelopeAxis::name),
-            limits: limits.collect::<Vec<_>>(),
-        }
+    /// What was looked at of a quantity, in its unit.
+    AxisObject(axis: EnvelopeAxis, range: &AxisRange) {
+        /// Name of the quantity.
+        axis: String = axis.name().to_owned(),
+        /// Least value.
+        low: f64 = range.low,
+        /// Value at the nominal release.
+        nominal: f64 = range.nominal,
+        /// Greatest value.
+        high: f64 = range.high,
+    }
+
+    /// Two quantities that are off together.
+    PairObject(fan: &FanEdges, ranges: &[AxisRange; 6]) [
+        let limits = ENVELOPE_LIMITS.into_iter().zip(fan.nominal);
+        let limits = limits.map(|(limit, safe)| LimitObject::of(fan, limit, safe, ranges));
+    ] {
+        /// Names of the quantities, x and y.
+        axes: [String; 2] = fan.fan.axes.map(|axis| axis.name().to_owned()),
+        /// The edges of each limit of J_state.
+        limits: Vec<LimitObject> = limits.collect(),
+    }
+
+    /// The edges of a limit of J_state around the nominal release.
+    LimitObject(fan: &FanEdges, limit: f64, nominal_is_safe: bool, ranges: &[AxisRange; 6]) {
+        /// The limit.
+        limit: f64 = limit,
+        /// Whether each flight from the nominal release stays below it; where one does not there is no edge.
+        nominal_is_safe: bool = nominal_is_safe,
+        /// Share of the rectangle looked at that lies within the confirmed edges.
+        area_share: f64 = fan.area_share(limit, ranges),
+        /// The edges, ray by ray; points are (x, y).
+        edges: Vec<EdgeObject>
+            = fan.of_limit(limit).map(|(ray, way, edge)| EdgeObject::of(fan, ray, way, edge)).collect(),
+    }
+
+    /// The edge along a ray; points are (x, y).
+    EdgeObject(fan: &FanEdges, ray: usize, way: &Ray, edge: &Edge) {
+        /// Number of the ray, counted around the nominal release.
+        ray: usize = ray,
+        /// The last point at which the search lost no flight.
+        safe: [f64; 2] = fan.place(way, edge.safe),
+        /// The first point at which it lost one; null: none did.
+        first_unsafe: Option<[f64; 2]> = edge.beyond.map(|share| fan.place(way, share)),
+        /// The farthest point that held on fresh flights; null: none did.
+        confirmed: Option<[f64; 2]> = edge.confirmed().map(|share| fan.place(way, share)),
+        /// Points that were tried on fresh flights.
+        tried: Vec<[f64; 2]> = edge.tried.iter().map(|share| fan.place(way, *share)).collect(),
     }
 }
 

@@ -3,11 +3,9 @@
 use std::borrow::Borrow;
 use std::fmt::Write as _;
 
-use serde::Serialize;
-
 use super::columns::fixed;
 use super::document::Grid;
-use super::json::{head, object, text};
+use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::free_fall::rules::{Rule, TIMES_S};
 use samara_core::assess::free_fall::{DESCENT_S, Descent, FoundRelease, FreeFallStudy, ReleaseTrial};
@@ -33,7 +31,7 @@ pub struct FreeFallReport<'a> {
 
 /// What the readings at a rate made of all releases.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct FoundBy {
+pub(crate) struct FoundBy {
     missed: u64,
     /// Upper end of Clopper and Pearson's interval of the share that is missed.
     missed_share_high: f64,
@@ -92,20 +90,6 @@ impl FoundBy {
             dated_median_s: quantile(&dated, 0.5),
             dated_least_s: quantile(&dated, 0.0),
             dated_most_s: quantile(&dated, 1.0),
-        }
-    }
-
-    fn json(&self) -> impl Serialize {
-        object! {
-            missed: self.missed,
-            missed_share_high: self.missed_share_high,
-            early: self.early,
-            median_s: self.median_s,
-            p99_s: self.p99_s,
-            worst_s: self.worst_s,
-            dated_late_median_s: self.dated_median_s,
-            dated_late_least_s: self.dated_least_s,
-            dated_late_most_s: self.dated_most_s,
         }
     }
 }
@@ -247,32 +231,7 @@ impl FreeFallReport<'_> {
 
     /// The object of `--json` and of `free_fall.json`.
     pub fn json(&self) -> String {
-        let Self { study, .. } = self;
-        let (alarms, hours) = (self.sum(|descent| descent.alarms), self.hours());
-        let circumstances = &study.circumstances;
-        let [(_, autopilot), (_, companion)] = self.found();
-        text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            level_m_s2: study.settings.level_m_s2,
-            lack_m_s: study.settings.lack_m_s,
-            fall_m_s2: study.fall_m_s2,
-            swing_deg: circumstances.swing_rad * DEG_PER_RAD,
-            tumble_deg_s: circumstances.tumble_rad_s * DEG_PER_RAD,
-            wind_m_s: circumstances.wind_m_s,
-            turbulence_m_s: circumstances.turbulence_m_s,
-            scale_m: circumstances.scale_m,
-            releases: self.releases.len(),
-            autopilot: autopilot.json(),
-            companion: companion.json(),
-            hours: hours,
-            alarms: alarms,
-            alarms_per_h_high: rate_bound(alarms, hours),
-            slack_alarms: self.sum(|descent| descent.slack_alarms),
-            slack_spells: self.sum(|descent| descent.slack_spells),
-            slack_s: self.slack_s(),
-            least_share: self.least_share(),
-            holds: self.holds(),
-        })
+        text(&FreeFallObject::of(self))
     }
 
     fn csv<R>(
@@ -341,4 +300,76 @@ pub(crate) fn rule_columns() -> Columns<OperatingPoint> {
         .number("alarms_per_h", ALARMS, |row| row.alarms_per_h)
         .number("alarms_per_h_high", ALARMS, |row| row.alarms_per_h_high)
         .whole("slack_alarms", "falls that it found while the riser was slack", |row| row.slack_alarms)
+}
+
+result_objects! {
+    /// How the release is found by the fall alone, as `free_fall.json` holds it.
+    FreeFallObject(of: &FreeFallReport<'_>) [
+        let (study, circumstances) = (&of.study, &of.study.circumstances);
+        let (alarms, hours) = (of.sum(|descent| descent.alarms), of.hours());
+        let [(_, autopilot), (_, companion)] = of.found();
+    ] {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Specific force below which a fall is lacking some [m/s^2].
+        level_m_s2: f64 = study.settings.level_m_s2,
+        /// Lack at which a fall is found [m/s].
+        lack_m_s: f64 = study.settings.lack_m_s,
+        /// Acceleration of the fall [m/s^2].
+        fall_m_s2: f64 = study.fall_m_s2,
+        /// Swing under the canopy, one standard deviation [deg].
+        swing_deg: f64 = circumstances.swing_rad * DEG_PER_RAD,
+        /// Tumble after the release, one standard deviation [deg/s].
+        tumble_deg_s: f64 = circumstances.tumble_rad_s * DEG_PER_RAD,
+        /// Wind, one standard deviation [m/s].
+        wind_m_s: f64 = circumstances.wind_m_s,
+        /// Turbulence, one standard deviation [m/s].
+        turbulence_m_s: f64 = circumstances.turbulence_m_s,
+        /// Scale of the turbulence [m].
+        scale_m: f64 = circumstances.scale_m,
+        /// Number of releases.
+        releases: usize = of.releases.len(),
+        /// What the autopilot found, from every sample.
+        autopilot: FoundObject = FoundObject::of(&autopilot),
+        /// What the companion found, from the messages that it gets.
+        companion: FoundObject = FoundObject::of(&companion),
+        /// Hours of descent without a release.
+        hours: f64 = hours,
+        /// Number of falls that were found in them.
+        alarms: u64 = alarms,
+        /// Upper bound of their rate [1/h].
+        alarms_per_h_high: f64 = rate_bound(alarms, hours),
+        /// Number of falls that were found while the riser was slack.
+        slack_alarms: u64 = of.sum(|descent| descent.slack_alarms),
+        /// Number of times that the riser was slack.
+        slack_spells: u64 = of.sum(|descent| descent.slack_spells),
+        /// Time that the riser was slack [s].
+        slack_s: f64 = of.slack_s(),
+        /// Least specific force under a taut riser, as a share of the weight's.
+        least_share: Option<f64> = finite(of.least_share()),
+        /// Whether the settings hold: every fall is found, and none without one.
+        holds: bool = of.holds(),
+    }
+
+    /// What was found of the releases. Times are since the release.
+    FoundObject(by: &FoundBy) {
+        /// Number of releases that were missed.
+        missed: u64 = by.missed,
+        /// Upper bound of the share that is missed.
+        missed_share_high: f64 = by.missed_share_high,
+        /// Number of falls that were found before the release.
+        early: u64 = by.early,
+        /// Median time until the fall was found [s].
+        median_s: Option<f64> = finite(by.median_s),
+        /// Time within which 99 % were found [s].
+        p99_s: Option<f64> = finite(by.p99_s),
+        /// Longest time until it was found [s]; null where one was missed.
+        worst_s: Option<f64> = finite(by.worst_s),
+        /// Median by which the fall is dated after the release [s].
+        dated_late_median_s: Option<f64> = finite(by.dated_median_s),
+        /// Least of those [s]; negative: before.
+        dated_late_least_s: Option<f64> = finite(by.dated_least_s),
+        /// Greatest of those [s].
+        dated_late_most_s: Option<f64> = finite(by.dated_most_s),
+    }
 }

@@ -4,13 +4,12 @@
 //! What is not finite (the J_TPF of a flight that diverged) is `null`. Wall-clock numbers stand only in
 //! objects that are given them; files are not.
 
-use std::collections::BTreeMap;
-
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::outcome::OutcomeObject;
 use samara_core::assess::judge::words;
-use samara_core::assess::{Course, Objection, Outcome, PowerUse, Verdict, judge};
+use samara_core::assess::{Course, Objection, Outcome, PowerUse, Summary, Verdict, judge};
 use samara_core::control::Fall;
 use samara_core::plan::Status;
 use samara_core::replan::ReplanRecord;
@@ -20,8 +19,8 @@ use samara_mission::Mission;
 /// Version of samara.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
-/// A JSON object, each key once beside its value, in the order of the file. Attributes are serde's; so a key
-/// that may be left out is `#[serde(flatten)] _: value.map(|value| object! { key: value })`.
+/// A JSON object, each key once beside its value, in the order of the file. Attributes are serde's. It is
+/// for what is printed and never read; what is read is a [`result_objects!`].
 macro_rules! object {
     ($($(#[$attribute:meta])* $key:ident: $value:expr),* $(,)?) => {{
         // The type of each value is a parameter with the key's name, so that none has to be written.
@@ -38,17 +37,101 @@ macro_rules! object {
 }
 pub(super) use object;
 
-/// The keys that an object of a mission's results begins with.
-pub(super) fn head(mission: &Mission) -> impl Serialize {
-    let input_hash = &mission.inputs.hash;
-    object! { mission: &mission.name, version: VERSION, seed: mission.seed, input_hash: input_hash }
+/// Objects of results as types, written and read alike: each key once, with its sentence, which is its
+/// description in the schema, its type and, behind `=`, its value. Behind a type's name stands what its `of`
+/// makes it of, and in brackets what that does first; behind `unless`, of which values a key is left out.
+macro_rules! result_objects {
+    ($(
+        $(#[$about:meta])*
+        $name:ident($($given:ident: $made_of:ty),* $(,)?) $([$($first:tt)*])? {
+            $($(#[$attribute:meta])* $key:ident $(unless $absent:literal)?: $type:ty = $value:expr),* $(,)?
+        }
+    )*) => {$(
+        $(#[$about])*
+        #[derive(Clone, Debug, Default, PartialEq)]
+        #[derive(serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
+        pub struct $name {
+            $($(#[$attribute])* $(#[serde(default, skip_serializing_if = $absent)])? pub $key: $type),*
+        }
+
+        impl $name {
+            pub(crate) fn of($($given: $made_of),*) -> Self {
+                $($($first)*)?
+                Self { $($key: $value),* }
+            }
+        }
+    )*};
+}
+pub(super) use result_objects;
+
+result_objects! {
+    /// What was flown: the keys that an object of a mission's results begins with.
+    Head(mission: &Mission) {
+        /// Name of the mission.
+        mission: String = mission.name.clone(),
+        /// Version of samara that made the result.
+        version: String = VERSION.to_owned(),
+        /// Seed of everything random.
+        seed: u64 = mission.seed,
+        /// SHA-256 of all inputs, files and options, hexadecimal.
+        input_hash: String = mission.inputs.hash.clone(),
+    }
+
+    /// What was assessed: the keys that `assess.json` begins with.
+    AssessHead(m: &Mission, command: &str) {
+        /// Name of the mission.
+        mission: String = m.name.clone(),
+        /// Name of the vehicle.
+        vehicle: String = m.vehicle_name.clone(),
+        /// Version of samara that made the result.
+        version: String = VERSION.to_owned(),
+        /// Seed of everything random.
+        seed: u64 = m.seed,
+        /// SHA-256 of all inputs, files and options, hexadecimal.
+        input_hash: String = m.inputs.hash.clone(),
+        /// The command that makes it again.
+        command: String = command.to_owned(),
+        /// Name of the gains.
+        gains: String = m.control.gains_name.clone(),
+    }
+
+    /// Statistics of a quantity.
+    SummaryObject(name: &str, s: &Summary) {
+        /// Name of the quantity; it ends in its unit.
+        name: String = name.to_owned(),
+        /// Number of values.
+        count: u64 = s.count(),
+        /// Mean of the values.
+        mean: Option<f64> = finite(s.mean()),
+        /// Standard deviation of the values.
+        std: Option<f64> = finite(s.std()),
+        /// Least value.
+        min: Option<f64> = finite(s.min()),
+        /// Greatest value.
+        max: Option<f64> = finite(s.max()),
+    }
+}
+
+/// A number where it is finite: JSON has no others.
+pub(super) fn finite(x: f64) -> Option<f64> {
+    Some(x).filter(|x| x.is_finite())
+}
+
+/// A number, where it is finite; else null in JSON, and as it is in a table.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, JsonSchema)]
+pub struct Number(#[schemars(with = "Option<f64>")] pub f64);
+
+impl<'de> Deserialize<'de> for Number {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        Ok(Self(Option::deserialize(deserializer)?.unwrap_or(f64::NAN)))
+    }
 }
 
 /// Where a trajectory that was flown comes from.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlownTrajectory {
     /// "planned" or "file".
-    pub source: &'static str,
+    pub source: String,
     /// SHA-256 of the trajectory.csv among the results, hexadecimal.
     pub sha256: String,
 }
@@ -77,7 +160,7 @@ impl FlownBy {
 }
 
 /// Something that happened in a drop.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct DropEvent {
     /// Simulated time [s].
     pub t_s: f64,
@@ -89,10 +172,10 @@ pub struct DropEvent {
 }
 
 /// A fault that a drop had.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlownFault {
     /// Name, as missions have it.
-    pub name: &'static str,
+    pub name: String,
     /// What failed, in words.
     pub text: String,
     /// Beginning, since the simulation began [s].
@@ -100,11 +183,11 @@ pub struct FlownFault {
     /// End, likewise [s]; `None`: it stayed.
     pub until_s: Option<f64>,
     /// "mission" or "command".
-    pub by: &'static str,
+    pub by: String,
 }
 
 /// How a rotor of a drop was started.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlownStart {
     /// Number of the rotor, from 1.
     pub rotor: usize,
@@ -119,7 +202,7 @@ pub struct FlownStart {
 }
 
 /// What somebody commanded the armed autopilot to do, otherwise than by setpoints.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlownCommand {
     /// When, since the simulation began [s].
     pub t_s: f64,
@@ -128,7 +211,7 @@ pub struct FlownCommand {
 }
 
 /// An attempt to renew the plan of a drop. Times are since the rotors were freed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlownReplan {
     /// When the state was measured that the plan was to be made of [s].
     pub seen_s: f64,
@@ -188,7 +271,7 @@ pub struct DropRun {
 }
 
 /// The fall by which a release was found.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct FlownFall {
     /// When it began, since the simulation began [s].
     pub began_s: f64,
@@ -226,96 +309,138 @@ impl DropRun {
     }
 }
 
-/// The object of `samara drop --json`. Peaks are magnitudes. Without a verdict (the vehicle was never
-/// released) the verdict's keys are `null`.
-pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) -> String {
-    let outcome = OutcomeObject(verdict.map_or_else(Outcome::lost, |v| v.outcome));
-    let objections = run.objections(verdict);
-    text(&object! {
-        #[serde(flatten)] head: head(mission),
-        gains: &mission.control.gains_name,
-        autopilot: run.autopilot.as_ref().map(|by| by.name),
-        autopilot_version: run.autopilot.as_ref().and_then(|by| by.version.as_deref()),
-        trajectory: run.trajectory.as_ref(),
-        completed: run.course.is_to_the_end() && !verdict.is_some_and(|v| v.plan_cut),
-        ended_at_s: run.ended_at_s,
-        reason: run.reason(verdict),
-        safe: objections.is_empty(),
-        objections: objections.iter().map(ToString::to_string).collect::<Vec<_>>(),
-        #[serde(flatten)] outcome: outcome,
-        decided_by: verdict.map(|v| v.decided_by),
-        peak_vertical_acceleration_m_s2: verdict.map(|v| v.peak_vertical_acceleration_m_s2.abs()),
-        final_v_ned_m_s: verdict.map(|v| <[f64; 3]>::from(v.outcome.final_v_ned())),
-        limits_passed: verdict.map(|v| v.limits_passed.as_slice()),
-        failsafe: run.course.failsafe,
-        events: &run.events,
-        #[serde(flatten)] commanded: (!run.commanded.is_empty())
-            .then(|| object! { commanded: &run.commanded }),
-        #[serde(flatten)] ring: verdict.filter(|v| !v.vortex_ring_s.is_empty())
-            .map(|v| object! { vortex_ring_s: &v.vortex_ring_s }),
-        #[serde(flatten)] power: verdict.and_then(|v| v.power.as_ref()).map(|power| object! {
-            power: power_json(power),
-        }),
-        #[serde(flatten)] canopy: verdict.filter(|v| v.outcome.canopy_distance_m.is_some())
-            .map(|v| object! { recontact: v.recontact() }),
-        plan_j_tpf: run.plan_j_tpf,
-        #[serde(flatten)] shortfall: run.plan_shortfall.as_ref()
-            .map(|words| object! { plan_shortfall: words }),
-        #[serde(flatten)] solve: run.plan_solve_ms.map(|ms| object! { plan_solve_ms: ms }),
-        #[serde(flatten)] pace: run.real_time_factor.map(|factor| object! { real_time_factor: factor }),
-        #[serde(flatten)] faults: (!run.faults.is_empty()).then(|| object! { faults: &run.faults }),
-        #[serde(flatten)] starts: (!run.rotor_starts.is_empty())
-            .then(|| object! { rotor_starts: &run.rotor_starts }),
-        #[serde(flatten)] free_fall: run.free_fall.map(|fall| object! { free_fall: fall }),
-        #[serde(flatten)] replans: (!run.replans.is_empty()).then(|| object! { replans: &run.replans }),
-    })
-}
+result_objects! {
+    /// A drop that was flown and judged, as `drop.json` holds it and `samara drop --json` prints it. Peaks
+    /// are magnitudes. Where the vehicle was never released the verdict's keys are null.
+    DropObject(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) [
+        let objections = run.objections(verdict);
+    ] {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(mission),
+        /// Name of the gains.
+        gains: String = mission.control.gains_name.clone(),
+        /// The autopilot: `reference`, `reference_ekf`, `px4` or `px4-model`; null where it is not known.
+        autopilot: Option<String> = run.autopilot.as_ref().map(|by| by.name.to_owned()),
+        /// PX4's version, as it reports it; of `px4-model` the version whose law was asked for; or null.
+        autopilot_version: Option<String> = run.autopilot.as_ref().and_then(|by| by.version.clone()),
+        /// Where the trajectory comes from that was flown; null where none is known.
+        trajectory: Option<FlownTrajectory> = run.trajectory.clone(),
+        /// Whether the drop went to the end of mission and plan, with an autopilot that neither left nor
+        /// refused.
+        completed: bool = run.course.is_to_the_end() && !verdict.is_some_and(|v| v.plan_cut),
+        /// When it ended, since the simulation began [s].
+        ended_at_s: f64 = run.ended_at_s,
+        /// Those of the objections that are about no limit, in one line; or null.
+        reason: Option<String> = run.reason(verdict),
+        /// Whether the drop was safe.
+        safe: bool = objections.is_empty(),
+        /// Why it was not safe, in words, the cause first; empty where it was.
+        objections: Vec<String> = objections.iter().map(ToString::to_string).collect(),
+        /// What the flight came to, a key for each quantity.
+        #[serde(flatten)] outcome: OutcomeObject
+            = OutcomeObject(verdict.map_or_else(Outcome::lost, |v| v.outcome)),
+        /// The quantity that J_TPF is the share of.
+        decided_by: Option<String> = verdict.map(|v| v.decided_by.to_owned()),
+        /// Largest vertical acceleration, either way [m/s^2]; reported, not judged.
+        peak_vertical_acceleration_m_s2: Option<f64>
+            = verdict.and_then(|v| finite(v.peak_vertical_acceleration_m_s2.abs())),
+        /// Velocity at the end, NED [m/s].
+        final_v_ned_m_s: Option<[Option<f64>; 3]>
+            = verdict.map(|v| <[f64; 3]>::from(v.outcome.final_v_ned()).map(finite)),
+        /// Names of the limits that were passed.
+        limits_passed: Option<Vec<String>>
+            = verdict.map(|v| v.limits_passed.iter().map(|&name| name.to_owned()).collect()),
+        /// Whether a failsafe flew part of the manoeuvre.
+        failsafe: bool = run.course.failsafe,
+        /// What happened, in order of time.
+        events: Vec<DropEvent> = run.events.clone(),
+        /// What others commanded the armed autopilot to do otherwise than by setpoints; absent where nobody
+        /// did.
+        commanded unless "Vec::is_empty": Vec<FlownCommand> = run.commanded.clone(),
+        /// Time of powered flight that each rotor is in the vortex ring [s]; absent where its blades are not
+        /// known.
+        vortex_ring_s unless "Vec::is_empty": Vec<f64>
+            = verdict.map(|v| v.vortex_ring_s.clone()).unwrap_or_default(),
+        /// What the drop asked of its battery; absent where that has no voltage.
+        power unless "Option::is_none": Option<PowerObject>
+            = verdict.and_then(|v| v.power.as_ref()).map(PowerObject::of),
+        /// Whether the canopy came closer than `limits.separation_m`; absent where it is no body of its own.
+        recontact unless "Option::is_none": Option<bool>
+            = verdict.filter(|v| v.outcome.canopy_distance_m.is_some()).map(Verdict::recontact),
+        /// J_TPF of the plan, integrated from node to node; null where none was flown.
+        plan_j_tpf: Option<f64> = run.plan_j_tpf.and_then(finite),
+        /// What the plan's nodes do not tell of the flight, in words; absent where they tell enough.
+        plan_shortfall unless "Option::is_none": Option<String> = run.plan_shortfall.clone(),
+        /// Wall time that planning took [ms]; on the terminal only.
+        plan_solve_ms unless "Option::is_none": Option<f64> = run.plan_solve_ms,
+        /// Simulated time over wall time; on the terminal only.
+        real_time_factor unless "Option::is_none": Option<f64> = run.real_time_factor,
+        /// Faults that the drop had, in order of their beginnings; absent where there were none.
+        faults unless "Vec::is_empty": Vec<FlownFault> = run.faults.clone(),
+        /// How the rotors were started; absent where that is not modelled, or none was commanded.
+        rotor_starts unless "Vec::is_empty": Vec<FlownStart> = run.rotor_starts.clone(),
+        /// The fall by which the release was found; absent where it was not found so.
+        free_fall unless "Option::is_none": Option<FlownFall> = run.free_fall,
+        /// Attempts to renew the plan, in order of time; absent where there were none.
+        replans unless "Vec::is_empty": Vec<FlownReplan> = run.replans.clone(),
+    }
 
-/// What a drop asked of its battery; times are since the rotors were freed.
-fn power_json(power: &PowerUse) -> impl Serialize {
-    let finite = |x: f64| Some(x).filter(|x| x.is_finite());
-    object! {
-        bus_least_v: finite(power.bus_least_v.value),
-        bus_least_at_s: power.bus_least_v.at_s,
-        pack_current_most_a: finite(power.pack_most_a.value),
-        pack_current_most_at_s: power.pack_most_a.at_s,
-        pack_current_limit_a: finite(power.pack_limit_a),
-        esc_current_most_a: finite(power.esc_most_a.value),
-        esc_current_most_at_s: power.esc_most_a.at_s,
-        esc_current_most_rotor: power.esc_most_rotor,
-        esc_current_limit_a: finite(power.esc_limit_a),
-        current_margin: finite(power.current_margin()),
-        held_by_voltage_s: power.voltage_held_s,
-        held_by_esc_current_s: power.esc_held_s,
-        held_by_pack_current_s: power.pack_held_s,
-        charge_left_percent: finite(100.0 * power.charge_left),
-        empty_at_s: power.empty_at_s,
+    /// What a drop asked of its battery. Times are since the rotors were freed.
+    PowerObject(power: &PowerUse) {
+        /// Least voltage of the bus [V].
+        bus_least_v: Option<f64> = finite(power.bus_least_v.value),
+        /// When that was [s].
+        bus_least_at_s: f64 = power.bus_least_v.at_s,
+        /// Greatest current of the pack [A].
+        pack_current_most_a: Option<f64> = finite(power.pack_most_a.value),
+        /// When that was [s].
+        pack_current_most_at_s: f64 = power.pack_most_a.at_s,
+        /// Most current of the pack [A]; null: no limit.
+        pack_current_limit_a: Option<f64> = finite(power.pack_limit_a),
+        /// Greatest current of a speed controller [A].
+        esc_current_most_a: Option<f64> = finite(power.esc_most_a.value),
+        /// When that was [s].
+        esc_current_most_at_s: f64 = power.esc_most_a.at_s,
+        /// Number of that speed controller's rotor, from 1.
+        esc_current_most_rotor: usize = power.esc_most_rotor,
+        /// Most current of a speed controller [A]; null: no limit.
+        esc_current_limit_a: Option<f64> = finite(power.esc_limit_a),
+        /// Least of limit over current; null: no limit.
+        current_margin: Option<f64> = finite(power.current_margin()),
+        /// How long the voltage of the bus held a motor back [s].
+        held_by_voltage_s: f64 = power.voltage_held_s,
+        /// How long a speed controller's limit of current held a motor back [s].
+        held_by_esc_current_s: f64 = power.esc_held_s,
+        /// How long the pack's limit of current held a motor back [s].
+        held_by_pack_current_s: f64 = power.pack_held_s,
+        /// Charge at the end [%].
+        charge_left_percent: Option<f64> = finite(100.0 * power.charge_left),
+        /// When the battery was empty [s]; null: never.
+        empty_at_s: Option<f64> = power.empty_at_s,
     }
 }
 
-/// The object of `<verb>_manifest.json`: what a run of `verb` had for input, what was chosen beside the
-/// files, circumstances that are no inputs (the vehicle's number, the speed of a watched run: they show in
-/// the .tlog files only), and the SHA-256 of each file that it wrote, by name.
-pub fn manifest_json(
-    mission: &Mission,
-    verb: &str,
-    circumstances: &[(&str, String)],
-    files: &BTreeMap<String, String>,
-) -> String {
-    let choices = mission.inputs.choices.iter().map(|(name, value)| (name, value));
-    let circumstances = circumstances.iter().map(|(name, value)| (name, value));
-    text(&object! {
-        verb: verb,
-        version: VERSION,
-        mission: &mission.name,
-        vehicle: &mission.vehicle_name,
-        gains: &mission.control.gains_name,
-        seed: mission.seed,
-        input_hash: &mission.inputs.hash,
-        choices: choices.collect::<BTreeMap<_, _>>(),
-        circumstances: circumstances.collect::<BTreeMap<_, _>>(),
-        files: files,
-    })
+/// Drops of the release cases, as `cases.json` holds them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CasesObject {
+    /// A drop for each release case and autopilot.
+    pub cases: Vec<CaseDrop>,
+}
+
+/// The drop of a release case.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct CaseDrop {
+    /// Name of the release case.
+    pub case: String,
+    /// Name of the autopilot.
+    pub autopilot: String,
+    /// The drop.
+    pub drop: DropObject,
+}
+
+/// The object of `samara drop --json` and, without durations, of `drop.json`.
+pub fn drop_json(mission: &Mission, verdict: Option<&Verdict>, run: &DropRun) -> String {
+    text(&DropObject::of(mission, verdict, run))
 }
 
 /// The name of a status in files and on the terminal.

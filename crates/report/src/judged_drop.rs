@@ -177,11 +177,11 @@ impl DropRun {
 impl From<&FaultSpan> for FlownFault {
     fn from(span: &FaultSpan) -> Self {
         Self {
-            name: span.kind.name(),
+            name: span.kind.name().to_owned(),
             text: span.kind.to_string(),
             from_s: span.from_s,
             until_s: span.until_s,
-            by: if span.ordered { "command" } else { "mission" },
+            by: if span.ordered { "command" } else { "mission" }.to_owned(),
         }
     }
 }
@@ -202,6 +202,7 @@ impl From<&RotorStarted> for FlownStart {
 impl FlownTrajectory {
     /// A plan of the mission, as its `trajectory.csv` holds it.
     pub fn planned(plan: &Trajectory, mission: &Mission) -> Self {
-        Self { source: "planned", sha256: TrajectoryFile::written(plan.clone(), &mission.stamp()).sha256 }
+        let TrajectoryFile { sha256, .. } = TrajectoryFile::written(plan.clone(), &mission.stamp());
+        Self { source: "planned".to_owned(), sha256 }
     }
 }

@@ -37,6 +37,7 @@
 //! | [`repeats`] | one drop flown again and again: lines, the table of the spread |
 //! | [`replan`] | drops along one plan and along plans that are renewed: the table |
 //! | [`rows`] | the columns of a table, declared once, and what is made of them |
+//! | [`schema`] | schemas of the results' objects
 //! | `shard` | parts of a campaign that are flown apart: rows as Parquet, statistics (feature `shards`) |
 //! | [`sobol`] | what decides a drop: Sobol's indices |
 //! | [`study`] | the safety study: tables, trials, page |
@@ -77,6 +78,7 @@ pub mod repeats;
 pub mod replan;
 pub mod replay;
 pub mod rows;
+pub mod schema;
 #[cfg(feature = "shards")]
 pub mod shard;
 pub mod shell;
@@ -90,14 +92,13 @@ pub mod tune;
 pub mod verdict;
 pub mod verify;
 
+pub use card::manifest::manifest_json;
 pub use derived::{derived_json, derived_text};
 pub use faults::{faults_json, faults_text};
 pub use figure::{FigureError, bode_figure, convergence_figure, drop_figure, plan_figure};
 pub use flight_columns::flight_arrays;
 pub use flight_csv::FlightCsv;
-pub use json::{
-    DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajectory, drop_json, manifest_json,
-};
+pub use json::{DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajectory, drop_json};
 pub use judged_drop::{FlownDrop, judge_drop};
 pub use mcap::{Attachment, drop_mcap};
 pub use plan::{plan_json, plan_shortfall, plan_text};

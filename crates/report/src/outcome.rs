@@ -1,9 +1,11 @@
 //! An [`Outcome`] in files: the cells of a row, the keys of an object. A number is a column or a key by
 //! itself, named by its [`Quantity`]; what is none is an empty cell, and `null`.
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::ser::SerializeMap as _;
 use serde::{Deserialize, Serialize, Serializer};
-use serde_json::{Map, Value};
+use serde_json::{Map, Value, json};
+use std::borrow::Cow;
 
 use samara_core::assess::outcome::{QUANTITIES, Quantity};
 use samara_core::assess::{Limits, Outcome};
@@ -11,7 +13,7 @@ use samara_mission::Mission;
 
 /// An outcome as keys of an object: every quantity. It reads those that are there, and has no number for the
 /// others; keys that are no quantities are left to others.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OutcomeObject(pub Outcome);
 
 impl Serialize for OutcomeObject {
@@ -32,6 +34,23 @@ impl<'de> Deserialize<'de> for OutcomeObject {
             quantity.put(&mut outcome, object.get(quantity.key).and_then(Value::as_f64));
         }
         Ok(Self(outcome))
+    }
+}
+
+impl JsonSchema for OutcomeObject {
+    fn schema_name() -> Cow<'static, str> {
+        "Outcome".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let key = |quantity: &Quantity| {
+            let words = format!("The {}; null where the flight has none.", quantity.head());
+            let schema = json!({ "description": words, "type": ["number", "null"] });
+            (quantity.key.to_owned(), schema)
+        };
+        let keys: Map<String, Value> = QUANTITIES.iter().map(key).collect();
+        let required = QUANTITIES.map(|quantity| quantity.key);
+        json_schema!({ "type": "object", "properties": keys, "required": required })
     }
 }
 
@@ -62,29 +81,12 @@ impl<'de> Deserialize<'de> for OutcomeRecord {
 
 /// The limits of a mission beside those of J_state as an object: each under its key, and how close to the
 /// target steady flight is where that must be reached. A mission without ground has none of a touch.
-pub(super) struct LimitsObject<'a> {
-    limits: &'a Limits,
-    ground: bool,
-}
-
-impl<'a> LimitsObject<'a> {
-    pub(super) fn of(mission: &Mission, limits: &'a Limits) -> Self {
-        Self { limits, ground: mission.site.ground.is_some() }
-    }
-}
-
-impl Serialize for LimitsObject<'_> {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(None)?;
-        for quantity in &QUANTITIES {
-            let Some(names) = quantity.judged else { continue };
-            let limit = (quantity.limit)(self.limits).filter(|_| self.ground || !quantity.is_of_a_touch());
-            map.serialize_entry(names.key, &limit)?;
-        }
-        let within = self.limits.must_be_steady.then_some(self.limits.steady_within_m_s);
-        map.serialize_entry("steady_within_m_s", &within)?;
-        map.end()
-    }
+pub(super) fn limits_object(mission: &Mission, limits: &Limits) -> Map<String, Value> {
+    let there = |quantity: &Quantity| mission.site.ground.is_some() || !quantity.is_of_a_touch();
+    let limit = |quantity: &Quantity| (quantity.limit)(limits).filter(|_| there(quantity));
+    let judged = QUANTITIES.iter().filter_map(|quantity| Some((quantity.judged?.key, limit(quantity))));
+    let within = limits.must_be_steady.then_some(limits.steady_within_m_s);
+    judged.chain([("steady_within_m_s", within)]).map(|(key, limit)| (key.to_owned(), limit.into())).collect()
 }
 
 #[cfg(test)]

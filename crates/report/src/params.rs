@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use serde::{Serialize, Serializer};
 
-use super::json::{VERSION, head, object, text};
+use super::json::{Head, VERSION, object, text};
 use samara_core::params::file::write;
 use samara_core::params::{
     Check, Class, Difference, Export, Finding, Metadata, ParameterFile, Purpose, Value,
@@ -136,7 +136,7 @@ fn finding_objects(check: &Check) -> Vec<impl Serialize> {
 pub fn export_json(mission: &Mission, file: &str, export: &Export) -> String {
     let parameters = export.parameters.iter().map(|(name, value)| (name, Number(*value)));
     text(&object! {
-        #[serde(flatten)] head: head(mission),
+        #[serde(flatten)] head: Head::of(mission),
         gains: &mission.control.gains_name,
         file: file,
         r#for: export.purpose.name(),

@@ -2,7 +2,7 @@
 //! of the flight.
 
 use super::columns::{fixed, short};
-use super::json::{head, object, status_name, text};
+use super::json::{Head, finite, result_objects, status_name, text};
 use samara_core::assess::{BETWEEN_NODES_MOST, IntegratedPlan};
 use samara_core::math::with_digits;
 use samara_core::plan::{Plan, Status};
@@ -14,40 +14,69 @@ fn flown(mission: &Mission, plan: &Plan) -> Option<IntegratedPlan> {
     (plan.status == Status::Converged).then(|| mission.integrated(&plan.trajectory))
 }
 
-/// The object of `samara plan --json`; without `solve_ms` and `nodes_enough`, of `plan.json`. `j_tpf` and the
-/// keys down to the defects are `null` of a solve that did not converge. `nodes_enough` is a number of nodes
-/// that would do, where there are too few and one was found.
+result_objects! {
+    /// A plan, as `plan.json` holds it and `samara plan --json` prints it. Of a solve that did not converge
+    /// `j_tpf` and the keys down to the defects are null.
+    PlanObject(mission: &Mission, plan: &Plan, solve_ms: Option<f64>, nodes_enough: Option<usize>) [
+        let (counts, flown) = (&plan.counts, flown(mission, plan));
+        let of = |number: fn(&IntegratedPlan) -> f64| flown.as_ref().map(number).and_then(finite);
+    ] {
+        /// What was planned.
+        #[serde(flatten)] head: Head = Head::of(mission),
+        /// How the solve ended: `converged`, `iteration_limit`, `stopped`, `infeasible`, `stalled` or
+        /// `diverged`.
+        status: String = status_name(plan.status).to_owned(),
+        /// Why it did not converge, in words; null where it did.
+        diagnosis: Option<String> = plan.diagnosis.clone(),
+        /// Cost J_d of the plan.
+        objective: Option<f64> = finite(plan.objective),
+        /// J_TPF of the plan, integrated from node to node.
+        j_tpf: Option<f64> = of(|flown| flown.j_tpf),
+        /// J_TPF over the nodes alone, as the paper has it.
+        j_tpf_at_nodes: Option<f64> = of(|flown| flown.j_tpf_at_nodes),
+        /// Largest difference between a node's velocity and the one integrated from the node before [m/s].
+        velocity_defect_m_s: Option<f64> = of(|flown| flown.velocity_defect_m_s),
+        /// Largest angle between a node's attitude and the one integrated from the node before [deg].
+        attitude_defect_deg: Option<f64> = of(|flown| flown.attitude_defect_rad * DEG_PER_RAD),
+        /// Largest difference between a node's body rates and those integrated from the node before [deg/s].
+        body_rate_defect_deg_s: Option<f64> = of(|flown| flown.body_rate_defect_rad_s * DEG_PER_RAD),
+        /// Number of nodes.
+        nodes: usize = plan.trajectory.nodes().len(),
+        /// A number of nodes that would do, where there are too few; on the terminal only.
+        nodes_enough unless "Option::is_none": Option<usize> = nodes_enough,
+        /// Time from t = 0 to the plan's end [s].
+        horizon_s: f64 = plan.trajectory.end_s(),
+        /// Iterations of the solver.
+        iterations: usize = counts.iterations,
+        /// Evaluations of the problem.
+        evaluations: usize = counts.evaluations,
+        /// Factorisations of the solver's matrix.
+        factorisations: usize = counts.factorisations,
+        /// Iterations with the Hessian of Gauss and Newton.
+        gauss_newton_iterations: usize = counts.gauss_newton,
+        /// Iterations whose step was corrected to the second order.
+        corrections: usize = counts.corrections,
+        /// Restorations of feasibility.
+        restorations: usize = counts.restorations,
+        /// Largest defect of the collocation.
+        defect_max: Option<f64> = finite(plan.defect_max),
+        /// How far the first-order conditions are from holding.
+        kkt_residual: Option<f64> = finite(plan.kkt_residual),
+        /// How far the complementarity conditions are from holding.
+        complementarity: Option<f64> = finite(plan.complementarity),
+        /// Wall time of the solve [ms]; on the terminal only.
+        solve_ms unless "Option::is_none": Option<f64> = solve_ms,
+    }
+}
+
+/// The object of `samara plan --json`; without `solve_ms` and `nodes_enough`, of `plan.json`.
 pub fn plan_json(
     mission: &Mission,
     plan: &Plan,
     solve_ms: Option<f64>,
     nodes_enough: Option<usize>,
 ) -> String {
-    let (counts, flown) = (&plan.counts, flown(mission, plan));
-    text(&object! {
-        #[serde(flatten)] head: head(mission),
-        status: status_name(plan.status),
-        diagnosis: &plan.diagnosis,
-        objective: plan.objective,
-        j_tpf: flown.map(|f| f.j_tpf),
-        j_tpf_at_nodes: flown.map(|f| f.j_tpf_at_nodes),
-        velocity_defect_m_s: flown.map(|f| f.velocity_defect_m_s),
-        attitude_defect_deg: flown.map(|f| f.attitude_defect_rad * DEG_PER_RAD),
-        body_rate_defect_deg_s: flown.map(|f| f.body_rate_defect_rad_s * DEG_PER_RAD),
-        nodes: plan.trajectory.nodes().len(),
-        #[serde(flatten)] finer: nodes_enough.map(|n| object! { nodes_enough: n }),
-        horizon_s: plan.trajectory.end_s(),
-        iterations: counts.iterations,
-        evaluations: counts.evaluations,
-        factorisations: counts.factorisations,
-        gauss_newton_iterations: counts.gauss_newton,
-        corrections: counts.corrections,
-        restorations: counts.restorations,
-        defect_max: plan.defect_max,
-        kkt_residual: plan.kkt_residual,
-        complementarity: plan.complementarity,
-        #[serde(flatten)] solve: solve_ms.map(|ms| object! { solve_ms: ms }),
-    })
+    text(&PlanObject::of(mission, plan, solve_ms, nodes_enough))
 }
 
 /// A plan in one line: how the solve ended, its cost, its J_TPF from node to node and at the nodes if it

@@ -1,10 +1,8 @@
 //! A grid of plans: tables for the terminal, the object of `plan_grid.json`.
 
-use serde::Serialize;
-
 use super::columns::{fixed, short};
 use super::document::Grid;
-use super::json::{head, object, text};
+use super::json::{Head, finite, result_objects, text};
 use samara_core::assess::{GRID_LOSS_MOST, GridLoss, MISREAD_RATE_RAD_S, Spread};
 use samara_core::plan::grid::{AXES, GridAxes, GridState};
 use samara_core::units::DEG_PER_RAD;
@@ -139,41 +137,81 @@ impl PlanGridReport<'_> {
 
     /// The object of `--json` and of `plan_grid.json`; wall times in the former alone.
     pub fn json(&self, seconds: Option<[f64; 2]>) -> String {
-        let axes = GRID_COLUMNS.into_iter().zip(self.axes.points()).map(|((axis, scale), points)| {
-            let points: Vec<f64> = points.iter().map(|x| x * scale).collect();
-            object! { axis: axis, points: points }
-        });
-        text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            gains: &self.mission.control.gains_name,
-            axes: axes.collect::<Vec<_>>(),
-            plans: self.axes.count(),
-            nodes: self.nodes,
-            bytes: self.bytes,
-            loss: self.judged.as_ref().map(judgement_json),
-            #[serde(flatten)] times: seconds.map(|[solve_s, flight_s]| {
-                object! { solve_s: solve_s, flight_s: flight_s }
-            }),
-        })
+        text(&PlanGridObject::of(self, seconds))
     }
 }
 
-fn judgement_json(judged: &GridJudgement) -> impl Serialize {
-    let spread = |s: &Spread| object! { min: s.min, p50: s.p50, p99: s.p99, max: s.max };
-    let loss = &judged.loss;
-    let farthest = judged.farthest.iter().zip(GRID_COLUMNS);
-    let outside: Vec<f64> = farthest.map(|(x, (_, scale))| x * scale).collect();
-    object! {
-        releases: judged.drawn,
-        unsolved: judged.unsolved,
-        outside: judged.clamped,
-        outside_at_most: outside,
-        j_tpf_solved: spread(&loss.solved),
-        j_tpf_interpolated: spread(&loss.interpolated),
-        j_tpf_nominal_plan: spread(&loss.nominal),
-        by_release: spread(&loss.by_release),
-        misread: spread(&loss.misread),
-        p99_most: GRID_LOSS_MOST,
+result_objects! {
+    /// A grid of plans, as `plan_grid.json` holds it.
+    PlanGridObject(of: &PlanGridReport<'_>, seconds: Option<[f64; 2]>) [
+        let axes = GRID_COLUMNS.into_iter().zip(of.axes.points());
+        let axes = axes.map(|((name, scale), points)| GridAxisObject::of(name, scale, points));
+    ] {
+        /// What was planned.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Name of the gains.
+        gains: String = of.mission.control.gains_name.clone(),
+        /// The axes of the grid.
+        axes: Vec<GridAxisObject> = axes.collect(),
+        /// Number of plans.
+        plans: usize = of.axes.count(),
+        /// Number of nodes of a plan.
+        nodes: usize = of.nodes,
+        /// Length of `plan_grid.bin` in bytes.
+        bytes: usize = of.bytes,
+        /// What flights lose along interpolated plans; null where none were asked for.
+        loss: Option<GridLossObject> = of.judged.as_ref().map(GridLossObject::of),
+        /// Wall time of the solves [s]; on the terminal only.
+        solve_s unless "Option::is_none": Option<f64> = seconds.map(|seconds| seconds[0]),
+        /// Wall time of the flights [s]; on the terminal only.
+        flight_s unless "Option::is_none": Option<f64> = seconds.map(|seconds| seconds[1]),
+    }
+
+    /// An axis of the grid.
+    GridAxisObject(name: &str, scale: f64, at: &[f64]) {
+        /// Name of the axis; it ends in its unit.
+        axis: String = name.to_owned(),
+        /// Where the points stand along it.
+        points: Vec<f64> = at.iter().map(|x| x * scale).collect(),
+    }
+
+    /// What flights along interpolated plans lose against plans solved for their releases.
+    GridLossObject(judged: &GridJudgement) [
+        let loss = &judged.loss;
+        let farthest = judged.farthest.iter().zip(GRID_COLUMNS);
+    ] {
+        /// Number of releases that were drawn.
+        releases: usize = judged.drawn,
+        /// Number of releases that have no plan of their own, and are left out.
+        unsolved: usize = judged.unsolved,
+        /// Number of releases that lie outside the grid.
+        outside: usize = judged.clamped,
+        /// How far they lie outside at most, along each axis.
+        outside_at_most: Vec<f64> = farthest.map(|(x, (_, scale))| x * scale).collect(),
+        /// J_TPF along a plan solved for each release.
+        j_tpf_solved: SpreadObject = SpreadObject::of(&loss.solved),
+        /// J_TPF along a plan interpolated for each.
+        j_tpf_interpolated: SpreadObject = SpreadObject::of(&loss.interpolated),
+        /// J_TPF along the nominal plan for all.
+        j_tpf_nominal_plan: SpreadObject = SpreadObject::of(&loss.nominal),
+        /// J_TPF along the interpolated plan less that along the solved one.
+        by_release: SpreadObject = SpreadObject::of(&loss.by_release),
+        /// J_TPF along a plan solved for a misread pitch rate less that along the solved one.
+        misread: SpreadObject = SpreadObject::of(&loss.misread),
+        /// Loss at p99 that is small.
+        p99_most: f64 = GRID_LOSS_MOST,
+    }
+
+    /// Ends and quantiles of some numbers.
+    SpreadObject(s: &Spread) {
+        /// Least number.
+        min: Option<f64> = finite(s.min),
+        /// Median of the numbers.
+        p50: Option<f64> = finite(s.p50),
+        /// Number that 99 % do not exceed.
+        p99: Option<f64> = finite(s.p99),
+        /// Greatest number.
+        max: Option<f64> = finite(s.max),
     }
 }
 

@@ -2,8 +2,8 @@
 //! JSON.
 
 use super::columns::columns;
-use super::json::{head, object, text};
-use super::range_ends::{range_ends_json, range_ends_words};
+use super::json::{Head, object, text};
+use super::range_ends::{RangeEndsObject, range_ends_words};
 use samara_core::control::px4::{Law, Parameters};
 use samara_core::params::Purpose;
 use samara_core::tune::RangeEnds;
@@ -138,11 +138,11 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
     };
     let parameters = names().filter_map(|name| Some((name.to_owned(), gains.parameters.get(name)?.into())));
     text(&object! {
-        #[serde(flatten)] head: head(mission),
+        #[serde(flatten)] head: Head::of(mission),
         r#for: gains.purpose.name(),
         name: &gains.name,
         gains: parameters.collect::<serde_json::Map<_, _>>(),
-        at_range_ends: range_ends_json(&gains.range_ends),
+        at_range_ends: RangeEndsObject::of(&gains.range_ends),
         evaluations: gains.evaluations,
         drops_per_evaluation: gains.drops,
         unseen_drops: gains.unseen,

@@ -1,9 +1,7 @@
 //! Which numbers of a search stand at an end of their range, as a sentence and as JSON.
 
-use serde::Serialize;
-
 use super::columns::short;
-use super::json::object;
+use super::json::result_objects;
 use samara_core::tune::range_ends::{NEAR_AN_END, RangeEnds, SearchedNumber};
 
 /// A number in four figures.
@@ -37,15 +35,27 @@ pub fn range_ends_words(ends: &RangeEnds) -> Option<String> {
     })
 }
 
-/// The value of the key `at_range_ends`.
-pub(super) fn range_ends_json(ends: &RangeEnds) -> impl Serialize + use<> {
-    let number = |number: &SearchedNumber| {
-        object! { name: number.name.clone(), value: number.value, least: number.least, most: number.most }
-    };
-    object! {
-        of: ends.searched,
-        within: NEAR_AN_END,
-        numbers: ends.at_end.iter().map(number).collect::<Vec<_>>(),
+result_objects! {
+    /// Numbers of a search that stand at an end of their range.
+    RangeEndsObject(ends: &RangeEnds) {
+        /// How many numbers were searched.
+        of: usize = ends.searched,
+        /// How near an end counts, as a share of it.
+        within: f64 = NEAR_AN_END,
+        /// The numbers that stand there.
+        numbers: Vec<NumberObject> = ends.at_end.iter().map(NumberObject::of).collect(),
+    }
+
+    /// A number that was searched, with its range.
+    NumberObject(number: &SearchedNumber) {
+        /// Name of the number.
+        name: String = number.name.to_string(),
+        /// The value that was found.
+        value: f64 = number.value,
+        /// Least value of the range.
+        least: f64 = number.least,
+        /// Greatest value of the range.
+        most: f64 = number.most,
     }
 }
 

@@ -3,14 +3,15 @@
 
 use std::fmt::Write as _;
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use super::columns::{probability, probability_at_least, probability_at_most, short};
 use super::document::Grid;
-use super::json::{head, object, text};
+use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::coordinates::{DrawnQuantity, DrawnTrial, Part};
-use samara_core::assess::rare::{Estimate, Level, Nearest, RareFound};
+use samara_core::assess::rare::{Ascent, Estimate, Level, Nearest, RareFound};
 use samara_core::units::DEG_PER_RAD;
 use samara_mission::Mission;
 
@@ -53,14 +54,18 @@ fn value(quantity: DrawnQuantity, drawn: &DrawnTrial) -> Option<String> {
 }
 
 /// The part of a quantity in the distance of the most likely failure.
-struct Share {
-    key: &'static str,
-    words: &'static str,
-    value: Option<String>,
-    /// The coordinate, or the length of all of them where there are several.
-    deviations: f64,
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+pub struct QuantityShare {
+    /// Name of the quantity in files.
+    pub key: String,
+    /// Name of the quantity for people.
+    pub quantity: String,
+    /// The value that was drawn, with its unit; null where it is no number.
+    pub value: Option<String>,
+    /// The coordinate, or the length of all of them where there are several, in standard deviations.
+    pub deviations: f64,
     /// Share of the square of the distance.
-    share: f64,
+    pub share: f64,
 }
 
 /// The columns of `rare.csv`.
@@ -73,13 +78,13 @@ pub(crate) fn columns() -> Columns<(f64, Estimate)> {
 }
 
 impl RareReport<'_> {
-    fn shares(&self, nearest: &Nearest) -> Vec<Share> {
-        let mut shares: Vec<Share> = Vec::new();
+    fn shares(&self, nearest: &Nearest) -> Vec<QuantityShare> {
+        let mut shares: Vec<QuantityShare> = Vec::new();
         for Part { quantity, range } in &self.parts {
             let column = nearest.point.get(range.clone()).unwrap_or_default();
             let square: f64 = column.iter().map(|z| z * z).sum();
             let share = square / (nearest.distance * nearest.distance).max(f64::MIN_POSITIVE);
-            let (key, words) = (quantity.key(), quantity.words());
+            let key = quantity.key();
             match shares.last_mut().filter(|last| last.key == key) {
                 Some(last) => {
                     last.deviations = (last.deviations * last.deviations + square).sqrt();
@@ -89,7 +94,8 @@ impl RareReport<'_> {
                     let one = (column.len() == 1).then(|| column.first().copied()).flatten();
                     let value = self.nearest.as_ref().and_then(|drawn| value(*quantity, drawn));
                     let deviations = one.unwrap_or(square.sqrt());
-                    shares.push(Share { key, words, value, deviations, share });
+                    let (key, quantity) = (key.to_owned(), quantity.words().to_owned());
+                    shares.push(QuantityShare { key, quantity, value, deviations, share });
                 }
             }
         }
@@ -164,9 +170,9 @@ impl RareReport<'_> {
         );
         let head = ["quantity", "drawn", "standard deviations", "share"];
         let mut grid = Grid::new("What makes it fail", head);
-        for Share { words, value, deviations, share, .. } in self.shares(nearest) {
+        for QuantityShare { quantity, value, deviations, share, .. } in self.shares(nearest) {
             let value = value.unwrap_or_default();
-            grid.row(words, [value, format!("{deviations:.3}"), format!("{:.1} %", 100.0 * share)]);
+            grid.row(&quantity, [value, format!("{deviations:.3}"), format!("{:.1} %", 100.0 * share)]);
         }
         out += &grid.text();
         out
@@ -196,70 +202,102 @@ impl RareReport<'_> {
 
     /// The object of `--json` and of `rare.json`.
     pub fn json(&self) -> String {
-        let RareFound { search, ascents, nearest, scored } = &self.found;
-        let Estimate { probability, low, high, variation } = self.found.estimate();
-        let populations = ascents.iter().map(|ascent| {
-            let levels = ascent.levels.iter().map(|level| {
-                object! {
-                    threshold: level.threshold.is_finite().then_some(level.threshold),
-                    probability: level.probability,
-                    points: level.scores.len(),
-                    accepted: level.accepted,
-                }
-            });
-            object! {
-                probability: ascent.exceedance(search.bound),
-                stalled: ascent.stalled,
-                levels: levels.collect::<Vec<_>>(),
-            }
-        });
-        text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            gains: &self.mission.control.gains_name,
-            bound: search.bound,
-            least: search.least,
-            unknowns: self.unknowns,
-            per_level: search.per_level,
-            coordinates: self.parts.last().map_or(0, |part| part.range.end),
-            flights: scored,
-            probability: probability,
-            low: low,
-            high: high,
-            variation: variation.is_finite().then_some(variation),
-            below: self.found.is_below(),
-            populations: populations.collect::<Vec<_>>(),
-            most_likely: nearest.as_ref().map(|nearest| self.nearest_json(nearest)),
-        })
-    }
-
-    fn nearest_json(&self, nearest: &Nearest) -> impl Serialize {
-        let shares = self.shares(nearest).into_iter().map(|share| {
-            object! {
-                key: share.key,
-                quantity: share.words,
-                value: share.value,
-                deviations: share.deviations,
-                share: share.share,
-            }
-        });
-        object! {
-            j_tpf: nearest.score.is_finite().then_some(nearest.score),
-            distance: nearest.distance,
-            quantities: shares.collect::<Vec<_>>(),
-        }
+        text(&RareObject::of(self))
     }
 
     /// The most likely failure with all of its coordinates, to be flown again: `rare_failure.json`.
     pub fn failure_json(&self) -> Option<String> {
         let nearest = self.found.nearest.as_ref()?;
-        Some(text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            gains: &self.mission.control.gains_name,
-            bound: self.found.search.bound,
-            unknowns: self.unknowns,
-            j_tpf: nearest.score.is_finite().then_some(nearest.score),
-            distance: nearest.distance,
-            coordinates: &nearest.point,
-        }))
+        Some(text(&RareFailureObject::of(self, nearest)))
+    }
+}
+
+result_objects! {
+    /// How rare failures are, as `rare.json` holds it.
+    RareObject(of: &RareReport<'_>) [
+        let RareFound { search, ascents, nearest, scored } = &of.found;
+        let Estimate { probability, low, high, variation } = of.found.estimate();
+    ] {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Name of the gains.
+        gains: String = of.mission.control.gains_name.clone(),
+        /// J_TPF that a failure reaches.
+        bound: f64 = search.bound,
+        /// Smallest probability that was looked for.
+        least: f64 = search.least,
+        /// Whether what the controller does not know was drawn, too.
+        unknowns: bool = of.unknowns,
+        /// Number of trials of all populations at a threshold.
+        per_level: u64 = search.per_level as u64,
+        /// Number of coordinates of a trial.
+        coordinates: usize = of.parts.last().map_or(0, |part| part.range.end),
+        /// Number of flights that it took.
+        flights: u64 = *scored,
+        /// Probability that J_TPF reaches the bound; 0 where it never did.
+        probability: f64 = probability,
+        /// Lower end of the interval of the probability at 95 %.
+        low: f64 = low,
+        /// Upper end of that interval.
+        high: f64 = high,
+        /// Coefficient of variation of the probability.
+        variation: Option<f64> = finite(variation),
+        /// Whether failures are rarer than what was looked for, by the whole interval.
+        below: bool = of.found.is_below(),
+        /// The populations, which climb to the failures apart.
+        populations: Vec<PopulationObject>
+            = ascents.iter().map(|ascent| PopulationObject::of(ascent, search.bound)).collect(),
+        /// The most likely failure; null where none was found.
+        most_likely: Option<MostLikely> = nearest.as_ref().map(|nearest| MostLikely::of(of, nearest)),
+    }
+
+    /// A population of trials that climbed to the failures.
+    PopulationObject(ascent: &Ascent, bound: f64) {
+        /// Probability that J_TPF reaches the bound, by this population.
+        probability: f64 = ascent.exceedance(bound),
+        /// Whether too many flights had the same J_TPF to go on.
+        stalled: bool = ascent.stalled,
+        /// The thresholds on the way.
+        levels: Vec<LevelObject> = ascent.levels.iter().map(LevelObject::of).collect(),
+    }
+
+    /// A threshold of J_TPF, and how often it is reached.
+    LevelObject(level: &Level) {
+        /// The threshold; null: none, where the population began.
+        threshold: Option<f64> = finite(level.threshold),
+        /// Probability that a trial of the level before reaches it.
+        probability: f64 = level.probability,
+        /// Number of trials.
+        points: usize = level.scores.len(),
+        /// Share of the steps that were accepted.
+        accepted: f64 = level.accepted,
+    }
+
+    /// The failing trial that is nearest to the nominal one.
+    MostLikely(of: &RareReport<'_>, nearest: &Nearest) {
+        /// J_TPF of the trial; null where it was lost.
+        j_tpf: Option<f64> = finite(nearest.score),
+        /// Distance from the nominal trial, in standard deviations.
+        distance: f64 = nearest.distance,
+        /// The share of each quantity in that distance.
+        quantities: Vec<QuantityShare> = of.shares(nearest),
+    }
+
+    /// The most likely failure with all of its coordinates, as `rare_failure.json` holds it.
+    RareFailureObject(of: &RareReport<'_>, nearest: &Nearest) {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Name of the gains.
+        gains: String = of.mission.control.gains_name.clone(),
+        /// J_TPF that a failure reaches.
+        bound: f64 = of.found.search.bound,
+        /// Whether what the controller does not know was drawn, too.
+        unknowns: bool = of.unknowns,
+        /// J_TPF of the trial; null where it was lost.
+        j_tpf: Option<f64> = finite(nearest.score),
+        /// Distance from the nominal trial, in standard deviations.
+        distance: f64 = nearest.distance,
+        /// Coordinates of the trial, independent standard-normal numbers.
+        coordinates: Vec<f64> = nearest.point.clone(),
     }
 }

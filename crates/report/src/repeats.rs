@@ -1,7 +1,7 @@
 //! One drop flown again and again: a line for each flight in a CSV file, and the table of their spread.
 
 use super::columns::columns;
-use super::json::{head, object, text};
+use super::json::{Head, object, text};
 use super::rows::Columns;
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
 use samara_core::assess::repeats::{REPEAT_INSTANT_S, RepeatSpread, RepeatedFlight};
@@ -82,7 +82,7 @@ pub fn repeats_json(
         }
     });
     text(&object! {
-        #[serde(flatten)] head: head(mission),
+        #[serde(flatten)] head: Head::of(mission),
         autopilot: autopilot,
         gains: &mission.control.gains_name,
         trial: trial,

@@ -1,10 +1,8 @@
 //! Drops along one plan and along plans that are renewed: table, JSON and rows of [`samara_study::replan`].
 
-use serde::Serialize;
-
 use super::document::Grid;
-use super::effects::{change, compared_json, failed, number, numbered, p99, summary};
-use super::json::{head, object, text};
+use super::effects::{ComparedObject, change, compared, failed, number, numbered, p99, summary};
+use super::json::{Head, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::outcome::{ALTITUDE_LOST, COMPARED, J_TPF, STEADY_AFTER};
 use samara_mission::Mission;
@@ -132,35 +130,7 @@ impl ReplanReport<'_> {
 
     /// The object of `--json` and of `replan.json`.
     pub fn json(&self) -> String {
-        let settings = &self.mission.replan.settings;
-        let campaigns = self.campaigns.iter().enumerate();
-        let campaigns = campaigns
-            .map(|(i, campaign)| self.campaign_json(campaign, self.campaigns.first().filter(|_| i > 0)));
-        text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            #[serde(flatten)] autopilot: self.autopilot.map(|name| object! { autopilot: name }),
-            latency_s: settings.latency_s,
-            iterations: settings.iterations,
-            campaigns: campaigns.collect::<Vec<_>>(),
-        })
-    }
-
-    fn campaign_json(&self, campaign: &ReplanCampaign, base: Option<&ReplanCampaign>) -> impl Serialize {
-        let flown = campaign.flown();
-        let from = base.map(ReplanCampaign::flown);
-        object! {
-            name: campaign.row.name(),
-            replan: campaign.row.cadence.map(|cadence| cadence.to_string()),
-            feed_forward: campaign.row.feed_forward,
-            gains: &campaign.row.gains_name,
-            trials: campaign.drops.len(),
-            failed: failed(&flown),
-            better_percent: base.map(|base| campaign.better_percent(base)),
-            renewed: campaign.sum(|drop| drop.renewed),
-            kept: campaign.sum(|drop| drop.kept),
-            solver_iterations: campaign.sum(|drop| drop.iterations),
-            measures: compared_json(&flown, from.as_deref()),
-        }
+        text(&ReplanObject::of(self))
     }
 
     /// Every drop, a row each: `replan.csv`.
@@ -169,5 +139,54 @@ impl ReplanReport<'_> {
         let comment = self.mission.stamp().csv_comment();
         let above = format!("{comment}# drops of {name} along one plan and along renewed ones\n");
         columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &of.drops)))
+    }
+}
+
+result_objects! {
+    /// Drops along one plan and along plans that are renewed, as `replan.json` holds them.
+    ReplanObject(of: &ReplanReport<'_>) [
+        let settings = &of.mission.replan.settings;
+        let first = |i: usize| of.campaigns.first().filter(|_| i > 0);
+        let campaigns = of.campaigns.iter().enumerate();
+    ] {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Name of the autopilot of whole drops; absent where flights begin at t = 0.
+        autopilot unless "Option::is_none": Option<String> = of.autopilot.map(ToString::to_string),
+        /// Time from a measurement until the renewed plan takes effect [s].
+        latency_s: f64 = settings.latency_s,
+        /// Most iterations of a solve.
+        iterations: usize = settings.iterations,
+        /// The campaigns; changes are counted from the first.
+        campaigns: Vec<ReplanCampaignObject>
+            = campaigns.map(|(i, campaign)| ReplanCampaignObject::of(campaign, first(i))).collect(),
+    }
+
+    /// Drops with one way to renew the plan.
+    ReplanCampaignObject(campaign: &ReplanCampaign, base: Option<&ReplanCampaign>) [
+        let (flown, from) = (campaign.flown(), base.map(ReplanCampaign::flown));
+    ] {
+        /// Name of the campaign.
+        name: String = campaign.row.name(),
+        /// When the plan is renewed; null: never.
+        replan: Option<String> = campaign.row.cadence.map(|cadence| cadence.to_string()),
+        /// Whether the plan's accelerations are fed forward.
+        feed_forward: bool = campaign.row.feed_forward,
+        /// Name of the gains.
+        gains: String = campaign.row.gains_name.clone(),
+        /// Number of drops.
+        trials: usize = campaign.drops.len(),
+        /// Number of drops that were not safe.
+        failed: usize = failed(&flown),
+        /// Share of the drops whose J_TPF is below that of the first campaign [%]; null of that one.
+        better_percent: Option<f64> = base.map(|base| campaign.better_percent(base)),
+        /// Number of plans that were renewed.
+        renewed: usize = campaign.sum(|drop| drop.renewed),
+        /// Number of plans that were to be renewed and were kept.
+        kept: usize = campaign.sum(|drop| drop.kept),
+        /// Number of iterations of all solves.
+        solver_iterations: usize = campaign.sum(|drop| drop.iterations),
+        /// The quantities, each with its change.
+        measures: Vec<ComparedObject> = compared(&flown, from.as_deref()),
     }
 }

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use super::columns::short;
 use super::document::Grid;
-use super::json::{head, object, text};
+use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::coordinates::CoordinateGroup;
 use samara_core::assess::outcome::{ALTITUDE_LOST, J_TPF, STEADY_AFTER};
@@ -166,43 +166,68 @@ impl SobolReport<'_> {
 
     /// The object of `--json` and of `sobol.json`.
     pub fn json(&self) -> String {
-        let outputs = OUTPUTS.iter().zip(&self.found).enumerate().map(|(place, (output, found))| {
-            let rows = self.groups.iter().zip(&found.first).zip(&found.total);
-            let quantities = rows.map(|((group, first), total)| {
-                object! {
-                    key: group.key,
-                    quantity: group.words,
-                    first: first.value,
-                    first_half: first.half,
-                    total: total.value,
-                    total_half: total.half,
-                }
-            });
-            object! {
-                output: output.key,
-                mean: finite(found.mean),
-                deviation: finite(found.deviation),
-                replaced: self.replaced.0[place],
-                rows: found.rows,
-                left_out: found.left_out,
-                half_by: found.half_by,
-                hangs_on_few: found.hangs_on_few(),
-                quantities: quantities.collect::<Vec<_>>(),
-            }
-        });
-        text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            gains: &self.mission.control.gains_name,
-            points: self.study.points,
-            flights: self.study.evaluations(self.groups.len()),
-            outputs: outputs.collect::<Vec<_>>(),
-            idle: self.idle().iter().map(|group| group.key).collect::<Vec<_>>(),
-        })
+        text(&SobolObject::of(self))
     }
 }
 
-fn finite(x: f64) -> Option<f64> {
-    Some(x).filter(|x| x.is_finite())
+result_objects! {
+    /// What decides a drop, as `sobol.json` holds it.
+    SobolObject(of: &SobolReport<'_>) {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Name of the gains.
+        gains: String = of.mission.control.gains_name.clone(),
+        /// Number of points of each sample.
+        points: usize = of.study.points,
+        /// Number of flights.
+        flights: usize = of.study.evaluations(of.groups.len()),
+        /// The outputs, each with its indices.
+        outputs: Vec<OutputObject> = (0..of.found.len()).map(|place| OutputObject::of(of, place)).collect(),
+        /// Keys of quantities that change nothing.
+        idle: Vec<String> = of.idle().iter().map(|group| group.key.to_owned()).collect(),
+    }
+
+    /// An output, and what its variance is made of.
+    OutputObject(of: &SobolReport<'_>, place: usize) [
+        let found = &of.found[place];
+        let rows = of.groups.iter().zip(&found.first).zip(&found.total);
+    ] {
+        /// Name of the quantity; it ends in its unit.
+        output: String = OUTPUTS[place].key.to_owned(),
+        /// Mean of the flights.
+        mean: Option<f64> = finite(found.mean),
+        /// Standard deviation of the flights.
+        deviation: Option<f64> = finite(found.deviation),
+        /// Number of flights whose value was replaced.
+        replaced: u64 = of.replaced.0[place],
+        /// Number of rows that count.
+        rows: usize = found.rows,
+        /// Number of rows that were left out.
+        left_out: usize = found.left_out,
+        /// Number of rows that make half of the variance.
+        half_by: usize = found.half_by,
+        /// Whether the indices hang on a few rows.
+        hangs_on_few: bool = found.hangs_on_few(),
+        /// The indices of each quantity that is drawn.
+        quantities: Vec<IndexObject>
+            = rows.map(|((group, first), total)| IndexObject::of(group, first, total)).collect(),
+    }
+
+    /// Sobol's indices of a quantity that is drawn.
+    IndexObject(group: &CoordinateGroup, first: &Index, total: &Index) {
+        /// Name of the quantity in files.
+        key: String = group.key.to_owned(),
+        /// Name of the quantity for people.
+        quantity: String = group.words.to_owned(),
+        /// Share of the variance by this quantity alone.
+        first: Option<f64> = finite(first.value),
+        /// Half width of the interval of that share.
+        first_half: Option<f64> = finite(first.half),
+        /// Share of the variance that this quantity has a part in.
+        total: Option<f64> = finite(total.value),
+        /// Half width of the interval of that share.
+        total_half: Option<f64> = finite(total.half),
+    }
 }
 
 #[cfg(test)]

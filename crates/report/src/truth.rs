@@ -3,7 +3,7 @@
 //! Comment lines, which hold the inputs' hash, are passed over, and so are the columns of the setpoint: it
 //! went on another link than what the simulator was told, as another kind of number.
 
-use super::json::{head, object, text};
+use super::json::{Head, object, text};
 use samara_mission::Mission;
 
 /// Columns that are not compared.
@@ -125,7 +125,7 @@ pub fn replay_json(
 ) -> String {
     let truth = truth.map(|truth| object! { equal: truth.is_equal(), text: truth.text() });
     text(&object! {
-        #[serde(flatten)] head: head(mission),
+        #[serde(flatten)] head: Head::of(mission),
         equal_messages: equal_messages,
         difference: difference,
         truth: truth,

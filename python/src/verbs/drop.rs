@@ -136,7 +136,7 @@ fn fly(
     let (trajectory, flown) = match trajectory {
         Some(path) => {
             let file = mission.use_trajectory(&path).or_given()?;
-            let flown = FlownTrajectory { source: "file", sha256: file.sha256.clone() };
+            let flown = FlownTrajectory { source: "file".to_owned(), sha256: file.sha256.clone() };
             (file, flown)
         }
         None => {

@@ -41,7 +41,7 @@ pub fn command(
         // A campaign says it itself.
         Kind::Campaign | Kind::DropCampaign => {
             let Some(Finding::Campaign(campaign)) = found else { return None };
-            return Some(campaign.command.clone());
+            return Some(campaign.head.command.clone());
         }
         Kind::Tune | Kind::Design => return None,
     };

@@ -2,31 +2,45 @@
 
 use std::collections::BTreeMap;
 
-use serde::Deserialize;
+use crate::json::{VERSION, result_objects, text};
+use samara_mission::Mission;
 
-/// The manifest of a run, as [`crate::manifest_json`] writes it.
-#[derive(Clone, Debug, PartialEq, Deserialize)]
-pub struct RunManifest {
-    /// Verb that was run, with what was asked of it: "drop", `drops_<autopilot>_<gains>`.
-    pub verb: String,
-    /// Version of samara.
-    pub version: String,
-    /// Name of the mission.
-    pub mission: String,
-    /// Name of the vehicle.
-    pub vehicle: String,
-    /// Name of the gains.
-    pub gains: String,
-    /// Seed of everything random.
-    pub seed: u64,
-    /// SHA-256 of all inputs, hexadecimal.
-    pub input_hash: String,
-    /// Choices beside the files that decide the result.
-    pub choices: BTreeMap<String, String>,
-    /// Circumstances that are no inputs.
-    pub circumstances: BTreeMap<String, String>,
-    /// SHA-256 of each file that was written, hexadecimal.
-    pub files: BTreeMap<String, String>,
+result_objects! {
+    /// What a run had for input and what it wrote, as `<verb>_manifest.json` holds it.
+    RunManifest(mission: &Mission, verb: &str, beside: &[(&str, String)], files: &BTreeMap<String, String>) [
+        let circumstances = beside.iter().map(|(name, value)| ((*name).to_owned(), value.clone()));
+    ] {
+        /// Verb that was run, with what was asked of it: `drop`, `drops_<autopilot>_<gains>`.
+        verb: String = verb.to_owned(),
+        /// Version of samara that made the files.
+        version: String = VERSION.to_owned(),
+        /// Name of the mission.
+        mission: String = mission.name.clone(),
+        /// Name of the vehicle.
+        vehicle: String = mission.vehicle_name.clone(),
+        /// Name of the gains.
+        gains: String = mission.control.gains_name.clone(),
+        /// Seed of everything random.
+        seed: u64 = mission.seed,
+        /// SHA-256 of all inputs, hexadecimal.
+        input_hash: String = mission.inputs.hash.clone(),
+        /// Choices beside the files that decide the result.
+        choices: BTreeMap<String, String> = mission.inputs.choices.iter().cloned().collect(),
+        /// Circumstances that are no inputs: the vehicle's number, the speed of a watched run.
+        circumstances: BTreeMap<String, String> = circumstances.collect(),
+        /// SHA-256 of each file that was written, by its name, hexadecimal.
+        files: BTreeMap<String, String> = files.clone(),
+    }
+}
+
+/// The object of `<verb>_manifest.json`: circumstances show in the .tlog files only.
+pub fn manifest_json(
+    mission: &Mission,
+    verb: &str,
+    circumstances: &[(&str, String)],
+    files: &BTreeMap<String, String>,
+) -> String {
+    text(&RunManifest::of(mission, verb, circumstances, files))
 }
 
 impl RunManifest {

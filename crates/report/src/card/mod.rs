@@ -26,12 +26,17 @@ pub mod sections;
 #[cfg(test)]
 mod tests;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::campaign::json::{AssessObject, CampaignObject};
 use crate::columns::short;
+use crate::design::DesignObject;
+use crate::envelope::EnvelopeObject;
+use crate::json::DropObject;
+use crate::rare::RareObject;
 use crate::shell::command_line;
-use finding::{
-    CampaignFound, DesignFound, DropFound, EnvelopeFound, Finding, RareFound, Shortfall, Trials,
-    fewest_trials, probability,
-};
+use finding::{Finding, Shortfall, fewest_trials, probability};
 use manifest::{Kind, RunManifest};
 use samara_core::assess::envelope::search::PROBABILITY;
 use samara_core::assess::{CONFIDENCE, ChosenAmong};
@@ -91,7 +96,8 @@ pub struct Card<'a> {
 }
 
 /// Kinds of reasons not to go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum ReasonKind {
     /// Evidence says no.
     Failed,
@@ -101,19 +107,8 @@ pub enum ReasonKind {
     Estimated,
 }
 
-impl ReasonKind {
-    /// Name in JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Failed => "failed",
-            Self::Missing => "missing",
-            Self::Estimated => "estimated",
-        }
-    }
-}
-
 /// Why not to go.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Reason {
     /// What kind of a reason it is.
     pub kind: ReasonKind,
@@ -184,28 +179,28 @@ impl Card<'_> {
         })
     }
 
-    fn drops(&self) -> impl Iterator<Item = (String, &Evidence, &DropFound)> {
+    fn drops(&self) -> impl Iterator<Item = (String, &Evidence, &DropObject)> {
         self.standing().filter_map(|(id, evidence, _, found)| match found {
             Finding::Drop(drop) => Some((id, evidence, drop)),
             _ => None,
         })
     }
 
-    fn campaigns(&self) -> impl Iterator<Item = (String, &RunManifest, &CampaignFound)> {
+    fn campaigns(&self) -> impl Iterator<Item = (String, &RunManifest, &AssessObject)> {
         self.standing().filter_map(|(id, _, run, found)| match found {
             Finding::Campaign(campaign) => Some((id, run, campaign)),
             _ => None,
         })
     }
 
-    fn rare(&self) -> impl Iterator<Item = (String, &RunManifest, &RareFound)> {
+    fn rare(&self) -> impl Iterator<Item = (String, &RunManifest, &RareObject)> {
         self.standing().filter_map(|(id, _, run, found)| match found {
             Finding::Rare(rare) => Some((id, run, rare)),
             _ => None,
         })
     }
 
-    fn designs(&self) -> impl Iterator<Item = (String, &DesignFound)> {
+    fn designs(&self) -> impl Iterator<Item = (String, &DesignObject)> {
         self.standing().filter_map(|(id, _, _, found)| match found {
             Finding::Design(design) => Some((id, design)),
             _ => None,
@@ -213,7 +208,7 @@ impl Card<'_> {
     }
 
     /// Envelopes of the mission's own release.
-    fn envelopes(&self) -> impl Iterator<Item = (String, &EnvelopeFound)> {
+    fn envelopes(&self) -> impl Iterator<Item = (String, &EnvelopeObject)> {
         self.standing().filter_map(|(id, evidence, _, found)| match found {
             Finding::Envelope(envelope) if evidence.elsewhere().is_none() => Some((id, envelope)),
             _ => None,
@@ -350,7 +345,7 @@ impl Card<'_> {
     /// Failures that accepted evidence has, though it does not say no, in words.
     fn failures(&self) -> Vec<String> {
         let trials = self.campaigns().filter_map(|(id, _, campaign)| {
-            let Trials { trials, unsafe_trials, .. } = campaign.judged()?;
+            let CampaignObject { trials, unsafe_trials, .. } = campaign.judged()?;
             (*unsafe_trials > 0).then(|| format!("{unsafe_trials} of {trials} trials failed ({id})"))
         });
         let fresh = self.designs().filter_map(|(id, design)| {

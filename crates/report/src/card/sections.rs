@@ -1,15 +1,17 @@
 //! The sentences of a card, each with what it rests on: numbers of evidence (E1, ..) and of input files (I1,
 //! ..).
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use super::finding::{
-    DropFound, Finding, FreshFound, MarginFound, WorstTrial, in_air, pilot_words, probability,
-};
+use super::finding::{Finding, in_air, pilot_words, probability};
 use super::manifest::{Kind, RunManifest};
 use super::{Card, Evidence};
+use crate::campaign::json::TrialObject;
 use crate::columns::short;
+use crate::design::{FreshObject, MarginObject};
 use crate::envelope::EnvelopeReach;
+use crate::json::DropObject;
 use crate::outcome::OutcomeObject;
 use crate::shown_drop::air_words;
 use samara_core::assess::envelope::EnvelopeAxis;
@@ -19,7 +21,7 @@ use samara_mission::{Derived, derived};
 use samara_study::envelope::ENVELOPE_LIMITS;
 
 /// A sentence, or what stands for one in a table.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 pub struct Line {
     /// Subject, in a word or two.
     pub about: String,
@@ -123,7 +125,7 @@ fn flown_plan(card: &Card<'_>) -> Option<Line> {
 }
 
 /// The margins of the loop that is nearest to instability.
-fn margins_words(tightest: &MarginFound) -> String {
+fn margins_words(tightest: &MarginObject) -> String {
     let or_any = |x: Option<f64>, digits: usize, unit: &str| {
         x.map_or_else(|| "any".to_owned(), |x| short(x, digits) + unit)
     };
@@ -144,7 +146,7 @@ fn margins_words(tightest: &MarginFound) -> String {
 }
 
 /// What came of a design's flights that chose nothing.
-fn fresh_words(fresh: &FreshFound) -> String {
+fn fresh_words(fresh: &FreshObject) -> String {
     format!(
         "{}, {}: at most {} fail",
         in_air(&fresh.air),
@@ -195,7 +197,7 @@ pub fn air_and_release(card: &Card<'_>) -> Vec<Line> {
 struct Alike<'a> {
     release: String,
     pilot: String,
-    drops: Vec<(String, &'a DropFound)>,
+    drops: Vec<(String, &'a DropObject)>,
 }
 
 impl Alike<'_> {
@@ -203,7 +205,7 @@ impl Alike<'_> {
     fn line(&self) -> Line {
         let ids: Vec<&str> = self.drops.iter().map(|(id, _)| id.as_str()).collect();
         let most = |quantity: Quantity, digits: usize| {
-            let values = self.drops.iter().filter_map(|(_, drop)| quantity.of(drop.outcome()));
+            let values = self.drops.iter().filter_map(|(_, drop)| quantity.of(&drop.outcome.0));
             values.reduce(f64::max).map_or_else(|| "-".to_owned(), |x| short(x, digits))
         };
         let faults: Vec<String> = self.drops.iter().filter_map(|(_, drop)| drop.fault()).collect();
@@ -294,7 +296,7 @@ fn version_of(run: &RunManifest) -> Option<&str> {
 }
 
 /// How likely a drop fails, by a campaign, or J_TPF reaches a bound, by a search.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Probability {
     /// The pilot and what it flew, in words.
     pub flown_by: String,
@@ -432,10 +434,10 @@ fn probability_of(
 }
 
 /// How far a quantity of the release goes.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Reach {
     /// Name of the quantity, which ends in its unit.
-    pub quantity: &'static str,
+    pub quantity: String,
     /// Words for people, with the unit.
     #[serde(skip)]
     pub words: &'static str,
@@ -477,7 +479,7 @@ pub fn reaches(card: &Card<'_>) -> Vec<Reach> {
             };
             let [Some(narrow), Some(wide)] = ENVELOPE_LIMITS.map(of) else { continue };
             rows.push(Reach {
-                quantity: axis.name(),
+                quantity: axis.name().to_owned(),
                 words: axis.words(),
                 nominal: envelope.nominal(axis),
                 drawn_3_sigma: envelope.drawn(axis, drawn_off[axis as usize]),
@@ -490,7 +492,7 @@ pub fn reaches(card: &Card<'_>) -> Vec<Reach> {
 }
 
 /// A trial or a drop that came closest to failing, or failed.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Worst {
     /// Which one.
     pub which: String,
@@ -518,18 +520,18 @@ pub fn worst(card: &Card<'_>) -> Vec<Worst> {
                 which: evidence.elsewhere().unwrap_or_else(|| "drop from the nominal release".to_owned()),
                 failure: Some(fault),
                 likely: None,
-                outcome: OutcomeObject(*drop.outcome()),
+                outcome: drop.outcome,
                 from: id,
             });
         }
     }
     for (id, _, campaign) in card.campaigns() {
         let trials = campaign.judged().into_iter().flat_map(|trials| trials.worst.iter().take(WORST_OF_EACH));
-        rows.extend(trials.map(|trial: &WorstTrial| Worst {
+        rows.extend(trials.map(|trial: &TrialObject| Worst {
             which: format!("trial {}", trial.trial),
             failure: trial.failure.clone(),
             likely: None,
-            outcome: OutcomeObject(*trial.outcome()),
+            outcome: trial.outcome,
             from: id.clone(),
         }));
     }

@@ -2,18 +2,23 @@
 
 use std::collections::BTreeMap;
 
-use serde_json::{Value, json};
-
 use super::decision::Decision;
 use super::finding::Finding;
 use super::manifest::{Kind, RunManifest};
 use super::page::page;
 use super::sections::{probabilities, worst};
 use super::{Card, Evidence};
-use crate::envelope::EnvelopeReach;
-use samara_core::assess::ChosenAmong;
-use samara_core::assess::envelope::EnvelopeAxis;
+use crate::campaign::json::{AssessObject, CampaignObject, TrialObject};
+use crate::design::{DesignObject, FreshNumbers, FreshObject};
+use crate::envelope::{
+    AxisObject, EdgeObject, EnvelopeObject, EnvelopeReach, LimitObject, PairObject, ReachEnd,
+};
+use crate::json::DropObject;
+use crate::outcome::OutcomeObject;
+use crate::rare::{MostLikely, RareObject};
+use samara_core::assess::envelope::{AxisRange, EnvelopeAxis};
 use samara_core::assess::outcome::J_TPF;
+use samara_core::assess::{ChosenAmong, Outcome};
 use samara_mission::{Estimated, Mission};
 
 fn mission(wind_sigma_m_s: f64) -> Mission {
@@ -70,54 +75,83 @@ fn piece(kind: Kind, choices: &[(&str, &str)], found: Finding) -> Evidence {
 }
 
 fn drop(choices: &[(&str, &str)]) -> Evidence {
-    let found = json!({
-        "autopilot": "reference", "safe": true, "objections": [], "j_tpf": 0.4,
-    });
-    piece(Kind::Drop, choices, Finding::Drop(serde_json::from_value(found).unwrap()))
+    let found = DropObject {
+        autopilot: Some("reference".to_owned()),
+        safe: true,
+        outcome: OutcomeObject(Outcome { j_tpf: 0.4, ..Outcome::lost() }),
+        ..DropObject::default()
+    };
+    piece(Kind::Drop, choices, Finding::Drop(found))
+}
+
+/// Results of a campaign, of which these trials are the worst.
+fn assessed(trials: u64, unsafe_trials: u64, max: f64, worst: Vec<TrialObject>) -> Finding {
+    let campaign = CampaignObject { trials, unsafe_trials, max: Some(max), worst, ..Default::default() };
+    Finding::Campaign(AssessObject {
+        flown_by: "the cascade".to_owned(),
+        bound: 1.0,
+        plan_j_tpf: 0.4,
+        campaigns: vec![campaign],
+        ..AssessObject::default()
+    })
 }
 
 fn campaign(kind: Kind, trials: u64, failed: u64, choices: &[(&str, &str)]) -> Evidence {
-    let found = json!({
-        "flown_by": "the cascade", "command": "samara assess", "bound": 1.0, "plan_j_tpf": 0.4,
-        "campaigns": [{ "trials": trials, "unsafe_trials": failed, "max": 0.5, "worst": [] }],
-    });
-    piece(kind, choices, Finding::Campaign(serde_json::from_value(found).unwrap()))
+    piece(kind, choices, assessed(trials, failed, 0.5, Vec::new()))
 }
 
 fn envelope(pairs: &[[EnvelopeAxis; 2]], confirmed: bool, choices: &[(&str, &str)]) -> Evidence {
-    let edge = json!({ "safe": [1.0, 1.0], "confirmed": confirmed.then_some([1.0, 1.0]) });
+    let confirmed = confirmed.then_some([1.0, 1.0]);
+    let edge = EdgeObject { safe: [1.0, 1.0], confirmed, ..EdgeObject::default() };
     let pair = |axes: &[EnvelopeAxis; 2]| {
-        let limit = json!({ "limit": 1.0, "nominal_is_safe": true, "edges": vec![&edge; 8] });
-        json!({ "axes": axes.map(EnvelopeAxis::name), "limits": [limit] })
+        let edges = vec![edge.clone(); 8];
+        let limit = LimitObject { limit: 1.0, nominal_is_safe: true, edges, ..LimitObject::default() };
+        PairObject { axes: axes.map(|axis| axis.name().to_owned()), limits: vec![limit] }
     };
-    let range = |axis: EnvelopeAxis| json!({ "axis": axis.name(), "low": -2.0, "nominal": 0.0, "high": 2.0 });
-    let found = json!({
-        "probability": 0.99, "confidence": 0.95, "fresh_flights": 459,
-        "axes": EnvelopeAxis::ALL.map(range), "one_at_a_time": [],
-        "pairs": pairs.iter().map(pair).collect::<Vec<Value>>(),
-    });
-    piece(Kind::Envelope, choices, Finding::Envelope(serde_json::from_value(found).unwrap()))
+    let range = AxisRange { low: -2.0, nominal: 0.0, high: 2.0 };
+    let found = EnvelopeObject {
+        probability: 0.99,
+        confidence: 0.95,
+        fresh_flights: 459,
+        axes: EnvelopeAxis::ALL.map(|axis| AxisObject::of(axis, &range)).into(),
+        pairs: pairs.iter().map(pair).collect(),
+        ..EnvelopeObject::default()
+    };
+    piece(Kind::Envelope, choices, Finding::Envelope(found))
 }
 
 fn rare(bound: f64, probability: f64, high: f64) -> Evidence {
-    let most_likely = json!({ "j_tpf": bound, "distance": 1.55, "quantities": [] });
-    let found = json!({
-        "bound": bound, "least": 0.01, "unknowns": false, "per_level": 800, "flights": 1234,
-        "probability": probability, "low": 0.5 * probability, "high": high, "most_likely": most_likely,
-    });
-    piece(Kind::Rare, &[], Finding::Rare(serde_json::from_value(found).unwrap()))
+    let most_likely = MostLikely { j_tpf: Some(bound), distance: 1.55, quantities: Vec::new() };
+    let found = RareObject {
+        bound,
+        least: 0.01,
+        per_level: 800,
+        flights: 1234,
+        probability,
+        low: 0.5 * probability,
+        high,
+        most_likely: Some(most_likely),
+        ..RareObject::default()
+    };
+    piece(Kind::Rare, &[], Finding::Rare(found))
 }
 
 fn design(steady_flights: u64) -> Evidence {
-    let results = json!({
-        "flights": 300, "unsafe_flights": 300 - steady_flights, "steady_flights": steady_flights,
-        "chosen_among": 1,
-    });
-    let found = json!({
-        "name": "design", "objective": "quantile", "allowed": true, "design": {}, "own": {}, "margins": [],
-        "fresh": [{ "design": "design", "air": "turbulence", "results": results }], "input_hash": "",
-    });
-    piece(Kind::Design, &[], Finding::Design(serde_json::from_value(found).unwrap()))
+    let results = FreshNumbers {
+        flights: 300,
+        unsafe_flights: 300 - steady_flights,
+        steady_flights,
+        chosen_among: 1,
+        ..FreshNumbers::default()
+    };
+    let found = DesignObject {
+        name: "design".to_owned(),
+        objective: "quantile".to_owned(),
+        allowed: true,
+        fresh: vec![FreshObject { design: "design".to_owned(), air: "turbulence".to_owned(), results }],
+        ..DesignObject::default()
+    };
+    piece(Kind::Design, &[], Finding::Design(found))
 }
 
 /// A drop, a campaign and an envelope that are enough.
@@ -175,12 +209,12 @@ fn regress_the_verdict_says_the_probability_and_the_failures() {
 /// An envelope of these confirmed ranges of the wind below J_state 1.
 fn wind_envelope(low: Option<f64>, high: Option<f64>) -> Evidence {
     let mut evidence = envelope(&EnvelopeAxis::pairs(), true, &[]);
-    let end = |confirmed: Option<f64>| json!({ "confirmed": confirmed, "is_the_end": false });
-    let reach =
-        |limit: f64| json!({ "axis": "wind_m_s", "limit": limit, "low": end(low), "high": end(high) });
-    let reaches: Vec<EnvelopeReach> = serde_json::from_value(json!([reach(0.7), reach(1.0)])).unwrap();
+    let end = |confirmed| Some(ReachEnd { confirmed, is_the_end: false });
+    let axis = || "wind_m_s".to_owned();
+    let reaches =
+        [0.7, 1.0].map(|limit| EnvelopeReach { axis: axis(), limit, low: end(low), high: end(high) });
     if let Ok(Finding::Envelope(found)) = &mut evidence.found {
-        found.one_at_a_time = reaches;
+        found.one_at_a_time = reaches.into();
     }
     evidence
 }
@@ -252,16 +286,13 @@ fn regress_estimates_are_accepted_or_it_is_no_go() {
 #[test]
 fn regress_the_worst_ways_to_fail_are_sorted() {
     let mission = mission(0.0);
-    let with = |worst: Value| {
-        let found = json!({
-            "flown_by": "the cascade", "command": "samara assess", "bound": 1.0, "plan_j_tpf": 0.4,
-            "campaigns": [{ "trials": 299, "unsafe_trials": 0, "max": 0.9, "worst": worst }],
-        });
-        piece(Kind::Campaign, &[], Finding::Campaign(serde_json::from_value(found).unwrap()))
+    let with = |worst| piece(Kind::Campaign, &[], assessed(299, 0, 0.9, worst));
+    let trial = |trial: u64, j_tpf: f64| {
+        let outcome = Outcome { j_tpf, altitude_lost_m: 20.0, ..Outcome::lost() };
+        TrialObject { trial, outcome: OutcomeObject(outcome), failure: None }
     };
-    let trial = |number: u64, j_tpf: f64| json!({ "trial": number, "j_tpf": j_tpf, "altitude_lost_m": 20.0 });
-    let mut evidence = enough_but(1, with(json!([trial(7, 0.553), trial(8, 0.552)])));
-    evidence.push(with(json!([trial(1, 0.917), trial(2, 0.6)])));
+    let mut evidence = enough_but(1, with(vec![trial(7, 0.553), trial(8, 0.552)]));
+    evidence.push(with(vec![trial(1, 0.917), trial(2, 0.6)]));
     let card = card(&mission, &evidence, None);
     let numbers: Vec<f64> = worst(&card).iter().filter_map(|row| J_TPF.of(&row.outcome.0)).collect();
     assert_eq!(numbers, [0.917, 0.6, 0.553, 0.552]);

@@ -10,7 +10,7 @@ pub mod trial;
 use std::fmt::Write as _;
 
 use crate::columns::columns;
-use crate::json::{head, object, text};
+use crate::json::{Head, object, text};
 use crate::rows::Columns;
 use samara_core::assess::outcome::{QUANTITIES, TALLIED};
 use samara_core::assess::{BlockError, BlockSummary};
@@ -167,7 +167,7 @@ pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> Stri
         }
     });
     text(&object! {
-        #[serde(flatten)] head: head(mission),
+        #[serde(flatten)] head: Head::of(mission),
         autopilot: autopilot,
         gains: &mission.control.gains_name,
         trials: tally.flown,

@@ -11,7 +11,7 @@ pub mod lines;
 use std::fmt::Write as _;
 
 use super::columns::{columns, probability_at_most, upper_end};
-use super::json::{head, object, text};
+use super::json::{Head, finite, result_objects, text};
 use lines::{CampaignLines, QUANTITIES};
 use samara_core::assess::{
     Agreement, ByTrial, CONFIDENCE, ChosenAmong, MeanByRungs, MeanEstimate, Share, conformal_margin,
@@ -240,43 +240,116 @@ impl<'a> FidelityReport<'a> {
 
     /// The report as a JSON object.
     pub fn json(&self) -> String {
-        let rungs = self.rungs.iter().map(|rung| object! { flown: &rung.flown, trials: rung.trials.len() });
-        let quantities = self.quantities.iter().map(|found| {
-            object! {
-                name: found.key,
-                mean: found.mean.as_ref().map(|mean| object! {
-                    alone: estimate(&mean.plain),
-                    with_the_others: estimate(&mean.helped),
-                    narrower: mean.narrower(),
-                    agreements: mean.agreements.iter().map(agreement).collect::<Vec<_>>(),
-                }),
-                bound: found.bound.map(|bound| object! {
-                    calibrated_on: bound.calibrated_on,
-                    margin: bound.margin,
-                    fresh: bound.fresh.trials(),
-                    held: bound.margin.is_finite().then_some(bound.fresh.hits()),
-                }),
-            }
-        });
-        let values = self.j_tpf();
-        let safe = self.rungs.first().and_then(|rung| rung.safe);
-        let [mean, worst] = self.capped_means(&values);
-        text(&object! {
-            #[serde(flatten)] head: head(self.mission),
-            confidence: CONFIDENCE,
-            rungs: rungs.collect::<Vec<_>>(),
-            quantities: quantities.collect::<Vec<_>>(),
-            alone: object! {
-                chosen_among: self.among.count(),
-                failed: safe.map(|safe| safe.misses()),
-                failure_probability_at_most: safe.map(|safe| self.among.misses_at_most(&safe)),
-                j_tpf_p90_at_most: self.among.quantile_at_most(&values, BOUNDED[0]),
-                j_tpf_p99_at_most: self.among.quantile_at_most(&values, BOUNDED[1]),
-                j_tpf_cap: J_TPF_CAP,
-                capped_j_tpf_mean_at_most: mean,
-                capped_j_tpf_mean_of_worst_tenth_at_most: worst,
-            },
-        })
+        text(&FidelityObject::of(self))
+    }
+}
+
+result_objects! {
+    /// One campaign by several ways to fly it, as `fidelity.json` holds it.
+    FidelityObject(of: &FidelityReport<'_>) {
+        /// What was flown.
+        #[serde(flatten)] head: Head = Head::of(of.mission),
+        /// Confidence of intervals and bounds.
+        confidence: f64 = CONFIDENCE,
+        /// The ways to fly, the most faithful first.
+        rungs: Vec<RungObject> = of.rungs.iter().map(RungObject::of).collect(),
+        /// What is known of each quantity.
+        quantities: Vec<QuantityObject> = of.quantities.iter().map(QuantityObject::of).collect(),
+        /// What the trials of the most faithful way say alone.
+        alone: AloneObject = AloneObject::of(of),
+    }
+
+    /// A way to fly.
+    RungObject(rung: &CampaignLines) {
+        /// What flew, in words.
+        flown: String = rung.flown.clone(),
+        /// Number of trials.
+        trials: usize = rung.trials.len(),
+    }
+
+    /// What is known of a quantity.
+    QuantityObject(found: &QuantityFound) {
+        /// Name of the quantity; it ends in its unit.
+        name: String = found.key.to_owned(),
+        /// The mean; null where two ways to fly share too few trials.
+        mean: Option<RungMeanObject> = found.mean.as_ref().map(RungMeanObject::of),
+        /// The bound from the model's value; null where there are too few trials.
+        bound: Option<BoundObject> = found.bound.as_ref().map(BoundObject::of),
+    }
+
+    /// The mean of a quantity as it is flown the most faithful way.
+    RungMeanObject(mean: &MeanByRungs) {
+        /// By the most faithful trials alone.
+        alone: EstimateObject = EstimateObject::of(&mean.plain),
+        /// By the help of the other ways to fly.
+        with_the_others: EstimateObject = EstimateObject::of(&mean.helped),
+        /// By which factor that help makes the interval narrower.
+        narrower: Option<f64> = finite(mean.narrower()),
+        /// How each way agrees with the one before it.
+        agreements: Vec<AgreementObject> = mean.agreements.iter().map(AgreementObject::of).collect(),
+    }
+
+    /// The bound from the model's value.
+    BoundObject(bound: &ModelBound) {
+        /// Number of trials that it was calibrated on, the first ones.
+        calibrated_on: usize = bound.calibrated_on,
+        /// How far above the model's value the most faithful one stays; null where too many never have one.
+        margin: Option<f64> = finite(bound.margin),
+        /// Number of trials after those.
+        fresh: u64 = bound.fresh.trials(),
+        /// Number of those in which it held; null where there is no bound.
+        held: Option<u64> = bound.margin.is_finite().then_some(bound.fresh.hits()),
+    }
+
+    /// A mean with its interval.
+    EstimateObject(estimate: &MeanEstimate) [let (low, high) = estimate.interval();] {
+        /// The mean.
+        mean: Option<f64> = finite(estimate.mean),
+        /// Lower end of the interval.
+        low: Option<f64> = finite(low),
+        /// Upper end of the interval.
+        high: Option<f64> = finite(high),
+        /// Number of trials.
+        trials: u64 = estimate.trials,
+    }
+
+    /// How a way to fly agrees with the one before it.
+    AgreementObject(agreement: &Agreement) {
+        /// Number of trials that both have flown, with a value in both.
+        shared: u64 = agreement.shared,
+        /// Number of trials with a value in one of them alone.
+        value_in_one: u64 = agreement.value_in_one,
+        /// Correlation of their values.
+        correlation: Option<f64> = finite(agreement.correlation),
+        /// Slope of the line from one to the other.
+        slope: Option<f64> = finite(agreement.slope),
+        /// Share of its width that an interval keeps at the least.
+        least_width: Option<f64> = finite(agreement.least_width()),
+    }
+
+    /// What the trials of the most faithful way say alone.
+    AloneObject(of: &FidelityReport<'_>) [
+        let values = of.j_tpf();
+        let safe = of.rungs.first().and_then(|rung| rung.safe);
+        let [mean, worst] = of.capped_means(&values);
+        let at_most = |p: f64| of.among.quantile_at_most(&values, p).and_then(finite);
+    ] {
+        /// How many there were to choose among by these trials.
+        chosen_among: u64 = of.among.count(),
+        /// Number of trials that failed; null where the file does not say.
+        failed: Option<u64> = safe.map(|safe| safe.misses()),
+        /// Greatest probability of failure that they leave possible.
+        failure_probability_at_most: Option<f64> = safe.map(|safe| of.among.misses_at_most(&safe)),
+        /// J_TPF that 90 % of the drops do not exceed, at most; null: too few trials tell.
+        j_tpf_p90_at_most: Option<f64> = at_most(BOUNDED[0]),
+        /// J_TPF that 99 % of the drops do not exceed, at most; null: too few trials tell.
+        j_tpf_p99_at_most: Option<f64> = at_most(BOUNDED[1]),
+        /// What a J_TPF above counts as in the means.
+        j_tpf_cap: f64 = J_TPF_CAP,
+        /// Mean of J_TPF, at most.
+        capped_j_tpf_mean_at_most: Option<f64> = finite(mean),
+        /// Mean of J_TPF of the worst tenth, at most.
+        capped_j_tpf_mean_of_worst_tenth_at_most: Option<f64> = finite(worst),
     }
 }
 
@@ -307,18 +380,6 @@ fn sign(x: f64) -> String {
 
 fn with_half_width(estimate: &MeanEstimate) -> String {
     format!("{:.4} +- {:.4}", estimate.mean, estimate.half_width())
-}
-
-fn estimate(estimate: &MeanEstimate) -> impl serde::Serialize + use<> {
-    let (low, high) = estimate.interval();
-    object! { mean: estimate.mean, low: low, high: high, trials: estimate.trials }
-}
-
-fn agreement(agreement: &Agreement) -> impl serde::Serialize + use<> {
-    object! {
-        shared: agreement.shared, value_in_one: agreement.value_in_one,
-        correlation: agreement.correlation, slope: agreement.slope, least_width: agreement.least_width(),
-    }
 }
 
 #[cfg(test)]

@@ -75,11 +75,11 @@ fn reproduced(found: &[Finding]) -> Vec<Part> {
     }
     let why_not = found.iter().filter(|f| !f.reproduced).map(|f| {
         let claim = el("strong").of(Html::text("Not reproduced: ") + Html::rich(&f.claim) + Html::text("."));
-        paragraph("", claim + Html::text(" ") + Html::rich(f.why.unwrap_or_default()))
+        paragraph("", claim + Html::text(" ") + Html::rich(f.why.as_deref().unwrap_or_default()))
     });
     let mut lines = "The paper's findings\n".to_owned();
     for f in found {
-        let why = f.why.map_or(String::new(), |why| format!(". {why}"));
+        let why = f.why.as_ref().map_or(String::new(), |why| format!(". {why}"));
         let Finding { claim, here, paper, bar, .. } = f;
         let line = format!("{}: {claim}: {here} here, {paper} in the paper ({bar}){why}", f.verdict());
         lines += &wrapped(&line, 118);

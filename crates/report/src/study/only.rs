@@ -3,7 +3,7 @@
 use super::campaign_csv::drawn;
 use super::label;
 use crate::document::Grid;
-use crate::json::{head, object, text};
+use crate::json::{Head, object, text};
 use crate::outcome::OutcomeObject;
 use samara_core::assess::{Outcome, RandomRelease, StudyEntry};
 use samara_mission::Mission;
@@ -63,7 +63,7 @@ pub fn only_json(mission: &Mission, release: &RandomRelease, flown: &[Flown<'_>]
         }
     });
     text(&object! {
-        #[serde(flatten)] head: head(mission),
+        #[serde(flatten)] head: Head::of(mission),
         trial: release.trial,
         theta_0_deg: theta_0_deg,
         phi_deg: phi_deg,

@@ -2,71 +2,143 @@
 //! stable; values that are not finite (a flight that diverged) are `null` in JSON. Figures that the paper
 //! does not print are `null` or left out in JSON and empty in CSV.
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-use super::findings::findings;
+use super::findings::{Finding, findings};
 use super::{Assessed, Assessment, CaseResult};
-use crate::json::{VERSION, object, text};
+use crate::json::{AssessHead, Number, finite, object, result_objects, text};
 use samara_core::assess::{CONFIDENCE, StudyReference, paper};
 use samara_core::control::Gains;
 use samara_core::table_of_gains;
 
 macro_rules! gains_row {
     ([$($(#[$doc:meta])* $name:ident $key:literal)*] [$($yaw:tt)*]) => {
-        #[derive(Serialize)]
-        struct GainsRow<'a> {
-            gains: &'a str,
-            $(#[serde(rename = $key)] $name: f64,)*
+        /// Gains of a controller of the study, Table 4.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        pub struct GainsRow {
+            /// Name of the gains.
+            pub gains: String,
+            $($(#[$doc])* #[serde(rename = $key)] pub $name: f64,)*
         }
 
-        impl<'a> GainsRow<'a> {
-            fn new(gains: &'a str, k: &Gains) -> Self {
-                Self { gains, $($name: k.$name,)* }
+        impl GainsRow {
+            fn new(gains: &str, k: &Gains) -> Self {
+                Self { gains: gains.to_owned(), $($name: k.$name,)* }
             }
         }
     };
 }
 table_of_gains!(gains_row);
 
+result_objects! {
+    /// The paper's study, as `assess.json` of `samara assess --paper` holds it.
+    StudyObject(a: &Assessment<'_>, flights_per_s: Option<f64>) {
+        /// What was assessed.
+        #[serde(flatten)] head: AssessHead = AssessHead::of(a.mission, &a.command),
+        /// Number of trials of each campaign.
+        trials: u64 = a.trials,
+        /// J_TPF that a safe trial stays below.
+        bound: f64 = a.bound,
+        /// Whether every trial with the chosen gains stayed below it.
+        safe: bool = a.safe(),
+        /// Confidence of the intervals.
+        confidence: f64 = CONFIDENCE,
+        /// Cost J_d of the plan.
+        plan_objective: f64 = a.plan_objective,
+        /// J_TPF of the plan, integrated from node to node.
+        plan_j_tpf: f64 = a.plan.j_tpf,
+        /// J_TPF of the plan over its nodes alone, as the paper has it.
+        plan_j_tpf_at_nodes: f64 = a.plan.j_tpf_at_nodes,
+        /// J_TPF of the plan that the paper prints; absent where it is not the paper's study.
+        paper_plan_j_tpf unless "Option::is_none": Option<f64> = a.is_the_papers.then_some(paper::PLAN_J_TPF),
+        /// The gains.
+        table4: Vec<GainsRow> = gains_rows(a),
+        /// J_TPF and tracking of the release cases, controller by controller.
+        table5: Vec<ControllerObject> = a.assessed.iter().map(|x| ControllerObject::of(a, x)).collect(),
+        /// Statistics of the campaigns.
+        campaigns: Vec<StudyCampaign> = campaign_rows(a),
+        /// Which claims of the paper are reproduced.
+        findings: Vec<Finding> = findings(a),
+        /// Flights in a second of wall time; on the terminal only.
+        flights_per_s unless "Option::is_none": Option<f64> = flights_per_s,
+    }
+
+    /// The release cases with a controller.
+    ControllerObject(a: &Assessment<'_>, x: &Assessed) [
+        let worst = x.cases.iter().map(|c| c.j_tpf).fold(0.0, f64::max);
+    ] {
+        /// Name of the controller.
+        name: String = x.entry.name.to_owned(),
+        /// Name of the gains.
+        gains: String = x.entry.gains_name.clone(),
+        /// What it follows: `step` or `optimal`.
+        command: String = reference_name(x).to_owned(),
+        /// Greatest J_TPF of the cases.
+        worst_j_tpf: Option<f64> = finite(worst),
+        /// The cases.
+        cases: Vec<StudyCase> = cases(a, x).map(|(case, printed)| StudyCase::of(case, printed)).collect(),
+    }
+
+    /// A release case with a controller.
+    StudyCase(c: &CaseResult, printed: Option<f64>) {
+        /// Name of the case.
+        case: String = c.case.clone(),
+        /// J_TPF of the flight.
+        j_tpf: Option<f64> = finite(c.j_tpf),
+        /// Distance of the flight from the plan, (45).
+        tracking_rms: Option<f64> = finite(c.tracking_rms),
+        /// J_TPF that the paper prints; absent where it prints none.
+        paper_j_tpf unless "Option::is_none": Option<f64> = printed,
+    }
+
+    /// A campaign of the study.
+    StudyCampaign(a: &Assessment<'_>, x: &Assessed) [
+        let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
+        let printed = a.printed(paper::campaign, x);
+    ] {
+        /// Name of the controller.
+        name: String = x.entry.name.to_owned(),
+        /// Name of the gains.
+        gains: String = x.entry.gains_name.clone(),
+        /// What it follows: `step` or `optimal`.
+        command: String = reference_name(x).to_owned(),
+        /// Number of trials.
+        trials: u64 = j.count(),
+        /// Mean of J_TPF.
+        mean: Number = Number(j.mean()),
+        /// Lower end of the interval of the mean.
+        mean_low: Number = Number(j.mean_interval().0),
+        /// Upper end of the interval of the mean.
+        mean_high: Number = Number(j.mean_interval().1),
+        /// Standard deviation of J_TPF.
+        std: Number = Number(j.std()),
+        /// Least J_TPF.
+        min: Number = Number(j.min()),
+        /// Greatest J_TPF.
+        max: Number = Number(j.max()),
+        /// Share of the trials that stayed below the bound.
+        p_safe: Number = Number(safe.probability()),
+        /// Lower end of the interval of the probability that a trial does.
+        p_safe_low: f64 = safe.interval().0,
+        /// Upper end of that interval.
+        p_safe_high: f64 = safe.interval().1,
+        /// Number of trials that did not.
+        unsafe_trials: u64 = safe.misses(),
+        /// Mean that the paper prints.
+        paper_mean: Option<f64> = printed.map(|p| p.mean),
+        /// Standard deviation that the paper prints.
+        paper_std: Option<f64> = printed.map(|p| p.std),
+        /// Least J_TPF that the paper prints.
+        paper_min: Option<f64> = printed.map(|p| p.min),
+        /// Greatest J_TPF that the paper prints.
+        paper_max: Option<f64> = printed.map(|p| p.max),
+    }
+}
+
 /// The object of `samara assess --json`; without `flights_per_s`, of `assess.json`.
 pub fn assess_json(a: &Assessment<'_>, flights_per_s: Option<f64>) -> String {
-    let m = a.mission;
-    let table_5 = a.assessed.iter().map(|x| {
-        object! {
-            name: x.entry.name,
-            gains: &x.entry.gains_name,
-            command: reference_name(x),
-            worst_j_tpf: x.cases.iter().map(|c| c.j_tpf).fold(0.0, f64::max),
-            cases: cases(a, x).map(|(c, printed)| object! {
-                case: &c.case,
-                j_tpf: c.j_tpf,
-                tracking_rms: c.tracking_rms,
-                #[serde(flatten)] paper: printed.map(|printed| object! { paper_j_tpf: printed }),
-            }).collect::<Vec<_>>(),
-        }
-    });
-    text(&object! {
-        mission: &m.name,
-        vehicle: &m.vehicle_name,
-        version: VERSION,
-        seed: m.seed,
-        input_hash: &m.inputs.hash,
-        command: &a.command,
-        gains: &m.control.gains_name,
-        trials: a.trials,
-        bound: a.bound,
-        safe: a.safe(),
-        confidence: CONFIDENCE,
-        plan_objective: a.plan_objective,
-        plan_j_tpf: a.plan.j_tpf,
-        plan_j_tpf_at_nodes: a.plan.j_tpf_at_nodes,
-        #[serde(flatten)] paper: a.is_the_papers.then(|| object! { paper_plan_j_tpf: paper::PLAN_J_TPF }),
-        table4: gains_rows(a),
-        table5: table_5.collect::<Vec<_>>(),
-        campaigns: campaign_rows(a),
-        findings: findings(a),
-        #[serde(flatten)] pace: flights_per_s.map(|rate| object! { flights_per_s: rate }),
-    })
+    text(&StudyObject::of(a, flights_per_s))
 }
 
 /// The file `table4.csv`: the gains.
@@ -115,9 +187,9 @@ fn reference_name(x: &Assessed) -> &'static str {
     }
 }
 
-fn gains_rows<'a>(a: &'a Assessment<'_>) -> Vec<GainsRow<'a>> {
+fn gains_rows(a: &Assessment<'_>) -> Vec<GainsRow> {
     // The first two controllers have the same gains.
-    let row = |x: &'a Assessed| Some(GainsRow::new(&x.entry.gains_name, x.entry.gains()?));
+    let row = |x: &Assessed| Some(GainsRow::new(&x.entry.gains_name, x.entry.gains()?));
     a.assessed[1..].iter().filter_map(row).collect()
 }
 
@@ -130,30 +202,6 @@ fn cases<'a>(
     x.cases.iter().enumerate().map(move |(i, c)| (c, printed.and_then(|p| p.get(i).copied())))
 }
 
-fn campaign_rows(a: &Assessment<'_>) -> Vec<impl Serialize> {
-    let rows = a.assessed.iter().map(|x| {
-        let (j, safe) = (&x.tally.j_tpf, &x.tally.safe);
-        let printed = a.printed(paper::campaign, x);
-        object! {
-            name: x.entry.name,
-            gains: &x.entry.gains_name,
-            command: reference_name(x),
-            trials: j.count(),
-            mean: j.mean(),
-            mean_low: j.mean_interval().0,
-            mean_high: j.mean_interval().1,
-            std: j.std(),
-            min: j.min(),
-            max: j.max(),
-            p_safe: safe.probability(),
-            p_safe_low: safe.interval().0,
-            p_safe_high: safe.interval().1,
-            unsafe_trials: safe.misses(),
-            paper_mean: printed.map(|p| p.mean),
-            paper_std: printed.map(|p| p.std),
-            paper_min: printed.map(|p| p.min),
-            paper_max: printed.map(|p| p.max),
-        }
-    });
-    rows.collect()
+fn campaign_rows(a: &Assessment<'_>) -> Vec<StudyCampaign> {
+    a.assessed.iter().map(|x| StudyCampaign::of(a, x)).collect()
 }

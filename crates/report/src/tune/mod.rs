@@ -10,11 +10,14 @@ pub mod contest;
 pub mod near_hover;
 pub mod records;
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use super::columns::columns;
 use super::json::VERSION;
 use super::range_ends::range_ends_words;
 pub use contest::{Contender, Contest, Standing, UnseenFlights};
-use samara_core::control::Gains;
+use samara_core::table_of_gains;
 use samara_core::tune::search::Tried;
 use samara_core::tune::{Longitudinal, Objective, RangeEnds, Search};
 use samara_mission::Mission;
@@ -102,12 +105,19 @@ pub(crate) fn gains_table(sets: &[(&str, Longitudinal)]) -> String {
     out
 }
 
-/// The gains as a JSON object by name.
-pub(crate) fn named(k: &Longitudinal) -> serde_json::Value {
-    Gains::LONGITUDINAL_KEYS
-        .iter()
-        .zip(k)
-        .map(|(key, x)| ((*key).to_owned(), serde_json::Value::from(*x)))
-        .collect::<serde_json::Map<_, _>>()
-        .into()
+macro_rules! gains_object {
+    ([$($(#[$doc:meta])* $name:ident $key:literal)*] [$($yaw:tt)*]) => {
+        /// Gains of the longitudinal motion, Table 4.
+        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+        pub struct GainsObject {
+            $($(#[$doc])* #[serde(rename = $key)] pub $name: f64,)*
+        }
+
+        impl From<Longitudinal> for GainsObject {
+            fn from([$($name),*]: Longitudinal) -> Self {
+                Self { $($name),* }
+            }
+        }
+    };
 }
+table_of_gains!(gains_object);

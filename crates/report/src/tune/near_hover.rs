@@ -2,7 +2,7 @@
 
 use super::contest::Contest;
 use super::records::{best, contenders, own, standing};
-use super::{NAMES, named};
+use super::{GainsObject, NAMES};
 use crate::columns::columns;
 use crate::json::{VERSION, object, text as json_text};
 use samara_core::tune::near_hover::{ADJUSTMENTS, NearHover};
@@ -58,9 +58,9 @@ pub fn json(mission: &Mission, found: &NearHover, contest: &Contest, wall_s: f64
         input_hash: mission.hash_without_gains(),
         method: "near-hover",
         loops: loops.collect::<Vec<_>>(),
-        by_the_rules: named(&found.by_the_rules),
+        by_the_rules: GainsObject::from(found.by_the_rules),
         adjustments: ADJUSTMENTS,
-        gains: named(&found.adjusted),
+        gains: GainsObject::from(found.adjusted),
         wall_s: wall_s,
         contenders: contenders(Some(contest)),
         best: best(Some(contest)),

@@ -3,9 +3,9 @@
 use serde::Serialize;
 
 use super::contest::Contest;
-use super::{TuneRun, named};
+use super::{GainsObject, TuneRun};
 use crate::json::{VERSION, object, text as json_text};
-use crate::range_ends::{range_ends_json, range_ends_words};
+use crate::range_ends::{RangeEndsObject, range_ends_words};
 use crate::rows::{Arrays, Columns};
 use samara_core::assess::tracking::OUT_OF_PLANE;
 use samara_core::control::Gains;
@@ -50,7 +50,7 @@ pub(crate) fn contenders(contest: Option<&Contest>) -> Vec<impl Serialize> {
     let objects = all.map(|(of, c)| {
         object! {
             name: &c.name,
-            gains: named(&c.k),
+            gains: GainsObject::from(c.k),
             rms: c.cases.rms,
             at_rest: c.cases.unrest == 0.0,
             allowed: of.allows(c),
@@ -99,7 +99,7 @@ pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         objective: &run.objective,
         model: &run.model,
         robust: run.robust,
-        gains: named(&run.gains.k),
+        gains: GainsObject::from(run.gains.k),
         cost: run.cost(),
         rms: e.rms,
         j_tpf: e.j_tpf,
@@ -117,7 +117,7 @@ pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         own: own(run.contest.as_ref()),
         standing: standing(run.contest.as_ref()),
         rms_bound: run.bounds.rms_bound(),
-        at_range_ends: range_ends_json(&run.range_ends),
+        at_range_ends: RangeEndsObject::of(&run.range_ends),
     })
 }
 

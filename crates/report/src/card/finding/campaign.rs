@@ -1,62 +1,14 @@
 //! A campaign, and the probabilities that it leaves possible.
 
-use serde::Deserialize;
-
 use super::Shortfall;
 use super::envelope::SAFE;
+use crate::campaign::json::{AssessObject, CampaignObject};
 use crate::columns::short;
-use crate::outcome::OutcomeObject;
-use samara_core::assess::{ChosenAmong, Outcome, Share};
+use samara_core::assess::{ChosenAmong, Share};
 
-/// `assess.json`, and the like of whole drops.
-#[derive(Clone, Debug, Deserialize)]
-pub struct CampaignFound {
-    /// The pilot, in words.
-    pub flown_by: String,
-    /// The command that makes it again.
-    pub command: String,
-    /// J_TPF that a safe trial stays below.
-    pub bound: f64,
-    /// J_TPF of the plan.
-    pub plan_j_tpf: f64,
-    /// The campaigns; the first is judged.
-    campaigns: Vec<Trials>,
-}
-
-/// The trials of a campaign.
-#[derive(Clone, Debug, Deserialize)]
-pub struct Trials {
-    /// How many were flown.
-    pub trials: u64,
-    /// How many failed.
-    pub unsafe_trials: u64,
-    /// Largest J_TPF; none where one was lost.
-    pub max: Option<f64>,
-    /// The worst of them, the worst first.
-    pub worst: Vec<WorstTrial>,
-}
-
-/// One of a campaign's worst trials.
-#[derive(Clone, Debug, Deserialize)]
-pub struct WorstTrial {
-    /// Number of the trial.
-    pub trial: u64,
-    #[serde(flatten)]
-    outcome: OutcomeObject,
-    /// Why it failed, if it did.
-    pub failure: Option<String>,
-}
-
-impl WorstTrial {
-    /// What came of it.
-    pub fn outcome(&self) -> &Outcome {
-        &self.outcome.0
-    }
-}
-
-impl CampaignFound {
+impl AssessObject {
     /// The trials that are judged.
-    pub fn judged(&self) -> Option<&Trials> {
+    pub fn judged(&self) -> Option<&CampaignObject> {
         self.campaigns.first()
     }
 
@@ -64,7 +16,7 @@ impl CampaignFound {
     /// or more than that is left possible by trials that failed.
     pub fn fault(&self, accepted: Option<f64>, among: ChosenAmong) -> Option<String> {
         let trials = self.judged()?;
-        let Trials { trials: flown, unsafe_trials: failed, .. } = *trials;
+        let CampaignObject { trials: flown, unsafe_trials: failed, .. } = *trials;
         if failed == 0 {
             return None;
         }
@@ -99,7 +51,7 @@ impl CampaignFound {
     }
 }
 
-impl Trials {
+impl CampaignObject {
     fn share(&self) -> Share {
         Share::of(self.trials.saturating_sub(self.unsafe_trials), self.trials)
     }
@@ -160,8 +112,8 @@ pub fn probability(p: f64, by: fn(f64) -> f64) -> String {
 mod tests {
     use super::*;
 
-    fn trials(trials: u64, unsafe_trials: u64) -> Trials {
-        Trials { trials, unsafe_trials, max: None, worst: Vec::new() }
+    fn trials(trials: u64, unsafe_trials: u64) -> CampaignObject {
+        CampaignObject { trials, unsafe_trials, ..CampaignObject::default() }
     }
 
     /// Without a failure `1 - 0.05^(1/n)`; 299 trials are the fewest that show 0.01 (Wilks 1941).
@@ -207,12 +159,11 @@ mod tests {
     /// too short, stopped or judged by less is not enough, but no failure.
     #[test]
     fn a_campaign_must_be_whole_long_enough_and_without_a_failure() {
-        let campaign = |n, failed, bound| CampaignFound {
-            flown_by: String::new(),
-            command: String::new(),
+        let campaign = |n, failed, bound| AssessObject {
             bound,
             plan_j_tpf: 0.5,
             campaigns: vec![trials(n, failed)],
+            ..AssessObject::default()
         };
         let short = |shortfall: Option<Shortfall>| shortfall.map(|shortfall| shortfall.why);
         let good = campaign(299, 0, 1.0);

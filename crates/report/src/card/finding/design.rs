@@ -1,123 +1,23 @@
 //! A plan, gains that were searched, a design with its margins.
 
 use serde::Deserialize;
-use serde_json::Value;
 
 use super::campaign::probability;
 use crate::columns::short;
+use crate::design::{DesignObject, FreshNumbers, FreshObject, MarginObject};
 use crate::json::status_name;
-use crate::plan::plan_shortfall;
-use crate::range_ends::range_ends_words;
+use crate::plan::{PlanObject, plan_shortfall};
+use crate::range_ends::{NumberObject, range_ends_words};
 use samara_core::assess::{ChosenAmong, IntegratedPlan, Share};
 use samara_core::plan::Status;
 use samara_core::tune::{RangeEnds, SearchedNumber};
 use samara_mission::Mission;
-
-/// `plan.json`.
-#[derive(Clone, Debug, Deserialize)]
-pub struct PlanFound {
-    /// How the solve ended.
-    pub status: String,
-    /// Why, in words.
-    pub diagnosis: Option<String>,
-    /// J_TPF of the plan, integrated from node to node.
-    pub j_tpf: Option<f64>,
-    j_tpf_at_nodes: Option<f64>,
-    velocity_defect_m_s: Option<f64>,
-    /// Number of nodes.
-    pub nodes: u64,
-    /// Time from t = 0 to the plan's end [s].
-    pub horizon_s: f64,
-}
 
 /// `gains.json` of a tuning.
 #[derive(Clone, Debug, Deserialize)]
 pub struct TuneFound {
     /// Name of the gains.
     pub name: String,
-}
-
-/// `design.json`.
-#[derive(Clone, Debug, Deserialize)]
-pub struct DesignFound {
-    /// Name of the gains.
-    pub name: String,
-    /// What was made small.
-    pub objective: String,
-    /// Whether the design keeps every bound on the flights of the search.
-    pub allowed: bool,
-    /// The design.
-    pub design: Value,
-    /// The mission's own design.
-    pub own: Value,
-    /// Margins of each loop at each state.
-    pub margins: Vec<MarginFound>,
-    /// Results on fresh flights.
-    pub fresh: Vec<FreshFound>,
-    /// Numbers at an end of their range; none of an older version.
-    at_range_ends: Option<RangeEndsFound>,
-    input_hash: String,
-}
-
-/// Numbers of a search that stand at an end of their range.
-#[derive(Clone, Debug, Deserialize)]
-struct RangeEndsFound {
-    of: usize,
-    numbers: Vec<NumberFound>,
-}
-
-/// A number that was searched.
-#[derive(Clone, Debug, Deserialize)]
-struct NumberFound {
-    name: String,
-    value: f64,
-    least: f64,
-    most: f64,
-}
-
-/// Margins of a loop at a state; `None`: any is stable.
-#[derive(Clone, Debug, Deserialize)]
-pub struct MarginFound {
-    /// Name of the loop.
-    pub r#loop: String,
-    /// Name of the state.
-    pub state: String,
-    /// Whether the loop is stable.
-    pub stable: bool,
-    /// Factor on the gain at which it is no longer.
-    pub gain_up: Option<f64>,
-    /// Likewise, below one.
-    pub gain_down: Option<f64>,
-    /// Phase margin [deg].
-    pub phase_deg: Option<f64>,
-    /// Delay margin [s].
-    pub delay_s: Option<f64>,
-    /// Least distance of the loop's response from instability.
-    pub modulus: f64,
-}
-
-/// Results of a design on fresh flights in one air.
-#[derive(Clone, Debug, Deserialize)]
-pub struct FreshFound {
-    /// Name of the design.
-    pub design: String,
-    /// Name of the air.
-    pub air: String,
-    /// The results.
-    pub results: FreshNumbers,
-}
-
-/// Numbers of fresh flights.
-#[derive(Clone, Debug, Deserialize)]
-pub struct FreshNumbers {
-    /// Flights.
-    pub flights: u64,
-    /// Those that were not safe.
-    pub unsafe_flights: u64,
-    /// Those that become steady.
-    pub steady_flights: u64,
-    /// How many designs there were to choose among by these flights.
-    pub chosen_among: u64,
 }
 
 impl FreshNumbers {
@@ -148,7 +48,7 @@ impl FreshNumbers {
     }
 }
 
-impl PlanFound {
+impl PlanObject {
     /// Whether there is a plan.
     pub fn converged(&self) -> bool {
         self.status == status_name(Status::Converged)
@@ -172,7 +72,7 @@ impl PlanFound {
     }
 }
 
-impl DesignFound {
+impl DesignObject {
     /// Whether the chosen design is the mission's own, searched from the inputs with this hash, gains left
     /// out.
     pub fn is_own(&self, hash_without_gains: &str) -> bool {
@@ -180,15 +80,15 @@ impl DesignFound {
     }
 
     /// Margins of the loop that is nearest to instability.
-    pub fn tightest(&self) -> Option<&MarginFound> {
+    pub fn tightest(&self) -> Option<&MarginObject> {
         self.margins.iter().min_by(|a, b| a.modulus.total_cmp(&b.modulus))
     }
 
     /// Which numbers stand at an end of their range, in words; `None`: none does.
     pub fn range_ends_words(&self) -> Option<String> {
         let found = self.at_range_ends.as_ref()?;
-        let number = |number: &NumberFound| {
-            let NumberFound { name, value, least, most } = number;
+        let number = |number: &NumberObject| {
+            let NumberObject { name, value, least, most } = number;
             SearchedNumber { name: name.clone().into(), value: *value, least: *least, most: *most }
         };
         let at_end = found.numbers.iter().map(number).collect();
@@ -196,7 +96,7 @@ impl DesignFound {
     }
 
     /// Fresh flights of the design in the last air, which has everything that is unknown and turbulence.
-    pub fn hardest_air(&self) -> Option<&FreshFound> {
+    pub fn hardest_air(&self) -> Option<&FreshObject> {
         let own = self.fresh.iter().rfind(|fresh| fresh.design == self.name);
         own.or_else(|| self.fresh.iter().rfind(|fresh| fresh.design == samara_study::designing::OWN))
     }
@@ -212,7 +112,7 @@ impl DesignFound {
                 "the design breaks a bound or passes a limit on the flights of its search".to_owned(),
             );
         }
-        let FreshFound { air, results, .. } =
+        let FreshObject { air, results, .. } =
             self.hardest_air().filter(|fresh| fresh.results.any_failed())?;
         let words = format!("{}, {}", in_air(air), results.words());
         let at_most = results.failing_at_most();
@@ -251,17 +151,13 @@ mod tests {
             unsafe_flights,
             steady_flights,
             chosen_among: 1,
+            ..FreshNumbers::default()
         };
-        let design = |results: FreshNumbers| DesignFound {
+        let design = |results: FreshNumbers| DesignObject {
             name: "design".to_owned(),
-            objective: String::new(),
             allowed: true,
-            design: Value::Null,
-            own: Value::Null,
-            margins: Vec::new(),
-            fresh: vec![FreshFound { design: "design".to_owned(), air: "turbulence".to_owned(), results }],
-            at_range_ends: None,
-            input_hash: String::new(),
+            fresh: vec![FreshObject { design: "design".to_owned(), air: "turbulence".to_owned(), results }],
+            ..DesignObject::default()
         };
         let good = numbers(0, 300);
         assert!(!good.any_failed());

@@ -1,49 +1,8 @@
 //! A drop, and drops of the release cases.
 
-use serde::Deserialize;
+use crate::json::DropObject;
 
-use crate::outcome::OutcomeObject;
-use samara_core::assess::Outcome;
-
-/// `drop.json`.
-#[derive(Clone, Debug, Deserialize)]
-pub struct DropFound {
-    /// Name of the autopilot.
-    pub autopilot: Option<String>,
-    /// Version of the autopilot.
-    pub autopilot_version: Option<String>,
-    safe: bool,
-    objections: Vec<String>,
-    #[serde(flatten)]
-    outcome: OutcomeObject,
-    /// The quantity that it is the share of.
-    pub decided_by: Option<String>,
-    /// J_TPF of the plan.
-    pub plan_j_tpf: Option<f64>,
-}
-
-/// A drop of `cases.json`.
-#[derive(Clone, Debug, Deserialize)]
-pub struct CaseFound {
-    /// Name of the release case.
-    pub case: String,
-    /// Name of the autopilot.
-    pub autopilot: String,
-    /// The drop.
-    pub drop: DropFound,
-}
-
-#[derive(Deserialize)]
-pub(super) struct CasesFile {
-    pub(super) cases: Vec<CaseFound>,
-}
-
-impl DropFound {
-    /// The drop's numbers; none where nothing was released.
-    pub fn outcome(&self) -> &Outcome {
-        &self.outcome.0
-    }
-
+impl DropObject {
     /// Why it was not safe, if it was not, in the judge's words: `samara drop` answers by the same.
     pub fn fault(&self) -> Option<String> {
         (!self.safe).then(|| self.objections.join("; "))

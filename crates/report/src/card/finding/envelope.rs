@@ -1,9 +1,7 @@
 //! A safe-release envelope.
 
-use serde::Deserialize;
-
 use crate::columns::short;
-use crate::envelope::{EnvelopeOutline, EnvelopePair, EnvelopeReach};
+use crate::envelope::{EdgeObject, EnvelopeObject, EnvelopeOutline, EnvelopePair, PairObject};
 use samara_core::assess::envelope::{AxisRange, EnvelopeAxis};
 use samara_study::envelope::ENVELOPE_LIMITS;
 
@@ -24,50 +22,7 @@ pub enum Coverage {
 /// J_state that safe flights stay below.
 pub(super) const SAFE: f64 = ENVELOPE_LIMITS[1];
 
-/// `envelope.json`.
-#[derive(Clone, Debug, Deserialize)]
-pub struct EnvelopeFound {
-    /// Share of flights that are safe at a confirmed edge.
-    pub probability: f64,
-    /// Confidence at each edge.
-    pub confidence: f64,
-    /// Fresh flights that confirm an edge.
-    pub fresh_flights: u64,
-    axes: Vec<AxisFound>,
-    /// How far each quantity goes by itself.
-    pub one_at_a_time: Vec<EnvelopeReach>,
-    pairs: Vec<PairFound>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct AxisFound {
-    axis: String,
-    low: f64,
-    nominal: f64,
-    high: f64,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct PairFound {
-    axes: [String; 2],
-    limits: Vec<LimitFound>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct LimitFound {
-    limit: f64,
-    nominal_is_safe: bool,
-    edges: Vec<EdgeFound>,
-}
-
-#[derive(Clone, Debug, Deserialize)]
-struct EdgeFound {
-    safe: [f64; 2],
-    first_unsafe: Option<[f64; 2]>,
-    confirmed: Option<[f64; 2]>,
-}
-
-impl EdgeFound {
+impl EdgeObject {
     /// Whether both quantities were off at once, by more than arithmetic leaves of one that was not.
     fn has_both_off(&self, nominal: [f64; 2]) -> bool {
         let off = |point: [f64; 2]| {
@@ -77,7 +32,7 @@ impl EdgeFound {
     }
 }
 
-impl EnvelopeFound {
+impl EnvelopeObject {
     /// Why it is no envelope to drop within, if it is none.
     pub fn fault(&self) -> Option<String> {
         let unsafe_nominal = self
@@ -102,7 +57,7 @@ impl EnvelopeFound {
     fn missing(&self) -> Vec<[EnvelopeAxis; 2]> {
         let has = |axes: &[EnvelopeAxis; 2]| {
             let of_both =
-                |pair: &&PairFound| axes.iter().all(|axis| pair.axes.iter().any(|name| name == axis.name()));
+                |pair: &&PairObject| axes.iter().all(|axis| pair.axes.iter().any(|name| name == axis.name()));
             self.pairs.iter().filter(of_both).any(|pair| {
                 let nominal = |name: &String| self.nominal(EnvelopeAxis::named(name)?);
                 let nominal = pair.axes.each_ref().map(|name| nominal(name).unwrap_or_default());
@@ -194,7 +149,7 @@ impl EnvelopeFound {
 
     /// The pairs of quantities, as panels show them.
     pub fn panels(&self) -> Vec<EnvelopePair> {
-        let panel = |pair: &PairFound| {
+        let panel = |pair: &PairObject| {
             let [x, y] = pair.axes.each_ref().map(|name| EnvelopeAxis::named(name));
             let axes = [x?, y?];
             let ranges = [self.range(axes[0])?, self.range(axes[1])?];
@@ -215,26 +170,29 @@ impl EnvelopeFound {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::envelope::{AxisObject, EnvelopeReach, LimitObject};
     use EnvelopeAxis::{Delay, Descent, Turbulence};
 
     /// The edges of a quarter: both quantities may only grow. Along both there is one, of which nothing is
     /// safe but the nominal release.
-    fn envelope(pairs: &[[EnvelopeAxis; 2]], along_both: bool) -> EnvelopeFound {
-        let edge = |safe, first_unsafe| EdgeFound { safe, first_unsafe, confirmed: None };
+    fn envelope(pairs: &[[EnvelopeAxis; 2]], along_both: bool) -> EnvelopeObject {
+        let edge = |safe, first_unsafe| EdgeObject { safe, first_unsafe, ..EdgeObject::default() };
         let mut edges = vec![edge([1.0, 0.0], None), edge([0.0, 0.0], Some([0.0, 0.1]))];
         edges.extend(along_both.then(|| edge([0.0, 0.0], Some([0.1, 0.1]))));
-        let limit = || LimitFound { limit: SAFE, nominal_is_safe: true, edges: edges.clone() };
-        let pair = |axes: &[EnvelopeAxis; 2]| PairFound {
+        let limit = || {
+            let edges = edges.clone();
+            LimitObject { limit: SAFE, nominal_is_safe: true, edges, ..LimitObject::default() }
+        };
+        let pair = |axes: &[EnvelopeAxis; 2]| PairObject {
             axes: axes.map(|axis| axis.name().to_owned()),
             limits: vec![limit()],
         };
-        EnvelopeFound {
+        EnvelopeObject {
             probability: 0.99,
             confidence: 0.95,
             fresh_flights: 459,
-            axes: Vec::new(),
-            one_at_a_time: Vec::new(),
             pairs: pairs.iter().map(pair).collect(),
+            ..EnvelopeObject::default()
         }
     }
 
@@ -246,9 +204,9 @@ mod tests {
         let end = |confirmed| Some(crate::envelope::ReachEnd { confirmed, is_the_end: false });
         let of = |axis: EnvelopeAxis, low, high, off: f64| {
             let reach = EnvelopeReach { axis: axis.name().to_owned(), limit: SAFE, low, high };
-            let range = AxisFound { axis: axis.name().to_owned(), low: 0.0, nominal: 0.0, high: 12.0 };
+            let range = AxisObject { axis: axis.name().to_owned(), low: 0.0, nominal: 0.0, high: 12.0 };
             let found =
-                EnvelopeFound { one_at_a_time: vec![reach], axes: vec![range], ..envelope(&[], false) };
+                EnvelopeObject { one_at_a_time: vec![reach], axes: vec![range], ..envelope(&[], false) };
             found.coverage(axis, off).unwrap()
         };
         let wind = |low, high| of(Wind, end(low), end(high), 4.5);

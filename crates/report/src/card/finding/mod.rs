@@ -19,32 +19,36 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::manifest::{Kind, RunManifest};
-pub use campaign::{CampaignFound, Trials, WorstTrial, fewest_trials, probability};
-pub use design::{DesignFound, FreshFound, FreshNumbers, MarginFound, PlanFound, TuneFound, in_air};
-use drop::CasesFile;
-pub use drop::{CaseFound, DropFound, pilot_words};
-pub use envelope::{Coverage, EnvelopeFound};
-pub use rare::{MostLikely, RareFound};
+use crate::campaign::json::AssessObject;
+use crate::design::DesignObject;
+use crate::envelope::EnvelopeObject;
+use crate::json::{CaseDrop, CasesObject, DropObject};
+use crate::plan::PlanObject;
+use crate::rare::RareObject;
+pub use campaign::{fewest_trials, probability};
+pub use design::{TuneFound, in_air};
+pub use drop::pilot_words;
+pub use envelope::Coverage;
 
 /// Results of a run, as far as a card needs them.
 #[derive(Clone, Debug)]
 pub enum Finding {
     /// A plan, or why there is none.
-    Plan(PlanFound),
+    Plan(PlanObject),
     /// Gains that were searched.
     Tune(TuneFound),
     /// A design with its margins.
-    Design(DesignFound),
+    Design(DesignObject),
     /// A drop.
-    Drop(DropFound),
+    Drop(DropObject),
     /// Drops of the release cases.
-    Cases(Vec<CaseFound>),
+    Cases(Vec<CaseDrop>),
     /// A campaign, of flights from t = 0 or of whole drops.
-    Campaign(CampaignFound),
+    Campaign(AssessObject),
     /// How rare failures are, and the most likely one.
-    Rare(RareFound),
+    Rare(RareObject),
     /// A safe-release envelope.
-    Envelope(EnvelopeFound),
+    Envelope(EnvelopeObject),
 }
 
 /// Why a piece of evidence is not enough of its kind.
@@ -93,7 +97,7 @@ impl Finding {
             Kind::Tune => Self::Tune(parsed(text)?),
             Kind::Design => Self::Design(parsed(text)?),
             Kind::Drop => Self::Drop(parsed(text)?),
-            Kind::Cases => Self::Cases(parsed::<CasesFile>(text)?.cases),
+            Kind::Cases => Self::Cases(parsed::<CasesObject>(text)?.cases),
             Kind::Campaign if is_the_papers(text) => {
                 return Err(
                     "it is the paper's study, which judges J_TPF alone: a campaign of the mission's own \

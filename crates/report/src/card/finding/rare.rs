@@ -1,54 +1,11 @@
 //! How rare failures are, and the most likely one.
 
-use serde::Deserialize;
-
 use super::campaign::probability;
 use super::envelope::SAFE;
 use crate::columns::short;
+use crate::rare::{MostLikely, QuantityShare, RareObject};
 
-/// `rare.json`.
-#[derive(Clone, Debug, Deserialize)]
-pub struct RareFound {
-    /// J_TPF that a failure reaches.
-    pub bound: f64,
-    /// Smallest probability that was looked for.
-    pub least: f64,
-    /// Whether what the controller does not know was drawn, too.
-    pub unknowns: bool,
-    /// Trials of all populations at a threshold.
-    pub per_level: u64,
-    /// Flights that it took.
-    pub flights: u64,
-    /// The probability of reaching the bound; 0 where it was never reached.
-    pub probability: f64,
-    /// Lower end of the interval at 95 %.
-    pub low: f64,
-    /// Upper end of the interval.
-    pub high: f64,
-    /// Coefficient of variation of the probability.
-    pub variation: Option<f64>,
-    /// The most likely failure, where any was found.
-    pub most_likely: Option<MostLikely>,
-}
-
-/// The failing trial that is nearest to the nominal one.
-#[derive(Clone, Debug, Deserialize)]
-pub struct MostLikely {
-    /// J_TPF; none where it was lost.
-    pub j_tpf: Option<f64>,
-    /// Distance from the nominal trial, in standard deviations.
-    pub distance: f64,
-    quantities: Vec<QuantityShare>,
-}
-
-/// The share of a quantity in that distance.
-#[derive(Clone, Debug, Deserialize)]
-struct QuantityShare {
-    quantity: String,
-    share: f64,
-}
-
-impl RareFound {
+impl RareObject {
     /// The event whose probability was searched for, in words.
     pub fn event(&self) -> String {
         format!("J_TPF >= {}", short(self.bound, 6))

@@ -1,12 +1,13 @@
 //! A statement of the paper with its bar, and the comparisons that bars are made of.
 
-use serde::Serialize;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 /// The reason given where nothing but chance, or another seed, can be it.
 pub(super) const WHY_OTHER: &str = "It is reproduced with 100 trials and seed 1: these are fewer, or others.";
 
 /// A statement of the paper and whether it is reproduced.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 pub struct Finding {
     /// The statement in words.
     pub claim: String,
@@ -19,7 +20,7 @@ pub struct Finding {
     /// Whether the figure is within the bar.
     pub reproduced: bool,
     /// Reason for a missed bar; `None` where none is known.
-    pub why: Option<&'static str>,
+    pub why: Option<String>,
 }
 
 impl Finding {
@@ -33,7 +34,7 @@ impl Finding {
         reproduced: bool,
         why: &'static str,
     ) -> Self {
-        let why = (!reproduced).then_some(why);
+        let why = (!reproduced).then(|| why.to_owned());
         Self { claim: claim.to_owned(), paper: paper.into(), here, bar: bar.to_owned(), reproduced, why }
     }
 

@@ -270,7 +270,7 @@ mod tests {
         assert!((as_printed.quarter(Negative, Positive).mean() - 0.624).abs() < 1e-12);
         assert!(finding.here.starts_with("0.6240 +- ") && finding.here.ends_with("mean of all 0.6000"));
         let reversed = figure_12(&campaign(1.0, |pitch, rate| 0.6 + a * pitch - b * rate));
-        assert_eq!((reversed.reproduced, reversed.why), (false, Some(WHY_FIGURE_12)));
+        assert_eq!((reversed.reproduced, reversed.why.as_deref()), (false, Some(WHY_FIGURE_12)));
         // On the paper's side, but lost in what else there is.
         let noise = |pitch: f64, rate: f64| 0.05 * math::sin(37.0 * pitch + 91.0 * rate).signum();
         let lost =
