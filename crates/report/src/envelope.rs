@@ -165,17 +165,17 @@ pub(crate) fn columns<'a>() -> Columns<EdgeRow<'a>> {
         share(edge).map(|share| fan.place(ray, share)[i])
     };
     Columns::<EdgeRow<'_>>::none()
-        .word("pair", "the two quantities, x and y", |(_, fan, _)| Some(fan.name()))
-        .number("limit", "limit of J_state", |(.., (.., edge))| edge.limit)
+        .word("pair", "the two quantities, x and y, a colon between", |(_, fan, _)| Some(fan.name()))
+        .number("limit", "J_state that flights stay below", |(.., (.., edge))| edge.limit)
         .whole("ray", "number of the ray", |(.., (turn, ..))| *turn as u64)
-        .number("angle_deg", "from +x towards +y", |(_, fan, (turn, ..))| fan.fan.angle_deg(*turn))
-        .numbers(["safe_x", "safe_y"], "last point at which the search lost no flight", move |row, i| {
+        .number("angle_deg", "direction of the ray", |(_, fan, (turn, ..))| fan.fan.angle_deg(*turn))
+        .numbers(["safe_x", "safe_y"], "last point at which all flights were safe", move |row, i| {
             at(row, |edge| Some(edge.safe), i)
         })
-        .numbers(["unsafe_x", "unsafe_y"], "first point at which it lost one; empty: none", move |row, i| {
+        .numbers(["unsafe_x", "unsafe_y"], "first point at which one was not; empty: none", move |row, i| {
             at(row, |edge| edge.beyond, i)
         })
-        .whole("flights", "flights at each point of the search", |(search, ..)| search.flights as u64)
+        .whole("flights", "flights of the search at a point", |(search, ..)| search.flights as u64)
         .flag("confirmed", HELD, |(.., (.., edge))| edge.confirmed() == Some(edge.safe))
         .numbers(["confirmed_x", "confirmed_y"], HELD, move |row, i| at(row, Edge::confirmed, i))
         .whole("tries", FRESH, |(.., (.., edge))| edge.tried.len() as u64)

@@ -71,7 +71,7 @@ pub struct QuantityShare {
 /// The columns of `rare.csv`.
 pub(crate) fn columns() -> Columns<(f64, Estimate)> {
     Columns::<(f64, Estimate)>::none()
-        .number("j_tpf", "a J_TPF", |(x, _)| *x)
+        .number("j_tpf", "a J_TPF, from what half of the trials reach to the bound", |(x, _)| *x)
         .number("probability", "probability that a trial reaches it", |(_, of)| of.probability)
         .number("low", "ends of the 95 % interval", |(_, of)| of.low)
         .number("high", "ends of the 95 % interval", |(_, of)| of.high)

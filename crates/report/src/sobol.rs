@@ -70,10 +70,10 @@ pub(crate) fn columns<'a>() -> Columns<SobolRow<'a>> {
     let ends = |Index { value, half }: Index, i: usize| [value, value - half, value + half][i];
     Columns::<SobolRow<'_>>::none()
         .word("output", "`j_tpf`, `steady_after_s` or `altitude_lost_m`", |(of, ..)| Some(of.key.to_owned()))
-        .word("key", "a group of what is drawn", |(_, group, _)| Some(group.key.to_owned()))
-        .text("quantity", "the group in words", |(_, group, _)| Some(group.words.to_owned()))
-        .numbers(FIRST, "first-order index, with its 95 % interval", move |(.., of), i| ends(of[0], i))
-        .numbers(TOTAL, "total index, with its 95 % interval", move |(.., of), i| ends(of[1], i))
+        .word("key", "its [key](rare_events.md#what-is-written)", |(_, group, _)| Some(group.key.to_owned()))
+        .text("quantity", "what is uncertain, in words", |(_, group, _)| Some(group.words.to_owned()))
+        .numbers(FIRST, "share of the variance alone, and its interval", move |(.., of), i| ends(of[0], i))
+        .numbers(TOTAL, "share with interactions, and its interval", move |(.., of), i| ends(of[1], i))
 }
 
 impl SobolReport<'_> {
@@ -156,10 +156,7 @@ impl SobolReport<'_> {
     pub fn csv(&self) -> String {
         let rows = OUTPUTS.iter().zip(&self.found).flat_map(|(output, found)| {
             let indices = found.first.iter().zip(&found.total);
-            self.groups
-                .iter()
-                .zip(indices)
-                .map(move |(group, (first, total))| (output, group, [*first, *total]))
+            self.groups.iter().zip(indices).map(move |(of, (first, total))| (output, of, [*first, *total]))
         });
         columns().csv(&self.mission.stamp().csv_comment(), rows)
     }
