@@ -2,7 +2,7 @@
 //! docs/files.md are made of one list.
 //!
 //! ```text
-//! Columns::default()
+//! Columns::none()
 //!     .whole("trial", "number of the trial", |row| row.trial)
 //!     .number("mass_kg", "mass of the vehicle", |row| row.mass_kg)
 //! ```
