@@ -456,7 +456,7 @@ result_objects! {
         fresh: Vec<FreshObject> = run.judged.iter().chain(&run.others).flat_map(in_airs).collect(),
         /// Whether the design keeps all bounds and is better than the mission's own on fresh flights.
         better: bool = run.is_better(),
-        /// How the design stands beside the mission's own: `better`, `not better` or `same`.
+        /// How the design stands beside the mission's own: `better`, `same` or `not_better`.
         standing: String = run.standing().word().to_owned(),
         /// Numbers at an end of their range; absent in results of older versions.
         at_range_ends: Option<RangeEndsObject> = Some(RangeEndsObject::of(&run.range_ends())),

@@ -15,12 +15,14 @@ use super::rare::{RareFailureObject, RareObject};
 use super::replan::ReplanObject;
 use super::sobol::SobolObject;
 use super::study::records::StudyObject;
+use super::tune::records::TuneObject;
+use super::verify::VerifyObject;
 use samara_mission::schema::text;
 
 type Text = fn(&str) -> String;
 
 /// Name of each kind of result, and what makes its schema.
-const RESULTS: [(&str, Text); 17] = [
+const RESULTS: [(&str, Text); 19] = [
     ("drop", text::<DropObject>),
     ("cases", text::<CasesObject>),
     ("plan", text::<PlanObject>),
@@ -30,6 +32,7 @@ const RESULTS: [(&str, Text); 17] = [
     ("rare", text::<RareObject>),
     ("rare_failure", text::<RareFailureObject>),
     ("design", text::<DesignObject>),
+    ("tune", text::<TuneObject>),
     ("effects", text::<EffectsObject>),
     ("replan", text::<ReplanObject>),
     ("sobol", text::<SobolObject>),
@@ -38,6 +41,7 @@ const RESULTS: [(&str, Text); 17] = [
     ("plan_grid", text::<PlanGridObject>),
     ("card", text::<CardObject>),
     ("manifest", text::<RunManifest>),
+    ("verify", text::<VerifyObject>),
 ];
 
 /// Path below `params/schema/` and text of each result's schema.

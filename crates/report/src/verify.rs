@@ -1,7 +1,7 @@
 //! The checks of `samara verify`: a table for the terminal, 100 columns wide at most, and an object for
 //! `--json`.
 
-use super::json::{VERSION, object, text};
+use super::json::{VERSION, finite, result_objects, text};
 use samara_core::math;
 use samara_core::verify::{Check, CheckGroup};
 
@@ -13,24 +13,45 @@ fn failed(groups: &[CheckGroup]) -> usize {
     all(groups).filter(|(_, check)| !check.holds()).count()
 }
 
-/// The object of `samara verify --json`. Values that are not numbers are `null`.
+result_objects! {
+    /// The checks of the simulator, as `samara verify --json` prints them.
+    VerifyObject(groups: &[CheckGroup]) {
+        /// Version of samara.
+        version: String = VERSION.to_owned(),
+        /// Number of checks.
+        count: usize = all(groups).count(),
+        /// Number of checks whose error is above its bar.
+        failed: usize = failed(groups),
+        /// The checks.
+        checks: Vec<CheckObject> = all(groups).map(|(group, check)| CheckObject::of(group, check)).collect(),
+    }
+
+    /// A check; values that are not numbers are null.
+    CheckObject(group: &CheckGroup, check: &Check) {
+        /// Title of the group.
+        group: String = group.title.to_owned(),
+        /// The quantity that is checked.
+        what: String = check.what.clone(),
+        /// Unit of the numbers; empty of a bare number.
+        unit: String = check.unit.to_owned(),
+        /// Computed value; of a series the one with the largest error.
+        computed: Option<f64> = finite(check.computed),
+        /// Exact value beside it.
+        exact: Option<f64> = finite(check.exact),
+        /// The largest deviation, not below zero.
+        error: Option<f64> = finite(check.error),
+        /// The largest deviation that passes.
+        bar: f64 = check.bar,
+        /// Whether it passes.
+        holds: bool = check.holds(),
+        /// Source of the exact value.
+        source: String = group.source.to_owned(),
+    }
+}
+
+/// The object of `samara verify --json`.
 pub fn verify_json(groups: &[CheckGroup]) -> String {
-    let finite = |x: f64| x.is_finite().then_some(x);
-    let checks = all(groups).map(|(group, check)| {
-        object! {
-            group: group.title,
-            what: &check.what,
-            unit: check.unit,
-            computed: finite(check.computed),
-            exact: finite(check.exact),
-            error: finite(check.error),
-            bar: check.bar,
-            holds: check.holds(),
-            source: group.source,
-        }
-    });
-    let checks: Vec<_> = checks.collect();
-    text(&object! { version: VERSION, count: checks.len(), failed: failed(groups), checks: checks })
+    text(&VerifyObject::of(groups))
 }
 
 /// The checks as a table, group by group, with their sources and a summary. Ends with a line end.

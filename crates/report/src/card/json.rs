@@ -24,7 +24,7 @@ result_objects! {
         gains: String = card.mission.control.gains_name.clone(),
         /// Whether to go, within the envelope or a part of it.
         go: bool = card.decision().is_go(),
-        /// Whether to go: `go`, `restricted` or `no_go`.
+        /// Whether to go: `go`, `go_restricted` or `no_go`.
         decision: String = card.decision().name().to_owned(),
         /// What a go is restricted to; empty: to nothing.
         restrictions: Vec<RestrictionObject>

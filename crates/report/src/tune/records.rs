@@ -1,10 +1,8 @@
 //! A search of gains for the terminal, as JSON and as CSV.
 
-use serde::Serialize;
-
-use super::contest::Contest;
+use super::contest::{Contender, Contest};
 use super::{GainsObject, TuneRun};
-use crate::json::{VERSION, object, text as json_text};
+use crate::json::{VERSION, finite, result_objects, text as json_text};
 use crate::range_ends::{RangeEndsObject, range_ends_words};
 use crate::rows::{Arrays, Columns};
 use samara_core::assess::tracking::OUT_OF_PLANE;
@@ -45,80 +43,130 @@ pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
 }
 
 /// The contenders; none when there was no contest.
-pub(crate) fn contenders(contest: Option<&Contest>) -> Vec<impl Serialize> {
-    let all = contest.into_iter().flat_map(|of| of.contenders.iter().map(move |c| (of, c)));
-    let objects = all.map(|(of, c)| {
-        object! {
-            name: &c.name,
-            gains: GainsObject::from(c.k),
-            rms: c.cases.rms,
-            at_rest: c.cases.unrest == 0.0,
-            allowed: of.allows(c),
-            tuning_rms: c.tuning.rms,
-            tuning_j_tpf_worst: c.tuning.j_tpf,
-            unseen_trials: c.unseen.tally.j_tpf.count(),
-            unseen_j_tpf_mean: c.unseen.tally.j_tpf.mean(),
-            unseen_j_tpf_std: c.unseen.tally.j_tpf.std(),
-            unseen_j_tpf_worst: c.unseen.tally.j_tpf.max(),
-            unseen_rms_worst: c.unseen.rms_worst,
-            unseen_p_safe: c.unseen.tally.safe.probability(),
-            varied_j_tpf_mean: c.varied.tally.j_tpf.mean(),
-            varied_j_tpf_std: c.varied.tally.j_tpf.std(),
-            varied_j_tpf_worst: c.varied.tally.j_tpf.max(),
-            varied_rms_worst: c.varied.rms_worst,
-            varied_p_safe: c.varied.tally.safe.probability(),
-        }
-    });
-    objects.collect()
+pub(crate) fn contenders(contest: Option<&Contest>) -> Vec<ContenderObject> {
+    contest.into_iter().flat_map(|of| of.contenders.iter().map(move |c| ContenderObject::of(of, c))).collect()
 }
 
 /// Name of the best contender.
-pub(crate) fn best(contest: Option<&Contest>) -> Option<&str> {
-    contest.and_then(Contest::best).map(|c| c.name.as_str())
+pub(crate) fn best(contest: Option<&Contest>) -> Option<String> {
+    contest.and_then(Contest::best).map(|c| c.name.clone())
 }
 
 /// Name of the mission's own contender.
-pub(crate) fn own(contest: Option<&Contest>) -> Option<&str> {
-    contest.and_then(Contest::own).map(|c| c.name.as_str())
+pub(crate) fn own(contest: Option<&Contest>) -> Option<String> {
+    contest.and_then(Contest::own).map(|c| c.name.clone())
 }
 
 /// How the gains found stand beside the mission's own, in a word.
-pub(crate) fn standing(contest: Option<&Contest>) -> Option<&'static str> {
-    contest.map(|contest| contest.standing().word())
+pub(crate) fn standing(contest: Option<&Contest>) -> Option<String> {
+    contest.map(|contest| contest.standing().word().to_owned())
+}
+
+result_objects! {
+    /// A search of gains, as `samara tune --json` prints it.
+    TuneObject(mission: &Mission, search: &Search, run: &TuneRun) [
+        let (e, contest) = (run.gains.evaluation, run.contest.as_ref());
+    ] {
+        /// Name of the mission.
+        mission: String = mission.name.clone(),
+        /// Version of samara that made the result.
+        version: String = VERSION.to_owned(),
+        /// Seed of everything random.
+        seed: u64 = mission.seed,
+        /// SHA-256 of all inputs but for the gains, hexadecimal.
+        input_hash: String = mission.hash_without_gains().to_owned(),
+        /// Name of the method.
+        method: String = run.method.clone(),
+        /// What was made small.
+        objective: String = run.objective.clone(),
+        /// Name of the plant.
+        model: String = run.model.clone(),
+        /// Whether the flights were varied.
+        robust: bool = run.robust,
+        /// The gains that were found.
+        gains: GainsObject = run.gains.k.into(),
+        /// Cost of the gains.
+        cost: Option<f64> = finite(run.cost()),
+        /// Worst tracking RMS on the flights of the search, (45).
+        rms: Option<f64> = finite(e.rms),
+        /// Worst J_TPF on the flights of the search.
+        j_tpf: Option<f64> = finite(e.j_tpf),
+        /// Whether the gains hold the bounds.
+        allowed: bool = run.bounds.allows(&e),
+        /// Number of candidates that were judged.
+        evaluations: usize = search.tried().len(),
+        /// Number of candidates with a flight that diverged.
+        diverged: usize = search.history().last().map_or(0, |p| p.diverged),
+        /// Number of iterations.
+        iterations: usize = search.history().len(),
+        /// Number of flights that judge a candidate.
+        flights_per_evaluation: usize = run.flights,
+        /// Control period of the flights [s].
+        control_period_s: f64 = run.control_period_s,
+        /// Whether the search was stopped.
+        stopped: bool = run.stopped,
+        /// Wall time [s].
+        wall_s: f64 = run.wall_s,
+        /// Candidates judged in a second of wall time.
+        evaluations_per_s: Option<f64> = finite(run.fresh_evaluations as f64 / run.wall_s),
+        /// The gains found, last, and others, on flights that the search never saw.
+        contenders: Vec<ContenderObject> = contenders(contest),
+        /// Name of the best of them; null when the search was stopped.
+        best: Option<String> = best(contest),
+        /// Name of the mission's own.
+        own: Option<String> = own(contest),
+        /// How the gains found stand beside the mission's own: `better`, `same` or `not_better`.
+        standing: Option<String> = standing(contest),
+        /// Bound on the worst tracking RMS; null: none.
+        rms_bound: Option<f64> = run.bounds.rms_bound(),
+        /// Numbers at an end of their range.
+        at_range_ends: RangeEndsObject = RangeEndsObject::of(&run.range_ends),
+    }
+
+    /// Gains on flights that the search never saw; varied: with mass, air, wind and delays unknown.
+    ContenderObject(of: &Contest, c: &Contender) {
+        /// Name of the gains.
+        name: String = c.name.clone(),
+        /// The gains.
+        gains: GainsObject = c.k.into(),
+        /// Worst tracking RMS of the release cases.
+        rms: Option<f64> = finite(c.cases.rms),
+        /// Whether the release cases end at rest at the target.
+        at_rest: bool = c.cases.unrest == 0.0,
+        /// Whether the release cases hold the bounds.
+        allowed: bool = of.allows(c),
+        /// Worst tracking RMS of the tuning's flights.
+        tuning_rms: Option<f64> = finite(c.tuning.rms),
+        /// Worst J_TPF of the tuning's flights.
+        tuning_j_tpf_worst: Option<f64> = finite(c.tuning.j_tpf),
+        /// Number of random releases.
+        unseen_trials: u64 = c.unseen.tally.j_tpf.count(),
+        /// Mean J_TPF of them.
+        unseen_j_tpf_mean: Option<f64> = finite(c.unseen.tally.j_tpf.mean()),
+        /// Standard deviation of their J_TPF.
+        unseen_j_tpf_std: Option<f64> = finite(c.unseen.tally.j_tpf.std()),
+        /// Worst J_TPF of them.
+        unseen_j_tpf_worst: Option<f64> = finite(c.unseen.tally.j_tpf.max()),
+        /// Worst tracking RMS of them.
+        unseen_rms_worst: Option<f64> = finite(c.unseen.rms_worst),
+        /// Share of them that was safe.
+        unseen_p_safe: Option<f64> = finite(c.unseen.tally.safe.probability()),
+        /// Mean J_TPF of the varied flights.
+        varied_j_tpf_mean: Option<f64> = finite(c.varied.tally.j_tpf.mean()),
+        /// Standard deviation of their J_TPF.
+        varied_j_tpf_std: Option<f64> = finite(c.varied.tally.j_tpf.std()),
+        /// Worst J_TPF of them.
+        varied_j_tpf_worst: Option<f64> = finite(c.varied.tally.j_tpf.max()),
+        /// Worst tracking RMS of them.
+        varied_rms_worst: Option<f64> = finite(c.varied.rms_worst),
+        /// Share of them that was safe.
+        varied_p_safe: Option<f64> = finite(c.varied.tally.safe.probability()),
+    }
 }
 
 /// The object of `samara tune --json`.
 pub fn json(mission: &Mission, search: &Search, run: &TuneRun) -> String {
-    let e = run.gains.evaluation;
-    json_text(&object! {
-        mission: &mission.name,
-        version: VERSION,
-        seed: mission.seed,
-        input_hash: mission.hash_without_gains(),
-        method: &run.method,
-        objective: &run.objective,
-        model: &run.model,
-        robust: run.robust,
-        gains: GainsObject::from(run.gains.k),
-        cost: run.cost(),
-        rms: e.rms,
-        j_tpf: e.j_tpf,
-        allowed: run.bounds.allows(&e),
-        evaluations: search.tried().len(),
-        diverged: search.history().last().map_or(0, |p| p.diverged),
-        iterations: search.history().len(),
-        flights_per_evaluation: run.flights,
-        control_period_s: run.control_period_s,
-        stopped: run.stopped,
-        wall_s: run.wall_s,
-        evaluations_per_s: run.fresh_evaluations as f64 / run.wall_s,
-        contenders: contenders(run.contest.as_ref()),
-        best: best(run.contest.as_ref()),
-        own: own(run.contest.as_ref()),
-        standing: standing(run.contest.as_ref()),
-        rms_bound: run.bounds.rms_bound(),
-        at_range_ends: RangeEndsObject::of(&run.range_ends),
-    })
+    json_text(&TuneObject::of(mission, search, run))
 }
 
 /// The comment lines at the top of a search's CSV files.
