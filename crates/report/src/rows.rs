@@ -59,7 +59,7 @@ enum Back<R> {
 pub struct Column<R> {
     /// Name, which ends in the unit.
     pub name: Cow<'static, str>,
-    /// What it is, for people.
+    /// Meaning, for people.
     pub about: Str,
     pub(super) value: Value<R>,
     back: Back<R>,
