@@ -72,7 +72,7 @@ result_objects! {
         name: String = x.entry.name.to_owned(),
         /// Name of the gains.
         gains: String = x.entry.gains_name.clone(),
-        /// What it follows: `step` or `optimal`.
+        /// Name of the reference that it follows: `step` or `optimal`.
         command: String = reference_name(x).to_owned(),
         /// Greatest J_TPF of the cases.
         worst_j_tpf: Option<f64> = finite(worst),
@@ -101,7 +101,7 @@ result_objects! {
         name: String = x.entry.name.to_owned(),
         /// Name of the gains.
         gains: String = x.entry.gains_name.clone(),
-        /// What it follows: `step` or `optimal`.
+        /// Name of the reference that it follows: `step` or `optimal`.
         command: String = reference_name(x).to_owned(),
         /// Number of trials.
         trials: u64 = j.count(),
