@@ -8,9 +8,9 @@ const SIGMAS: f64 = 3.0;
 
 impl Mission {
     /// How far what the mission draws is off the nominal release, in the order of the axes of an envelope
-    /// ([`samara_core::assess::envelope::EnvelopeAxis::ALL`]) and in their units: three standard deviations of the
-    /// swing's largest pitch and pitch rate and of what the cut gives, of the random wind of whole drops; the
-    /// turbulence that the mission names, as it is. 0: it draws none.
+    /// ([`samara_core::assess::envelope::EnvelopeAxis::ALL`]) and in their units: three standard deviations
+    /// of the swing's largest pitch and pitch rate and of what the cut gives, of the random wind of whole
+    /// drops; the turbulence that the mission names, as it is. 0: it draws none.
     pub fn drawn_off(&self) -> [f64; 6] {
         let random = &self.study.monte_carlo;
         let cut = &random.tip_off_sigma;

@@ -1,4 +1,4 @@
-//! What a study says, as a value: a verdict, and sections of tables, figures and remarks in the order in which
+//! A study's answer as a value: a verdict, and sections of tables, figures and remarks in the order in which
 //! they are read. Each form that it takes has one renderer.
 //!
 //! | file | holds |
@@ -17,7 +17,7 @@ pub use grid::{Grid, TableRow};
 
 use crate::html::Html;
 
-/// What a study says.
+/// A study's answer.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Document {
     /// Title of the page.

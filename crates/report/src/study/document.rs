@@ -1,4 +1,4 @@
-//! What is said of the paper's study: verdict, tables, figures, what is reproduced and what is not, and how to
+//! The answer of the paper's study: verdict, tables, figures, what is reproduced and what is not, and how to
 //! make it again.
 
 use std::fmt::Write as _;
