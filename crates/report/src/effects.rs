@@ -1,6 +1,6 @@
 //! What each effect of a mission does to its drops: tables, JSON and rows of [`samara_study::effects`].
 
-use super::document::Grid;
+use super::document::{Document, Grid, Passage};
 use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::outcome::{COMPARED, J_TPF};
@@ -112,31 +112,29 @@ impl EffectReport<'_> {
         }
     }
 
-    /// The tables: what each effect does alone, and what its absence does where all others are.
-    pub fn text(&self) -> String {
+    /// What each effect does alone, and what its absence does where all others are.
+    pub fn document(&self) -> Document {
         let trials = self.campaigns.first().map_or(0, |campaign| campaign.drops.len());
-        let mission = self.mission;
-        let mut out = format!(
-            "{}: {trials} drops for each row, gains {}, seed {}\n\nEffects\n",
-            mission.name, mission.control.gains_name, mission.seed
-        );
+        let Mission { name, control, seed, .. } = self.mission;
+        let done = format!("{name}: {trials} drops for each row, gains {}, seed {seed}", control.gains_name);
         let width = self.effects.iter().map(|effect| effect.name().len()).max().unwrap_or(0);
-        for effect in &self.effects {
-            out += &format!("  {:width$}  {}; left out: {}\n", effect.name(), effect.key(), effect.instead());
-        }
+        let line = |effect: &Effect| {
+            format!("\n  {:width$}  {}; left out: {}", effect.name(), effect.key(), effect.instead())
+        };
+        let effects = "Effects".to_owned() + &self.effects.iter().map(line).collect::<String>();
         let alone =
             self.table("Each alone: change of the mean from none of them", &[EffectsOn::Plain], |on| {
                 matches!(on, EffectsOn::Alone(_) | EffectsOn::All)
             });
-        out += &format!("\n{}", alone.text());
+        let mut parts = vec![Passage::Said(effects), Passage::Table(alone)];
         if self.effects.len() > 1 {
-            let without =
-                self.table("Each left out: change of the mean from all of them", &[EffectsOn::All], |on| {
-                    matches!(on, EffectsOn::Without(_))
-                });
-            out += &format!("\n{}", without.text());
+            let title = "Each left out: change of the mean from all of them";
+            let without = |on| matches!(on, EffectsOn::Without(_));
+            parts.push(Passage::Table(self.table(title, &[EffectsOn::All], without)));
         }
-        out + "\n+- is the 95 % interval of a mean change, trial by trial; p99 and worst are of J_TPF.\n"
+        let note = "+- is the 95 % interval of a mean change, trial by trial; p99 and worst are of J_TPF.";
+        parts.push(Passage::Said(note.to_owned()));
+        Document::of_one(format!("What each effect does: {name}"), done, parts)
     }
 
     fn table(&self, title: &str, base: &[EffectsOn], shown: impl Fn(EffectsOn) -> bool) -> Grid {

@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::columns::short;
-use super::document::Grid;
+use super::document::{Document, Grid, Passage};
 use super::json::{Head, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::envelope::search::{CONFIDENCE, PROBABILITY};
@@ -204,24 +204,21 @@ impl EnvelopeReport<'_> {
     }
 
     /// The tables.
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let Mission { name, control, seed, .. } = self.mission;
-        let mut out = format!(
-            "{name}: safe-release envelope, gains {}, seed {seed}; one plan, the mission's, J_TPF {:.4}\n\n",
+        let done = format!(
+            "{name}: safe-release envelope, gains {}, seed {seed}; one plan, the mission's, J_TPF {:.4}",
             control.gains_name, self.plan_j_tpf
         );
-        out += &self.one_at_a_time().text();
-        out += &format!("\n{}", self.pairs().text());
-        for limit in
-            ENVELOPE_LIMITS.iter().zip(0..).filter(|(_, i)| !self.safe_by(*i)).map(|(limit, _)| limit)
-        {
-            let _ = writeln!(
-                out,
-                "\nJ_state < {limit}: not kept by each flight from the nominal release: 99 % are not shown, there is no edge."
-            );
-        }
-        let _ = writeln!(out, "\n{}.", self.confirmed_words());
-        out
+        let mut parts = vec![Passage::Table(self.one_at_a_time()), Passage::Table(self.pairs())];
+        let unsafe_by = ENVELOPE_LIMITS.iter().zip(0..).filter(|(_, i)| !self.safe_by(*i));
+        parts.extend(unsafe_by.map(|(limit, _)| {
+            Passage::Said(format!(
+                "J_state < {limit}: not kept by each flight from the nominal release: 99 % are not shown, there is no edge."
+            ))
+        }));
+        parts.push(Passage::Said(format!("{}.", self.confirmed_words())));
+        Document::of_one(format!("Safe-release envelope: {name}"), done, parts)
     }
 
     /// What the confirmed edges were found by, a sentence without a full stop.
@@ -447,7 +444,7 @@ mod tests {
             csv.contains("# J_state < 0.7: the nominal release is not safe: pitch_deg:wind_m_s"),
             "{csv}"
         );
-        let text = report.text();
+        let text = report.document().text();
         assert!(
             text.contains("J_state < 0.7: not kept by each") && text.contains("nothing confirmed"),
             "{text}"
@@ -457,7 +454,7 @@ mod tests {
         assert!(text.contains("Nothing is confirmed") && !text.contains("all of"), "{text}");
         let (held, ranges) = self::fan(true);
         let report = EnvelopeReport { ranges, fans: vec![held], ..report };
-        let text = report.text();
+        let text = report.document().text();
         assert!(
             text.contains("At each confirmed edge all of 459 fresh flights stayed below that limit"),
             "{text}"

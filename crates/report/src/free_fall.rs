@@ -1,10 +1,9 @@
 //! Results of finding the fall from the accelerometer alone: a table for the terminal, CSV, JSON.
 
 use std::borrow::Borrow;
-use std::fmt::Write as _;
 
 use super::columns::fixed;
-use super::document::Grid;
+use super::document::{Document, Grid, Passage};
 use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::free_fall::rules::{Rule, TIMES_S};
@@ -144,12 +143,12 @@ impl FreeFallReport<'_> {
     }
 
     /// The tables.
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let Self { mission, study, .. } = self;
         let (g, circumstances) = (study.environment.gravity_m_s2, &study.circumstances);
-        let mut out = format!(
+        let done = format!(
             "{}: releases found by the fall, seed {}; level {:.3} g, {:.4} m/s of lack, where the air carries {:.3} g after the release\n\
-             swing to {:.0} deg, tumbling to {:.0} deg/s, wind to {:.0} m/s, turbulence of {} m/s at a scale of {} m\n\n",
+             swing to {:.0} deg, tumbling to {:.0} deg/s, wind to {:.0} m/s, turbulence of {} m/s at a scale of {} m",
             mission.name,
             mission.seed,
             study.settings.level_m_s2 / g,
@@ -192,11 +191,9 @@ impl FreeFallReport<'_> {
                 ],
             );
         }
-        out += &grid.text();
         let (alarms, hours) = (self.sum(|descent| descent.alarms), self.hours());
-        let _ = writeln!(
-            out,
-            "\n{hours:.0} h of descent without a release: {alarms} false alarms under a taut riser, below {:.2e} an hour (95 %);\n\
+        let descents = format!(
+            "{hours:.0} h of descent without a release: {alarms} false alarms under a taut riser, below {:.2e} an hour (95 %);\n\
              {} alarms with the riser slack; it was slack {} times, {:.2} s together; least specific force {:.3} g",
             rate_bound(alarms, hours),
             self.sum(|descent| descent.slack_alarms),
@@ -204,10 +201,11 @@ impl FreeFallReport<'_> {
             self.slack_s(),
             self.least_share(),
         );
-        out += &format!("\n{}", self.rules_grid().text());
-        out += "lack: the lack is summed; hold: below the level all the time, as PX4 has it; median from the release [ms], \
-                then false alarms an hour under a taut riser, then releases missed.\n";
-        out
+        let note = "lack: the lack is summed; hold: below the level all the time, as PX4 has it; median from the release [ms], \
+                then false alarms an hour under a taut riser, then releases missed.";
+        let rules = [Passage::Table(self.rules_grid()), Passage::Remark(note.to_owned())];
+        let parts = [Passage::Table(grid), Passage::Said(descents)].into_iter().chain(rules).collect();
+        Document::of_one(format!("Releases found by the fall: {}", mission.name), done, parts)
     }
 
     fn rules_grid(&self) -> Grid {

@@ -1,13 +1,11 @@
 //! Results of a search of rare failures: the probability with its interval, the levels on the way to it, and
 //! the most likely failure; for the terminal, as CSV and JSON.
 
-use std::fmt::Write as _;
-
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::columns::{probability, probability_at_least, probability_at_most, short};
-use super::document::Grid;
+use super::document::{Document, Grid, Passage};
 use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::coordinates::{DrawnQuantity, DrawnTrial, Part};
@@ -130,17 +128,16 @@ impl RareReport<'_> {
     }
 
     /// The tables.
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let Mission { name, control, seed, .. } = self.mission;
         let RareFound { search, ascents, nearest, scored } = &self.found;
         let with = if self.unknowns { ", with the controller's unknowns" } else { "" };
-        let mut out = format!(
-            "{name}: how often J_TPF reaches {}, down to {}, gains {}, seed {seed}{with}; {} coordinates, {scored} flights\n\n{}\n\n",
+        let done = format!(
+            "{name}: how often J_TPF reaches {}, down to {}, gains {}, seed {seed}{with}; {} coordinates, {scored} flights",
             short(search.bound, 6),
             probability(search.least),
             control.gains_name,
             self.parts.last().map_or(0, |part| part.range.end),
-            self.sentence(),
         );
         let head = ["level", "populations", "J_TPF from", "to", "reached by", "steps accepted"];
         let mut grid = Grid::new("Levels: the populations' thresholds, and how often they are reached", head);
@@ -161,21 +158,21 @@ impl RareReport<'_> {
                 ],
             );
         }
-        out += &grid.text();
-        let Some(nearest) = nearest else { return out };
-        let _ = writeln!(
-            out,
-            "\nThe most likely failure that was found: J_TPF {:.4}, {:.2} standard deviations from the nominal trial\n",
+        let mut parts = vec![Passage::Said(self.sentence()), Passage::Table(grid)];
+        let title = format!("Rare failures: {name}");
+        let Some(nearest) = nearest else { return Document::of_one(title, done, parts) };
+        parts.push(Passage::Said(format!(
+            "The most likely failure that was found: J_TPF {:.4}, {:.2} standard deviations from the nominal trial",
             nearest.score, nearest.distance
-        );
+        )));
         let head = ["quantity", "drawn", "standard deviations", "share"];
         let mut grid = Grid::new("What makes it fail", head);
         for QuantityShare { quantity, value, deviations, share, .. } in self.shares(nearest) {
             let value = value.unwrap_or_default();
             grid.row(&quantity, [value, format!("{deviations:.3}"), format!("{:.1} %", 100.0 * share)]);
         }
-        out += &grid.text();
-        out
+        parts.push(Passage::Table(grid));
+        Document::of_one(title, done, parts)
     }
 
     /// The probability of reaching each of some costs, from that which half of the trials reach to the bound

@@ -1,6 +1,6 @@
 //! Drops along one plan and along plans that are renewed: table, JSON and rows of [`samara_study::replan`].
 
-use super::document::Grid;
+use super::document::{Document, Grid, Passage};
 use super::effects::{ComparedObject, change, compared, failed, number, numbered, p99, summary};
 use super::json::{Head, result_objects, text};
 use super::rows::Columns;
@@ -63,7 +63,7 @@ pub(crate) fn columns<'a>() -> Columns<(u64, &'a ReplanCampaign, &'a ReplanDrop)
 
 impl ReplanReport<'_> {
     /// The table.
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let mission = self.mission;
         let trials = self.campaigns.first().map_or(0, |campaign| campaign.drops.len());
         let settings = &mission.replan.settings;
@@ -115,17 +115,18 @@ impl ReplanReport<'_> {
                 ],
             );
         }
-        format!(
-            "{}: {trials} drops for each row{}, seed {}; a renewed plan takes effect {} s after its measurement, at most {} \
-             iterations\n\n{}\nchange is of the mean from the first row, trial by trial; +- the half width of its 95 % interval; \
-             better in: the share of the drops whose J_TPF is below the first row's.\n",
+        let done = format!(
+            "{}: {trials} drops for each row{}, seed {}; a renewed plan takes effect {} s after its measurement, at most {} iterations",
             mission.name,
             self.autopilot.map_or(String::new(), |name| format!(" by {name}")),
             mission.seed,
             settings.latency_s,
             settings.iterations,
-            grid.text()
-        )
+        );
+        let note = "change is of the mean from the first row, trial by trial; +- the half width of its 95 % interval; \
+             better in: the share of the drops whose J_TPF is below the first row's.";
+        let parts = vec![Passage::Table(grid), Passage::Said(note.to_owned())];
+        Document::of_one(format!("Plans renewed in the fall: {}", mission.name), done, parts)
     }
 
     /// The object of `--json` and of `replan.json`.

@@ -1,9 +1,7 @@
 //! What decides a drop: Sobol's indices of everything that is drawn, for the terminal, as CSV and JSON.
 
-use std::fmt::Write as _;
-
 use super::columns::short;
-use super::document::Grid;
+use super::document::{Document, Grid, Passage};
 use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::coordinates::CoordinateGroup;
@@ -118,17 +116,18 @@ impl SobolReport<'_> {
     }
 
     /// The tables.
-    pub fn text(&self) -> String {
+    pub fn document(&self) -> Document {
         let Mission { name, control, seed, .. } = self.mission;
-        let mut out = format!(
-            "{name}: what decides a drop, gains {}, seed {seed}; {} flights\n",
+        let done = format!(
+            "{name}: what decides a drop, gains {}, seed {seed}; {} flights",
             control.gains_name,
             self.study.evaluations(self.groups.len())
         );
+        let mut parts = Vec::new();
         for (place, (output, found)) in OUTPUTS.iter().zip(&self.found).enumerate() {
             let unit = if output.unit.is_empty() { String::new() } else { format!(" {}", output.unit) };
             let title = format!(
-                "\n{}: mean {:.4}{unit}, standard deviation {:.4}{unit}",
+                "{}: mean {:.4}{unit}, standard deviation {:.4}{unit}",
                 output.words, found.mean, found.deviation
             );
             let mut grid = Grid::new(&title, ["share of the variance", "alone", "with interactions"]);
@@ -139,17 +138,16 @@ impl SobolReport<'_> {
                 let cell = |index: &Index| format!("{:.3} +- {:.3}", index.value, index.half);
                 grid.row(group.words, [cell(first), cell(total)]);
             }
-            out += &grid.text();
-            for remark in self.remarks(place) {
-                let _ = writeln!(out, "{remark}");
-            }
+            parts.push(Passage::Table(grid));
+            parts.extend(self.remarks(place).into_iter().map(Passage::Remark));
         }
         let idle = self.idle();
         if !idle.is_empty() {
             let words: Vec<&str> = idle.iter().map(|group| group.words).collect();
-            let _ = writeln!(out, "\nChanges nothing of these in any flight: {}", words.join(", "));
+            parts
+                .push(Passage::Said(format!("Changes nothing of these in any flight: {}", words.join(", "))));
         }
-        out
+        Document::of_one(format!("What decides a drop: {name}"), done, parts)
     }
 
     /// A row for each output and group: `sobol.csv`.
@@ -270,7 +268,7 @@ mod tests {
             .unwrap();
         assert!(found.iter().all(|of| of.mean.is_finite()), "{found:?}");
         let report = SobolReport { mission: &mission, study, groups, found, replaced, end_s: 30.0 };
-        let text = report.text();
+        let text = report.document().text();
         for words in [
             "2 of 256 flights have a J_TPF of 2 or more, or none, and count as 2",
             "5 of 256 flights are never steady, and count as steady after 30 s",

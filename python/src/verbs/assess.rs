@@ -148,7 +148,7 @@ fn fly_all(
     Ok(Assessed {
         json: json::json(&report, None),
         text: said.text(),
-        sentence: said.verdict.1,
+        sentence: said.sentence().to_owned(),
         safe: report.safe(),
         campaigns: flown,
     })

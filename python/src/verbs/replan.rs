@@ -59,5 +59,5 @@ fn fly_all(given: &Given, cadences: &[String], trials: u64, stop: &Stop) -> Resu
         campaigns.push(ReplanCampaign { row, drops });
     }
     let report = ReplanReport { mission: &mission, autopilot: None, campaigns };
-    Ok(Renewed { json: report.json(), text: report.text(), csv: report.csv() })
+    Ok(Renewed { json: report.json(), text: report.document().text(), csv: report.csv() })
 }

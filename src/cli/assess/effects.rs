@@ -40,14 +40,18 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
         return Ok(Answer::No);
     };
     let report = EffectReport { mission: &mission, effects, campaigns };
-    folder.write_text("effects.txt", &report.text())?;
+    folder.write_text("effects.txt", &report.document().text())?;
     folder.write_text("effects.json", &report.json())?;
     folder.write_text("effects.csv", &report.csv())?;
     folder.write_manifest("effects", &mission, &[("trials", trials.to_string())])?;
     print(&if args.mission.json {
         report.json()
     } else {
-        format!("\n{}every drop in {}\n", report.text(), folder.path().join("effects.csv").display())
+        format!(
+            "\n{}every drop in {}\n",
+            report.document().text(),
+            folder.path().join("effects.csv").display()
+        )
     })?;
     Ok(Answer::Yes)
 }

@@ -39,7 +39,7 @@ pub fn run(args: &AssessArgs, pairs: &[[EnvelopeAxis; 2]], stop: &AtomicBool) ->
     let Ok(report) = searched(args, pairs, &mission, &timed.plan, stop)? else {
         return stopped(args, &mission, "pairs", &narrator);
     };
-    folder.write_text("envelope.txt", &report.text())?;
+    folder.write_text("envelope.txt", &report.document().text())?;
     folder.write_text("envelope.csv", &report.csv())?;
     folder.write_text("envelope.json", &report.json())?;
     folder.write_text("envelope.svg", &envelope_figure(&report).context("the figure of the envelope")?)?;
@@ -49,7 +49,11 @@ pub fn run(args: &AssessArgs, pairs: &[[EnvelopeAxis; 2]], stop: &AtomicBool) ->
     print(&if args.mission.json {
         report.json()
     } else {
-        format!("\n{}every edge in {}\n", report.text(), folder.path().join("envelope.csv").display())
+        format!(
+            "\n{}every edge in {}\n",
+            report.document().text(),
+            folder.path().join("envelope.csv").display()
+        )
     })?;
     Ok(Answer::from(report.nominal_is_safe()))
 }

@@ -46,7 +46,7 @@ pub fn run(args: &AssessArgs, hours: u64, stop: &AtomicBool) -> Result<Answer, F
     };
     progress.finish();
     let report = FreeFallReport { mission: &mission, study, releases, descents };
-    folder.write_text("free_fall.txt", &report.text())?;
+    folder.write_text("free_fall.txt", &report.document().text())?;
     folder.write_text("free_fall.json", &report.json())?;
     folder.write_text("free_fall_releases.csv", &report.releases_csv())?;
     folder.write_text("free_fall_descents.csv", &report.descents_csv())?;
@@ -59,7 +59,7 @@ pub fn run(args: &AssessArgs, hours: u64, stop: &AtomicBool) -> Result<Answer, F
     } else {
         format!(
             "\n{}every release in {}\n",
-            report.text(),
+            report.document().text(),
             folder.path().join("free_fall_releases.csv").display()
         )
     })?;

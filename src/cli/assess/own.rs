@@ -63,7 +63,7 @@ pub fn report(
     let drawn = figures::of_own(runner, &campaigns[0])?;
     let files: Vec<String> = report.campaigns.iter().filter_map(|c| c.file.clone()).collect();
     let said = document(&report, Beside::default());
-    let texts = [said.text(), said.verdict.1];
+    let texts = [said.text(), said.sentence().to_owned()];
     runner.folder.write_text("assess.txt", &format!("{}\n{}\n", texts[0], texts[1]))?;
     runner.folder.write_text("assess.json", &json::json(&report, None))?;
     let beside = ["assess.txt", "assess.json", "trajectory.csv", "plan.json", "plan.svg"].map(str::to_owned);

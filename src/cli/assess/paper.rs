@@ -34,7 +34,7 @@ pub fn run(
     write(&assessment, runner, &campaigns)?;
     finish(args, runner)?;
     let document = document(&assessment, &[]);
-    let texts = [document.text(), document.verdict.1];
+    let texts = [document.text(), document.sentence().to_owned()];
     command::report(
         args,
         runner,
@@ -114,7 +114,7 @@ fn write(
     let drawn = figures::draw(assessment, runner, campaigns)?;
     let document = document(assessment, &drawn);
     let files = [
-        ("assess.txt", format!("{}\n{}\n", document.text(), document.verdict.1)),
+        ("assess.txt", format!("{}\n{}\n", document.text(), document.sentence())),
         ("assess.json", records::assess_json(assessment, None)),
         ("table4.csv", records::table_4_csv(assessment)),
         ("table5.csv", records::table_5_csv(assessment)),

@@ -66,12 +66,16 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
         }
         None => String::new(),
     };
-    folder.print_result(args.mission.json, || report.json(), || format!("\n{}\n{again}", report.text()))?;
+    folder.print_result(
+        args.mission.json,
+        || report.json(),
+        || format!("\n{}\n{again}", report.document().text()),
+    )?;
     Ok(Answer::from(report.found.is_below()))
 }
 
 fn write(report: &RareReport<'_>, folder: &OutputFolder) -> Result<(), Failure> {
-    folder.write_text("rare.txt", &report.text())?;
+    folder.write_text("rare.txt", &report.document().text())?;
     folder.write_text("rare.json", &report.json())?;
     folder.write_text("rare.csv", &report.csv())?;
     match rare_figure(report) {

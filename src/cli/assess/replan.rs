@@ -84,7 +84,7 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
     };
     let report =
         ReplanReport { mission: &mission, autopilot: pilot.as_ref().map(|pilot| pilot.name()), campaigns };
-    folder.write_text("replan.txt", &report.text())?;
+    folder.write_text("replan.txt", &report.document().text())?;
     folder.write_text("replan.json", &report.json())?;
     folder.write_text("replan.csv", &report.csv())?;
     let asked = cadences.iter().map(Cadence::to_string).collect::<Vec<_>>().join(",");
@@ -92,7 +92,11 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
     print(&if args.mission.json {
         report.json()
     } else {
-        format!("\n{}every drop in {}\n", report.text(), folder.path().join("replan.csv").display())
+        format!(
+            "\n{}every drop in {}\n",
+            report.document().text(),
+            folder.path().join("replan.csv").display()
+        )
     })?;
     Ok(Answer::Yes)
 }

@@ -40,11 +40,15 @@ pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer
     flights.finish();
     let Ok(found) = found else { return stopped(args, &mission, "outputs", &narrator) };
     let report = SobolReport { mission: &mission, study, groups, found, replaced, end_s };
-    folder.write_text("sobol.txt", &report.text())?;
+    folder.write_text("sobol.txt", &report.document().text())?;
     folder.write_text("sobol.json", &report.json())?;
     folder.write_text("sobol.csv", &report.csv())?;
     folder.write_text("sobol.svg", &sobol_figure(&report).context("the figure of the indices")?)?;
     folder.write_manifest("assess_sobol", &mission, &[("sobol", points.to_string())])?;
-    folder.print_result(args.mission.json, || report.json(), || format!("\n{}\n", report.text()))?;
+    folder.print_result(
+        args.mission.json,
+        || report.json(),
+        || format!("\n{}\n", report.document().text()),
+    )?;
     Ok(Answer::Yes)
 }

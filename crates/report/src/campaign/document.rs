@@ -3,7 +3,7 @@
 
 use super::CampaignReport;
 use super::tables::{campaigns, cases, measures, verdict, worst};
-use crate::document::{Check, Document, Figure, Part, Section};
+use crate::document::{Check, Document, Figure, Passage, Section};
 use crate::html::{Html, link};
 use crate::study::document::origin;
 use crate::study::tables::{INTERVALS, tracking_note};
@@ -28,67 +28,67 @@ pub fn document(report: &CampaignReport<'_>, beside: Beside) -> Document {
     );
     let flown_by = format!("flown by {}; plan's J_TPF {:.4}\n", report.flown_by, report.plan_j_tpf);
     let Beside { figures, footprint, files } = beside;
-    let mut figures = figures.into_iter().map(Part::Figure);
+    let mut figures = figures.into_iter().map(Passage::Figure);
     let mut sections = vec![
-        Section { id: "campaigns", title: "Campaigns", parts: of_campaigns(report, figures.next()) },
-        Section { id: "worst", title: "The worst trials", parts: worst_trials(report) },
+        Section { id: "campaigns", title: "Campaigns", passages: of_campaigns(report, figures.next()) },
+        Section { id: "worst", title: "The worst trials", passages: worst_trials(report) },
     ];
     if !report.cases.is_empty() {
         let note = tracking_note(report.mission, report.tracking_period_s);
-        let parts = vec![Part::Table(cases(report)), Part::Remark(note)];
-        sections.push(Section { id: "cases", title: "Release cases", parts });
+        let passages = vec![Passage::Table(cases(report)), Passage::Remark(note)];
+        sections.push(Section { id: "cases", title: "Release cases", passages });
     }
-    let figures: Vec<Part> = figures.collect();
+    let figures: Vec<Passage> = figures.collect();
     if !figures.is_empty() {
-        sections.push(Section { id: "figures", title: "Figures", parts: figures });
+        sections.push(Section { id: "figures", title: "Figures", passages: figures });
     }
     if let Some(files) = footprint {
         let about = "Where each vehicle was when its plan ended, seen from the point of release: ";
         let links = Html::joined(files.map(|file| link(&file, &file)), " and ");
         let said = Html::text(about) + links + Html::text(", for maps.");
-        let parts = vec![Part::OnPage(crate::html::paragraph("", said))];
-        sections.push(Section { id: "footprint", title: "Footprint", parts });
+        let passages = vec![Passage::OnPage(crate::html::paragraph("", said))];
+        sections.push(Section { id: "footprint", title: "Footprint", passages });
     }
     let plan = format!("J_TPF {:.4}, {} nodes over {} s", report.plan_j_tpf, m.plan.nodes, m.plan.horizon_s);
     let files = Html::joined(files.iter().map(|file| link(file, file)), ", ");
     let again = "The same command gives the same bytes, on any number of threads.";
-    let parts = origin(m, ("plan", plan), ("files", files), &report.command, again);
-    sections.push(Section { id: "origin", title: "How this was made", parts });
+    let passages = origin(m, ("plan", plan), ("files", files), &report.command, again);
+    sections.push(Section { id: "origin", title: "How this was made", passages });
     Document {
         title: format!("Safety of the transition to powered flight: {}", m.name),
         tab: format!("Safety of {}", m.name),
-        verdict: (report.safe(), verdict(report)),
+        verdict: Some((report.safe(), verdict(report))),
         lead: vec![
-            Part::OnPage(crate::html::paragraph("soft", Html::text(&about))),
-            Part::OnTerminal(flown_by),
+            Passage::OnPage(crate::html::paragraph("soft", Html::text(&about))),
+            Passage::OnTerminal(flown_by),
         ],
         sections,
         checks: checks(report),
     }
 }
 
-fn of_campaigns(report: &CampaignReport<'_>, first: Option<Part>) -> Vec<Part> {
+fn of_campaigns(report: &CampaignReport<'_>, first: Option<Passage>) -> Vec<Passage> {
     let about = "J_state is the largest share of a safety limit - speed, pitch or pitch rate, and out of the plane roll or roll rate - \
          at an instant, J_TPF its maximum over a flight; at 1 a limit is reached. The quantity that tells the trials apart best stands first. \
          Altitude is counted from the release to the plan's end, time from the start of the rotors, t = 0.";
-    let mut parts: Vec<Part> = first.into_iter().collect();
-    parts.push(Part::OnPage(crate::html::paragraph("", Html::rich(about))));
-    parts.extend(report.campaigns.iter().map(|campaign| Part::Table(measures(report, campaign))));
-    parts.push(Part::Table(campaigns(report)));
+    let mut passages: Vec<Passage> = first.into_iter().collect();
+    passages.push(Passage::OnPage(crate::html::paragraph("", Html::rich(about))));
+    passages.extend(report.campaigns.iter().map(|campaign| Passage::Table(measures(report, campaign))));
+    passages.push(Passage::Table(campaigns(report)));
     if let Some(t) = report.judged().and_then(|campaign| campaign.summary.worst.first()) {
         let again = format!("{} --only {}     # the worst trial alone", report.alone, t.trial);
-        parts.push(Part::OnTerminal(again + "\n"));
+        passages.push(Passage::OnTerminal(again + "\n"));
     }
-    parts.push(Part::Remark(INTERVALS.to_owned()));
-    parts
+    passages.push(Passage::Remark(INTERVALS.to_owned()));
+    passages
 }
 
-fn worst_trials(report: &CampaignReport<'_>) -> Vec<Part> {
+fn worst_trials(report: &CampaignReport<'_>) -> Vec<Passage> {
     let worst_of = report.judged().into_iter().flat_map(|campaign| &campaign.summary.worst).take(3);
     let commands = worst_of.map(|t| format!("{} --only {}\n", report.alone, t.trial)).collect();
     let about = Html::text("Each alone, with its flight log, figure and replay:");
-    let about = Part::OnPage(crate::html::paragraph("", about));
-    vec![Part::Table(worst(report)), about, Part::Commands(commands)]
+    let about = Passage::OnPage(crate::html::paragraph("", about));
+    vec![Passage::Table(worst(report)), about, Passage::Commands(commands)]
 }
 
 /// Release cases, the judged campaign and its failed trials; what stands beside the judged one is no check.

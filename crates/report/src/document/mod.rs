@@ -24,15 +24,35 @@ pub struct Document {
     pub title: String,
     /// Title for a browser's tab.
     pub tab: String,
-    /// Whether nothing speaks against it, and the answer in a sentence without its full stop.
-    pub verdict: (bool, String),
+    /// Whether nothing speaks against it, and the answer in a sentence without its full stop, of a study that
+    /// judges.
+    pub verdict: Option<(bool, String)>,
     /// What stands before the sections, on the page above the verdict.
-    pub lead: Vec<Part>,
+    pub lead: Vec<Passage>,
     /// Sections, the most important first. On a terminal, where the end is what is seen, they stand the
     /// other way round.
     pub sections: Vec<Section>,
     /// What was checked one by one.
     pub checks: Vec<Check>,
+}
+
+impl Document {
+    /// A document of one section without a verdict: what was done, and what came of it.
+    pub fn of_one(title: String, done: String, passages: Vec<Passage>) -> Self {
+        let section = Section { id: "results", title: "Results", passages };
+        Self {
+            tab: title.clone(),
+            title,
+            lead: vec![Passage::Said(done)],
+            sections: vec![section],
+            ..Self::default()
+        }
+    }
+
+    /// The answer in a sentence; nothing of a study that does not judge.
+    pub fn sentence(&self) -> &str {
+        self.verdict.as_ref().map_or("", |(_, sentence)| sentence)
+    }
 }
 
 /// A section of a document.
@@ -42,13 +62,13 @@ pub struct Section {
     pub id: &'static str,
     /// Title on the page; on a terminal its tables have theirs.
     pub title: &'static str,
-    /// The parts, in the order in which they are read.
-    pub parts: Vec<Part>,
+    /// The passages, in the order in which they are read.
+    pub passages: Vec<Passage>,
 }
 
-/// A part of a document.
+/// A passage of a document.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Part {
+pub enum Passage {
     /// A statement.
     Said(String),
     /// A remark to what stands above it.

@@ -1,6 +1,6 @@
 //! A document as one HTML page: no script, no font, no image from elsewhere.
 
-use super::{Document, Figure, Part};
+use super::{Document, Figure, Passage};
 use crate::html::{Html, descriptions, document, el, link, paragraph};
 
 /// The style sheet of the pages.
@@ -9,32 +9,34 @@ const STYLE: &str = include_str!("page.css");
 impl Document {
     /// The page: title, verdict, the list of its sections, and each.
     pub fn page(&self) -> String {
-        let (safe, sentence) = &self.verdict;
-        let class = if *safe { "verdict" } else { "verdict no" };
+        let verdict = |(safe, sentence): &(bool, String)| {
+            let class = if *safe { "verdict" } else { "verdict no" };
+            paragraph(class, Html::rich(sentence) + Html::text("."))
+        };
         let entry = |section: &super::Section| el("li").of(link(&format!("#{}", section.id), section.title));
         let contents = el("ol").of(self.sections.iter().map(entry).sum());
         let mut body = el("h1").text(&self.title).line()
-            + self.lead.iter().map(part).sum()
-            + paragraph(class, Html::rich(sentence) + Html::text("."))
+            + self.lead.iter().map(passage).sum()
+            + self.verdict.iter().map(verdict).sum()
             + el("nav").attribute("aria-label", "Contents").of(contents).line();
         for section in &self.sections {
-            let content = el("h2").text(section.title).line() + section.parts.iter().map(part).sum();
+            let content = el("h2").text(section.title).line() + section.passages.iter().map(passage).sum();
             body += el("section").attribute("id", section.id).around(content).line();
         }
         document(&self.tab, STYLE, "", &body)
     }
 }
 
-fn part(part: &Part) -> Html {
-    match part {
-        Part::Said(said) => paragraph("", Html::rich(said)),
-        Part::Remark(said) => paragraph("soft", Html::rich(said)),
-        Part::Table(grid) => grid.html(),
-        Part::Figure(figure) => figure.html(),
-        Part::Commands(lines) => el("pre").text(lines).line(),
-        Part::Facts(facts) => descriptions(facts.iter().cloned()),
-        Part::OnPage(html) => html.clone(),
-        Part::OnTerminal(_) => Html::default(),
+fn passage(passage: &Passage) -> Html {
+    match passage {
+        Passage::Said(said) => paragraph("", Html::rich(said)),
+        Passage::Remark(said) => paragraph("soft", Html::rich(said)),
+        Passage::Table(grid) => grid.html(),
+        Passage::Figure(figure) => figure.html(),
+        Passage::Commands(lines) => el("pre").text(lines).line(),
+        Passage::Facts(facts) => descriptions(facts.iter().cloned()),
+        Passage::OnPage(html) => html.clone(),
+        Passage::OnTerminal(_) => Html::default(),
     }
 }
 

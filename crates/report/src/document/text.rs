@@ -1,20 +1,23 @@
 //! A document as text for the terminal.
 
-use super::{Document, Part};
+use super::{Document, Passage};
 
 impl Document {
-    /// The document as text: what it begins with, then its sections, the most important last; parts stand a
+    /// The document as text: what it begins with, then its sections, the most important last; passages stand a
     /// blank line apart, remarks with what they are to. The verdict is the caller's last line.
     pub fn text(&self) -> String {
-        let parts = self.lead.iter().chain(self.sections.iter().rev().flat_map(|section| &section.parts));
+        let passages =
+            self.lead.iter().chain(self.sections.iter().rev().flat_map(|section| &section.passages));
         let mut text = String::new();
-        for part in parts {
-            let (said, with_the_last) = match part {
-                Part::Said(said) => (format!("{said}\n"), false),
-                Part::Remark(said) => (format!("{said}\n"), true),
-                Part::Table(grid) => (grid.text(), false),
-                Part::OnTerminal(lines) => (lines.clone(), false),
-                Part::Figure(_) | Part::Commands(_) | Part::Facts(_) | Part::OnPage(_) => continue,
+        for passage in passages {
+            let (said, with_the_last) = match passage {
+                Passage::Said(said) => (format!("{said}\n"), false),
+                Passage::Remark(said) => (format!("{said}\n"), true),
+                Passage::Table(grid) => (grid.text(), false),
+                Passage::OnTerminal(lines) => (lines.clone(), false),
+                Passage::Figure(_) | Passage::Commands(_) | Passage::Facts(_) | Passage::OnPage(_) => {
+                    continue;
+                }
             };
             if !text.is_empty() && !with_the_last {
                 text.push('\n');

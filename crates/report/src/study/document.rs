@@ -7,7 +7,7 @@ use super::findings::{Finding, findings};
 use super::readings::{ANOTHER_READING, CHOICES, SLIPS};
 use super::tables::{INTERVALS, campaigns, reproduction, table_4, table_5, tracking_note, verdict};
 use super::{Assessment, OURS, campaign_csv};
-use crate::document::{Document, Figure, Part, Section};
+use crate::document::{Document, Figure, Passage, Section};
 use crate::html::{Html, el, paragraph};
 use crate::json::VERSION;
 use samara_core::assess::paper;
@@ -31,47 +31,47 @@ pub fn document(a: &Assessment<'_>, figures: &[Figure]) -> Document {
         if a.is_the_papers { format!(" (the paper: {})", paper::PLAN_J_TPF) } else { String::new() }
     );
     let cases = vec![
-        Part::Table(table_5(a)),
-        Part::Remark(tracking_note(a.mission, a.tracking_period_s)),
-        Part::Table(table_4(a)),
+        Passage::Table(table_5(a)),
+        Passage::Remark(tracking_note(a.mission, a.tracking_period_s)),
+        Passage::Table(table_4(a)),
     ];
     let mut sections = vec![
-        Section { id: "campaigns", title: "Campaigns", parts: of_campaigns(a) },
-        Section { id: "cases", title: "Release cases and gains", parts: cases },
-        Section { id: "paper", title: "What of the paper is reproduced", parts: reproduced(&findings(a)) },
+        Section { id: "campaigns", title: "Campaigns", passages: of_campaigns(a) },
+        Section { id: "cases", title: "Release cases and gains", passages: cases },
+        Section { id: "paper", title: "What of the paper is reproduced", passages: reproduced(&findings(a)) },
     ];
     if a.is_the_papers {
         sections.extend(readings());
     }
-    let figures = figures.iter().cloned().map(Part::Figure).collect();
-    sections.push(Section { id: "figures", title: "Figures", parts: figures });
-    sections.push(Section { id: "origin", title: "How this was made", parts: made_by(a) });
+    let figures = figures.iter().cloned().map(Passage::Figure).collect();
+    sections.push(Section { id: "figures", title: "Figures", passages: figures });
+    sections.push(Section { id: "origin", title: "How this was made", passages: made_by(a) });
     Document {
         title: format!("Safety of the transition to powered flight: {}", m.name),
         tab: format!("Safety of {}", m.name),
-        verdict: (a.safe(), verdict(a)),
-        lead: vec![Part::OnPage(about), Part::OnTerminal(plan)],
+        verdict: Some((a.safe(), verdict(a))),
+        lead: vec![Passage::OnPage(about), Passage::OnTerminal(plan)],
         sections,
         checks: Vec::new(),
     }
 }
 
-fn of_campaigns(a: &Assessment<'_>) -> Vec<Part> {
+fn of_campaigns(a: &Assessment<'_>) -> Vec<Passage> {
     let what_counts = format!(
         "J_state is the largest share of a safety limit - speed, pitch or pitch rate, and out of the plane roll or roll rate - at an instant (47)-(50), \
          J_TPF its maximum over a flight (51); at 1 a limit is reached. Flights start at the end of the release delay with \
          the rotors at rest, on the plant with speed controllers, motors and rotors, controlled at 100 Hz, for {} s.",
         a.mission.plan.horizon_s
     );
-    let explained = Part::OnPage(paragraph("", Html::rich(&what_counts)));
-    vec![explained, Part::Table(campaigns(a)), Part::Remark(INTERVALS.to_owned())]
+    let explained = Passage::OnPage(paragraph("", Html::rich(&what_counts)));
+    vec![explained, Passage::Table(campaigns(a)), Passage::Remark(INTERVALS.to_owned())]
 }
 
-fn reproduced(found: &[Finding]) -> Vec<Part> {
+fn reproduced(found: &[Finding]) -> Vec<Passage> {
     if found.is_empty() {
         let nothing =
             "This is not the paper's vehicle or mission: there is nothing of the paper's to stand beside it.";
-        return vec![Part::OnPage(paragraph("", Html::text(nothing)))];
+        return vec![Passage::OnPage(paragraph("", Html::text(nothing)))];
     }
     let why_not = found.iter().filter(|f| !f.reproduced).map(|f| {
         let claim = el("strong").of(Html::text("Not reproduced: ") + Html::rich(&f.claim) + Html::text("."));
@@ -88,7 +88,7 @@ fn reproduced(found: &[Finding]) -> Vec<Part> {
     // Writing to a String cannot fail.
     let _ = writeln!(lines, "{more}");
     let on_page = reproduction(found).html() + why_not.sum();
-    vec![Part::OnPage(on_page), Part::OnTerminal(lines)]
+    vec![Passage::OnPage(on_page), Passage::OnTerminal(lines)]
 }
 
 /// What the paper leaves open, another reading of its law, and its slips of print.
@@ -96,7 +96,7 @@ fn readings() -> [Section; 3] {
     let choices = CHOICES.iter().map(|(what, chosen)| (el("dt").rich(what) + el("dd").rich(chosen)).line());
     let another = ANOTHER_READING.iter().map(|text| paragraph("", Html::rich(text)));
     let slips = SLIPS.iter().map(|slip| el("li").rich(slip).line());
-    let section = |id, title, html| Section { id, title, parts: vec![Part::OnPage(html)] };
+    let section = |id, title, html| Section { id, title, passages: vec![Passage::OnPage(html)] };
     [
         section("open", "What the paper leaves open", el("dl").around(choices.sum()).line()),
         section("reading", "Another reading of the control law", another.sum()),
@@ -104,7 +104,7 @@ fn readings() -> [Section; 3] {
     ]
 }
 
-fn made_by(a: &Assessment<'_>) -> Vec<Part> {
+fn made_by(a: &Assessment<'_>) -> Vec<Passage> {
     let m = a.mission;
     let plan = format!(
         "objective {:.6}, J_TPF {:.4}, at its nodes {:.4}, {} nodes over {} s",
@@ -128,7 +128,7 @@ pub(crate) fn origin(
     files: (&'static str, Html),
     commands: &str,
     again: &str,
-) -> Vec<Part> {
+) -> Vec<Passage> {
     let monte_carlo = &m.study.monte_carlo;
     let releases = format!(
         "amplitude theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, streams of its own for each trial",
@@ -147,9 +147,9 @@ pub(crate) fn origin(
     let facts = facts.map(|(name, value)| (name, Html::rich(&value)));
     let again = paragraph("soft", Html::text(again));
     vec![
-        Part::Facts(facts.into_iter().chain([files]).collect()),
-        Part::Commands(commands.to_owned()),
-        Part::OnPage(again),
+        Passage::Facts(facts.into_iter().chain([files]).collect()),
+        Passage::Commands(commands.to_owned()),
+        Passage::OnPage(again),
     ]
 }
 
