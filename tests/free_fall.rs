@@ -111,7 +111,10 @@ fn the_report_counts_what_was_flown() {
     let rows = |csv: String| csv.lines().filter(|line| !line.starts_with('#')).count() - 1;
     let counts = [report.releases_csv(), report.descents_csv(), report.rules_csv()].map(rows);
     assert_eq!(counts, [6, 1, Rule::all().count()]);
-    assert!(report.text().contains("6 releases") && report.text().contains("1 h of descent"));
+    assert!(
+        report.document().text().contains("6 releases")
+            && report.document().text().contains("1 h of descent")
+    );
     let svg = free_fall_figure(&report).unwrap();
     assert!(svg.contains("false alarms an hour") && svg.contains("median until found"));
     report.descents[0].alarms = 1;

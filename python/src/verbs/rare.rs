@@ -76,7 +76,7 @@ pub fn assess_rare(
         let report = RareReport { mission: &mission, unknowns, found, parts, nearest };
         Ok(RareSearched {
             json: report.json(),
-            text: report.text(),
+            text: report.document().text(),
             csv: report.csv(),
             svg: rare_figure(&report).ok(),
             failure_json: report.failure_json(),
@@ -108,7 +108,7 @@ pub fn assess_sobol(
         })?;
         let report = SobolReport { mission: &mission, study, groups, found, replaced, end_s };
         let svg = sobol_figure(&report).or_given()?;
-        Ok(SobolEstimated { json: report.json(), text: report.text(), csv: report.csv(), svg })
+        Ok(SobolEstimated { json: report.json(), text: report.document().text(), csv: report.csv(), svg })
     })
 }
 

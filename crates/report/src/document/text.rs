@@ -3,8 +3,8 @@
 use super::{Document, Passage};
 
 impl Document {
-    /// The document as text: what it begins with, then its sections, the most important last; passages stand a
-    /// blank line apart, remarks with what they are to. The verdict is the caller's last line.
+    /// The document as text: what it begins with, then its sections, the most important last; passages stand
+    /// a blank line apart, remarks with what they are to. The verdict is the caller's last line.
     pub fn text(&self) -> String {
         let passages =
             self.lead.iter().chain(self.sections.iter().rev().flat_map(|section| &section.passages));
