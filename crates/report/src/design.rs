@@ -678,9 +678,12 @@ pub fn convergence_csv(mission: &Mission, search: &DesignSearch) -> String {
     convergence_columns().csv(&stamp(mission), (0..).zip(search.history()))
 }
 
+/// Name of a measure of designs, and the measure.
+type DesignMeasure = (&'static str, fn(&Judgement) -> f64);
+
 /// Fronts of the search as CSV: designs that no other beats in both cost and another measure.
 pub fn front_csv(mission: &Mission, search: &DesignSearch) -> String {
-    const MEASURES: [(&str, fn(&Judgement) -> f64); 4] = [
+    const MEASURES: [DesignMeasure; 4] = [
         ("steady_after", |judgement| judgement.most[0]),
         ("altitude_lost", |judgement| judgement.most[1]),
         ("tilt", |judgement| judgement.most[2]),

@@ -16,6 +16,7 @@ type Str = &'static str;
 /// Columns of numbers: of each the name, and a value for each row.
 pub type Arrays = Vec<(Cow<'static, str>, Vec<f64>)>;
 type Of<R, T> = Box<dyn Fn(&R) -> T + Send + Sync>;
+type Put<R> = Box<dyn Fn(&mut R, Found<'_>) + Send + Sync>;
 
 /// What may be held by columns that all threads read.
 pub trait Shared: Send + Sync + 'static {}
@@ -40,6 +41,7 @@ pub(super) enum Found<'a> {
 
 impl<'a> Found<'a> {
     /// The text, where it is one.
+    #[cfg(feature = "shards")]
     pub(super) fn text(self) -> Option<&'a str> {
         if let Self::Text(text) = self { text } else { None }
     }
@@ -52,7 +54,7 @@ enum Back<R> {
     /// It must be the row's own.
     Checked,
     /// It is put into the row.
-    Put(Box<dyn Fn(&mut R, Found<'_>) + Send + Sync>),
+    Put(Put<R>),
 }
 
 /// A column of a table whose rows are of this type.

@@ -31,8 +31,11 @@ impl StudyRow {
     }
 }
 
+/// Name, meaning and value of a number that was drawn.
+type Drawn = (&'static str, &'static str, fn(&RandomRelease) -> f64);
+
 /// Columns of what was drawn, and of the state at t = 0.
-const DRAWN: [(&str, &str, fn(&RandomRelease) -> f64); 6] = [
+const DRAWN: [Drawn; 6] = [
     ("theta_0_deg", "the draw: amplitude of the swing", |release| release.amplitude_rad * DEG_PER_RAD),
     ("phi_deg", "the draw: phase of the swing", |release| release.phase_rad * DEG_PER_RAD),
     ("vn_m_s", "the state at t = 0", |release| release.state.v_ned.x),
