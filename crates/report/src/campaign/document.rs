@@ -4,7 +4,7 @@
 use super::CampaignReport;
 use super::tables::{campaigns, cases, measures, verdict, worst};
 use crate::document::{Check, Document, Figure, Passage, Section};
-use crate::html::{Html, link};
+use crate::html::{Html, link, paragraph};
 use crate::study::document::origin;
 use crate::study::tables::{INTERVALS, tracking_note};
 
@@ -46,7 +46,7 @@ pub fn document(report: &CampaignReport<'_>, beside: Beside) -> Document {
         let about = "Where each vehicle was when its plan ended, seen from the point of release: ";
         let links = Html::joined(files.map(|file| link(&file, &file)), " and ");
         let said = Html::text(about) + links + Html::text(", for maps.");
-        let passages = vec![Passage::OnPage(crate::html::paragraph("", said))];
+        let passages = vec![Passage::OnPage(paragraph("", said))];
         sections.push(Section { id: "footprint", title: "Footprint", passages });
     }
     let plan = format!("J_TPF {:.4}, {} nodes over {} s", report.plan_j_tpf, m.plan.nodes, m.plan.horizon_s);
@@ -58,10 +58,7 @@ pub fn document(report: &CampaignReport<'_>, beside: Beside) -> Document {
         title: format!("Safety of the transition to powered flight: {}", m.name),
         tab: format!("Safety of {}", m.name),
         verdict: Some((report.safe(), verdict(report))),
-        lead: vec![
-            Passage::OnPage(crate::html::paragraph("soft", Html::text(&about))),
-            Passage::OnTerminal(flown_by),
-        ],
+        lead: vec![Passage::OnPage(paragraph("soft", Html::text(&about))), Passage::OnTerminal(flown_by)],
         sections,
         checks: checks(report),
     }
@@ -72,7 +69,7 @@ fn of_campaigns(report: &CampaignReport<'_>, first: Option<Passage>) -> Vec<Pass
          at an instant, J_TPF its maximum over a flight; at 1 a limit is reached. The quantity that tells the trials apart best stands first. \
          Altitude is counted from the release to the plan's end, time from the start of the rotors, t = 0.";
     let mut passages: Vec<Passage> = first.into_iter().collect();
-    passages.push(Passage::OnPage(crate::html::paragraph("", Html::rich(about))));
+    passages.push(Passage::OnPage(paragraph("", Html::rich(about))));
     passages.extend(report.campaigns.iter().map(|campaign| Passage::Table(measures(report, campaign))));
     passages.push(Passage::Table(campaigns(report)));
     if let Some(t) = report.judged().and_then(|campaign| campaign.summary.worst.first()) {
@@ -87,7 +84,7 @@ fn worst_trials(report: &CampaignReport<'_>) -> Vec<Passage> {
     let worst_of = report.judged().into_iter().flat_map(|campaign| &campaign.summary.worst).take(3);
     let commands = worst_of.map(|t| format!("{} --only {}\n", report.alone, t.trial)).collect();
     let about = Html::text("Each alone, with its flight log, figure and replay:");
-    let about = Passage::OnPage(crate::html::paragraph("", about));
+    let about = Passage::OnPage(paragraph("", about));
     vec![Passage::Table(worst(report)), about, Passage::Commands(commands)]
 }
 
