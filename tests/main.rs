@@ -23,8 +23,6 @@ mod free_fall;
 mod fuzz;
 mod kept_files;
 mod lockstep;
-#[cfg(all(feature = "files", feature = "link"))]
-mod network;
 mod own_vehicle;
 mod params;
 mod plan_grid;

@@ -8,6 +8,8 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 const X500: &str = "mission/x500_drop.json";
+/// One release to be tuned for.
+const QUICK: &str = "tests/data/one_release.json";
 
 fn samara(args: &[&str], out: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_samara")).args(args).arg("--out").arg(out).output().unwrap()
@@ -95,7 +97,7 @@ fn px4_flies_the_drop_as_predicted() {
 fn gains_for_px4_are_written_and_the_same_whatever_the_threads() {
     let folder = tempfile::tempdir().unwrap();
     let tune = |name: &str, threads: &str| {
-        let args = ["tune", X500, "--for", "px4", "--iterations", "2", "--particles", "4", "--unseen", "4"];
+        let args = ["tune", QUICK, "--for", "px4", "--iterations", "2", "--particles", "4", "--unseen", "4"];
         let out = folder.path().join(name);
         let output = samara(&[&args[..], &["--threads", threads, "--json"]].concat(), &out);
         (json(&output), fs::read_to_string(out.join("gains.params")).unwrap())

@@ -43,8 +43,17 @@ fn json(output: &Output) -> serde_json::Value {
 /// A search for PX4's parameters, four candidates an iteration.
 fn tune_for_px4(out: &Path, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
-    let quick =
-        ["tune", "mission/x500_drop.json", "--for", "px4", "--particles", "4", "--unseen", "2", "--json"];
+    let quick = [
+        "tune",
+        "tests/data/one_release.json",
+        "--for",
+        "px4",
+        "--particles",
+        "4",
+        "--unseen",
+        "2",
+        "--json",
+    ];
     command.args(quick).args(more).arg("--out").arg(out).stdout(Stdio::piped()).stderr(Stdio::piped());
     command
 }

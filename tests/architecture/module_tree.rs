@@ -29,8 +29,8 @@ type Segments = Vec<String>;
 pub struct Tree(BTreeMap<Segments, Module>);
 
 impl Tree {
-    /// Reads `src/lib.rs`, `src/main.rs`, `tests/main.rs`, the `lib.rs` of each crate, and every file that
-    /// they reach.
+    /// Reads `src/lib.rs`, `src/main.rs`, `tests/main.rs`, `tests/network/main.rs`, the `lib.rs` of each
+    /// crate, and every file that they reach.
     pub fn read() -> Self {
         let mut tree = Self(BTreeMap::new());
         tree.add(Vec::new(), Path::new("src/lib.rs"), false);
@@ -40,6 +40,7 @@ impl Tree {
         }
         tree.add(vec!["main".to_owned()], Path::new("src/main.rs"), false);
         tree.add(vec!["tests".to_owned()], Path::new("tests/main.rs"), true);
+        tree.add(vec!["network".to_owned()], Path::new("tests/network/main.rs"), true);
         tree
     }
 

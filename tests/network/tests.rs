@@ -13,8 +13,14 @@ use super::{KINDS, Trouble, frames, run, run_trouble};
 fn prop_a_thousand_seeds_hold() {
     let mut good = KINDS.map(|kind| (kind, 0));
     let mut failing = Vec::new();
-    for seed in 0..1_000 {
-        let (trouble, seen, broken) = run(seed);
+    let processors = std::thread::available_parallelism().map_or(1, usize::from);
+    let share = |first: usize| (first..1_000).step_by(processors).map(|seed| (seed, run(seed as u64)));
+    let runs: Vec<_> = std::thread::scope(|threads| {
+        let started: Vec<_> =
+            (0..processors).map(|first| threads.spawn(move || share(first).collect::<Vec<_>>())).collect();
+        started.into_iter().flat_map(|thread| thread.join().unwrap()).collect()
+    });
+    for (seed, (trouble, seen, broken)) in runs {
         let of_kind = good.iter_mut().find(|(kind, _)| *kind == trouble.kind);
         of_kind.unwrap().1 += u32::from(seen.simulator_yes && seen.streamer_yes);
         if !broken.is_empty() {
