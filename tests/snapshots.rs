@@ -100,7 +100,7 @@ fn type_of(name: &str, path: &Path) -> Option<Again> {
         "cases.json" => again::<report::json::CasesObject>,
         "plan.json" => again::<report::plan::PlanObject>,
         "assess.json" if path.with_file_name("table5.csv").exists() => {
-            again::<report::study::records::StudyObject>
+            again::<report::paper::records::StudyObject>
         }
         "assess.json" => again::<report::campaign::json::AssessObject>,
         "envelope.json" => again::<report::envelope::EnvelopeObject>,

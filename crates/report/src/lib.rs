@@ -13,6 +13,7 @@
 //! | `judged_drop` | a drop that is over, judged |
 //! | [`json`] | the objects of `--json` |
 //! | [`outcome`] | what a flight came to: cells of a row, keys of an object |
+//! | [`paper`] | the paper's study: tables, claims, page |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
 //! | [`design`] | searches of plan and gains together |
@@ -40,7 +41,6 @@
 //! | [`schema`] | schemas of the results' objects
 //! | `shard` | parts of a campaign that are flown apart: rows as Parquet, statistics (feature `shards`) |
 //! | [`sobol`] | what decides a drop: Sobol's indices |
-//! | [`study`] | the safety study: tables, trials, page |
 //!
 //! Everything here is text made from its arguments: the same arguments give the same bytes. Wall-clock times
 //! come from the caller and go to the terminal and to `--json` only, never into a file.
@@ -67,6 +67,7 @@ mod judged_drop;
 mod marks;
 pub mod mcap;
 pub mod outcome;
+pub mod paper;
 pub mod params;
 pub mod plan;
 pub mod plan_grid;
@@ -84,7 +85,6 @@ pub mod shard;
 pub mod shell;
 mod shown_drop;
 pub mod sobol;
-pub mod study;
 #[cfg(test)]
 mod table_tests;
 pub mod truth;

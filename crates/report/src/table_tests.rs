@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 
+use super::campaign::campaign_csv::{StudyRow, columns, parse_row, trial_columns, write_row};
 use super::rows::Columns;
-use super::study::campaign_csv::{StudyRow, columns, parse_row, trial_columns, write_row};
 use super::{
     design, drops, effects, envelope, flight_columns, free_fall, rare, repeats, replan, sobol, tune,
 };

@@ -22,9 +22,9 @@ use samara::assess::{
     Summary, Tally, paper,
 };
 use samara::config::Mission;
+use samara::report::campaign::campaign_csv::{file_name, header, parse_row, write_row};
 use samara::report::campaign::exact::{MeasurePasses, MeasureValues};
 use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
-use samara::report::study::campaign_csv::{file_name, header, parse_row, write_row};
 
 /// Trials between two looks at Ctrl-C and two writes to the disk.
 pub const BLOCK: u64 = 128;

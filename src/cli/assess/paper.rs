@@ -12,8 +12,8 @@ use samara::assess::{StudyEntry, StudyReference, tracking};
 use samara::config::Mission;
 use samara::control::{ControlError, Gains};
 use samara::plan::Plan;
-use samara::report::study::document::document;
-use samara::report::study::{Assessed, Assessment, CaseResult, OURS, records};
+use samara::report::paper::document::document;
+use samara::report::paper::{Assessed, Assessment, CaseResult, OURS, records};
 use samara::study::controller::{along_plan, controller_with};
 
 /// Flies the study.

@@ -6,7 +6,7 @@
 use mavlink::dialects::common::{COMMAND_ACK_DATA, MavMessage};
 use mavlink::{MAV_STX_V2, MavlinkVersion, Message as _, MessageData as _, calculate_crc};
 
-use super::frame::{CHECKSUM_LEN, CommandAck, HEADER_LEN_V2, MAX_FRAME_LEN};
+use super::frame::{CHECKSUM_LEN, CommandAck, HEADER_LEN_V2};
 use super::froude::Froude;
 
 /// Makes the MAVLink 2 frames of one component on one link: sequence numbers without gaps.
@@ -65,7 +65,6 @@ impl Encoder {
         bytes.extend_from_slice(&payload[..len]);
         let crc = calculate_crc(&bytes[1..], crc_extra);
         bytes.extend_from_slice(&crc.to_le_bytes());
-        debug_assert!(bytes.len() <= MAX_FRAME_LEN);
         bytes
     }
 }

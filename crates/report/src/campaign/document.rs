@@ -2,11 +2,12 @@
 //! their commands, figures, footprint, how to make it again; and each trial that is checked.
 
 use super::CampaignReport;
-use super::tables::{campaigns, cases, measures, verdict, worst};
+use super::tables::{INTERVALS, campaigns, cases, measures, tracking_note, verdict, worst};
 use crate::document::{Check, Document, Figure, Passage, Section};
 use crate::html::{Html, link, paragraph};
-use crate::study::document::origin;
-use crate::study::tables::{INTERVALS, tracking_note};
+use crate::json::VERSION;
+use samara_core::units::DEG_PER_RAD;
+use samara_mission::Mission;
 
 /// What lies beside a page.
 #[derive(Clone, Debug, Default)]
@@ -111,4 +112,37 @@ fn checks(report: &CampaignReport<'_>) -> Vec<Check> {
         }));
     }
     checks
+}
+
+/// How a document was made: the program, its inputs, the plan, the releases, the files beside it, commands
+/// that make it again, and a remark.
+pub(crate) fn origin(
+    m: &Mission,
+    (plan_name, plan): (&'static str, String),
+    files: (&'static str, Html),
+    commands: &str,
+    again: &str,
+) -> Vec<Passage> {
+    let monte_carlo = &m.study.monte_carlo;
+    let releases = format!(
+        "amplitude theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, streams of its own for each trial",
+        monte_carlo.amplitude_sigma_rad * DEG_PER_RAD,
+        monte_carlo.omega_rad_s,
+        monte_carlo.length_m
+    );
+    let facts = [
+        ("program", format!("samara {VERSION}")),
+        ("inputs, SHA-256", m.inputs.hash.clone()),
+        ("seed", m.seed.to_string()),
+        ("gains", m.control.gains_name.clone()),
+        (plan_name, plan),
+        ("releases", releases),
+    ];
+    let facts = facts.map(|(name, value)| (name, Html::rich(&value)));
+    let again = paragraph("soft", Html::text(again));
+    vec![
+        Passage::Facts(facts.into_iter().chain([files]).collect()),
+        Passage::Commands(commands.to_owned()),
+        Passage::OnPage(again),
+    ]
 }

@@ -3,6 +3,8 @@
 //!
 //! | file | holds |
 //! |---|---|
+//! | [`campaign_csv`] | every trial of a campaign, written and read again |
+//! | [`only`] | one trial alone |
 //! | [`own`] | the controllers, the release cases and the names of campaigns of a mission's own gains |
 //! | [`tables`] | the tables, the verdict in a sentence |
 //! | [`json`] | the object of `--json` and of `assess.json` |
@@ -10,10 +12,12 @@
 //! | [`footprint`] | where the vehicles were when the plan ended, as GeoJSON and as KML |
 //! | [`exact`] | exact quantiles, where every trial is kept |
 
+pub mod campaign_csv;
 pub mod document;
 pub mod exact;
 pub mod footprint;
 pub mod json;
+pub mod only;
 pub mod own;
 pub mod tables;
 

@@ -1,7 +1,7 @@
 //! Campaigns of a mission's own gains in a report.
 
+use super::campaign_csv::file_name;
 use super::{CampaignSummary, Keep, NamedCampaign};
-use crate::study::campaign_csv::file_name;
 use samara_core::assess::StudyEntry;
 use samara_study::own::OPTIMAL;
 

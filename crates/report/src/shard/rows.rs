@@ -1,10 +1,10 @@
 //! The rows of a part: the columns of the campaign's CSV file, under the same names, and why a trial failed.
 
 use super::{ShardError, Table, Values};
+pub use crate::campaign::campaign_csv::StudyRow;
+use crate::campaign::campaign_csv::columns;
 use crate::drops::{DropTrial, drawn_columns, outcome_columns};
 use crate::rows::{Columns, Found, Value};
-pub use crate::study::campaign_csv::StudyRow;
-use crate::study::campaign_csv::columns;
 use samara_core::assess::{Outcome, RandomRelease};
 use samara_mission::Mission;
 

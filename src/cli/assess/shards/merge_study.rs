@@ -15,10 +15,10 @@ use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use samara::assess::{Outcome, RandomRelease};
 use samara::report::campaign::Keep;
+use samara::report::campaign::campaign_csv::{file_name, header, parse_row};
 use samara::report::shard::ShardError;
 use samara::report::shard::rows::study_rows;
 use samara::report::shard::summary::StudyPart;
-use samara::report::study::campaign_csv::{file_name, header, parse_row};
 use samara::study::own::own_entries;
 
 /// Merges the campaigns of a mission's own gains.

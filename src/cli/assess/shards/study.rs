@@ -14,12 +14,12 @@ use crate::cli::planning::plan_mission;
 use crate::cli::progress::ProgressLine;
 use crate::cli::results::{OutputFolder, place_of};
 use samara::assess::{RandomRelease, StudyEntry};
+use samara::report::campaign::campaign_csv::write_row;
 use samara::report::campaign::{CampaignSummary, SHOWN, TrialRecord};
 use samara::report::cut::Cut;
 use samara::report::shard::rows::{StudyRow, study_table};
 use samara::report::shard::summary::{StudyPart, SummaryRecord};
 use samara::report::shard::{ShardHead, ShardWriter};
-use samara::report::study::campaign_csv::write_row;
 use samara::study::own::own_entries;
 
 /// Flies the part, unless it is there.

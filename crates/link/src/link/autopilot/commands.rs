@@ -8,8 +8,8 @@ use mavlink::dialects::common::*;
 use num_traits::FromPrimitive as _;
 
 use super::AutopilotSession;
+use super::command_result::{CommandResult, whole};
 use super::outbox::Peer;
-use super::outcome::{Outcome, whole};
 use super::refusals::Missing;
 use super::telemetry::available_modes;
 use crate::autopilot::FlightMode;
@@ -32,29 +32,29 @@ impl AutopilotSession {
         if of_parachute && command.target_component == 0 {
             return;
         }
-        let outcome = match known {
+        let result = match known {
             Some(MavCmd::MAV_CMD_INJECT_FAILURE) => {
                 match self.pass_on(peer, command, SIMULATOR_COMPONENT, "failure injection") {
-                    Some(outcome) => outcome,
+                    Some(result) => result,
                     // The simulator's answer is passed on when it comes.
                     None => return,
                 }
             }
             Some(MavCmd::MAV_CMD_DO_GRIPPER) => match self.release(peer, command) {
-                Some(outcome) => outcome,
+                Some(result) => result,
                 // The parachute's answer is passed on when it comes.
                 None => return,
             },
             Some(known) => self.obey(peer, known, command),
-            None => Outcome::Unsupported,
+            None => CommandResult::Unsupported,
         };
-        let ack = CommandAck::new(command, outcome as u8, (peer.system, peer.component));
+        let ack = CommandAck::new(command, result as u8, (peer.system, peer.component));
         self.outbox.reply_command_ack(peer, &ack);
     }
 
     /// Passes a command on to a component at the simulator's end, whose answer goes back when it comes;
     /// `Some`: it is answered at once.
-    fn pass_on(&mut self, peer: Peer, command: &Command, to: u8, what: &str) -> Option<Outcome> {
+    fn pass_on(&mut self, peer: Peer, command: &Command, to: u8, what: &str) -> Option<CommandResult> {
         let target = (self.system_id(), to);
         let reason = if !self.clock.is_running() {
             "no simulator"
@@ -64,21 +64,21 @@ impl AutopilotSession {
             return None;
         };
         let reason = format!("{what} refused: {reason}");
-        Some(Outcome::TemporarilyRejected.because(&mut self.vehicle.autopilot, reason))
+        Some(CommandResult::TemporarilyRejected.because(&mut self.vehicle.autopilot, reason))
     }
 
     /// DO_GRIPPER as ground stations give it, to the autopilot: the gripper is the parachute, and can only
     /// release (parameter 2: 0).
-    fn release(&mut self, peer: Peer, command: &Command) -> Option<Outcome> {
+    fn release(&mut self, peer: Peer, command: &Command) -> Option<CommandResult> {
         if command.param(2) == Some(RELEASE) {
             return self.pass_on(peer, command, PARACHUTE_COMPONENT, "release");
         }
         let reason = "gripper refused: it can only release";
-        Some(Outcome::Denied.because(&mut self.vehicle.autopilot, reason))
+        Some(CommandResult::Denied.because(&mut self.vehicle.autopilot, reason))
     }
 
     #[expect(deprecated, reason = "some are deprecated in MAVLink, still sent by ground stations")]
-    fn obey(&mut self, peer: Peer, known: MavCmd, command: &Command) -> Outcome {
+    fn obey(&mut self, peer: Peer, known: MavCmd, command: &Command) -> CommandResult {
         let (now, vehicle) = (self.clock.now(), &mut self.vehicle);
         match known {
             MavCmd::MAV_CMD_DO_SET_MODE => vehicle.set_mode(now, command),
@@ -106,45 +106,47 @@ impl AutopilotSession {
             MavCmd::MAV_CMD_DO_PAUSE_CONTINUE => self.pause_or_continue(now, command),
             MavCmd::MAV_CMD_DO_PARACHUTE => {
                 let reason = "the parachute is component 161: command that";
-                Outcome::Unsupported.because(&mut vehicle.autopilot, reason)
+                CommandResult::Unsupported.because(&mut vehicle.autopilot, reason)
             }
             _ => {
                 if let Some(missing) = Missing::of_command(known) {
                     self.refusals.say(missing, &mut vehicle.autopilot);
                 }
-                Outcome::Unsupported
+                CommandResult::Unsupported
             }
         }
     }
 
     /// REQUEST_MESSAGE: parameter 1 the message; AVAILABLE_MODES has an index in parameter 2.
-    fn send_requested(&mut self, peer: Peer, command: &Command) -> Outcome {
+    fn send_requested(&mut self, peer: Peer, command: &Command) -> CommandResult {
         match command.param(1).and_then(whole) {
             Some(AVAILABLE_MODES_DATA::ID) => {
-                let Some(index) = command.param(2).map_or(Some(0), whole) else { return Outcome::Denied };
+                let Some(index) = command.param(2).map_or(Some(0), whole) else {
+                    return CommandResult::Denied;
+                };
                 let sent = available_modes(index).map(|message| self.outbox.reply(peer, &message)).count();
-                Outcome::Denied.unless(sent > 0)
+                CommandResult::Denied.unless(sent > 0)
             }
             Some(message_id) => self.send_message(peer, message_id),
-            None => Outcome::Denied,
+            None => CommandResult::Denied,
         }
     }
 
-    fn send_message(&mut self, peer: Peer, message_id: u32) -> Outcome {
+    fn send_message(&mut self, peer: Peer, message_id: u32) -> CommandResult {
         let message = self.telemetry().message(message_id);
         if let Some(message) = &message {
             self.outbox.reply(peer, message);
         }
-        Outcome::Denied.unless(message.is_some())
+        CommandResult::Denied.unless(message.is_some())
     }
 
     /// GET_MESSAGE_INTERVAL: parameter 1 the message.
-    fn send_interval(&mut self, peer: Peer, command: &Command) -> Outcome {
+    fn send_interval(&mut self, peer: Peer, command: &Command) -> CommandResult {
         let message_id = command.param(1).and_then(whole).and_then(|id| u16::try_from(id).ok());
-        let Some(message_id) = message_id else { return Outcome::Denied };
+        let Some(message_id) = message_id else { return CommandResult::Denied };
         let interval_us = self.streams.of(peer.link).interval_us(message_id);
         let message = MESSAGE_INTERVAL_DATA { interval_us, message_id };
         self.outbox.reply(peer, &MavMessage::MESSAGE_INTERVAL(message));
-        Outcome::Accepted
+        CommandResult::Accepted
     }
 }

@@ -21,7 +21,7 @@
 use mavlink::dialects::common::MavFrame;
 use nalgebra::Vector3;
 
-use super::outcome::{Outcome, whole};
+use super::command_result::{CommandResult, whole};
 use super::telemetry::mode_of_standard;
 use super::vehicle::Vehicle;
 use crate::autopilot::{FlightMode, Severity, YawSetpoint};
@@ -48,7 +48,7 @@ const FORCE: f32 = 21196.0;
 
 impl Vehicle {
     /// DO_SET_MODE.
-    pub(super) fn set_mode(&mut self, now: TimeUs, command: &Command) -> Outcome {
+    pub(super) fn set_mode(&mut self, now: TimeUs, command: &Command) -> CommandResult {
         // Parameter 1 holds base mode flags; bit 0 says that parameters 2 and 3 count.
         let base_mode = command.param(1).and_then(whole).unwrap_or(1);
         let main = command.param(2).and_then(whole).and_then(|x| u8::try_from(x).ok());
@@ -60,7 +60,7 @@ impl Vehicle {
     }
 
     /// DO_SET_STANDARD_MODE.
-    pub(super) fn set_standard_mode(&mut self, now: TimeUs, command: &Command) -> Outcome {
+    pub(super) fn set_standard_mode(&mut self, now: TimeUs, command: &Command) -> CommandResult {
         let number = command.param(1).and_then(whole).and_then(|x| u8::try_from(x).ok());
         match number.and_then(mode_of_standard) {
             Some(mode) => self.enter(now, mode),
@@ -76,62 +76,62 @@ impl Vehicle {
         };
     }
 
-    fn enter_numbered(&mut self, now: TimeUs, main: u8, sub: u8) -> Outcome {
+    fn enter_numbered(&mut self, now: TimeUs, main: u8, sub: u8) -> CommandResult {
         match FlightMode::from_numbers(main, sub) {
             Some(mode) => self.enter(now, mode),
             None if main == FlightMode::AutoLoiter.main_number() => {
-                self.refuse(Outcome::TemporarilyRejected, "mode refused: unsupported auto mode")
+                self.refuse(CommandResult::TemporarilyRejected, "mode refused: unsupported auto mode")
             }
             None => self.no_such_mode(),
         }
     }
 
-    fn no_such_mode(&mut self) -> Outcome {
-        self.refuse(Outcome::Denied, "mode refused: no such mode")
+    fn no_such_mode(&mut self) -> CommandResult {
+        self.refuse(CommandResult::Denied, "mode refused: no such mode")
     }
 
-    fn refuse(&mut self, outcome: Outcome, reason: &'static str) -> Outcome {
-        outcome.because(&mut self.autopilot, reason)
+    fn refuse(&mut self, result: CommandResult, reason: &'static str) -> CommandResult {
+        result.because(&mut self.autopilot, reason)
     }
 
     /// Enters a mode; a refusal has been reported.
-    pub(super) fn enter(&mut self, now: TimeUs, mode: FlightMode) -> Outcome {
-        Outcome::TemporarilyRejected.unless(self.autopilot.request_mode(now, mode).is_ok())
+    pub(super) fn enter(&mut self, now: TimeUs, mode: FlightMode) -> CommandResult {
+        CommandResult::TemporarilyRejected.unless(self.autopilot.request_mode(now, mode).is_ok())
     }
 
     /// COMPONENT_ARM_DISARM.
-    pub(super) fn arm_or_disarm(&mut self, now: TimeUs, command: &Command) -> Outcome {
+    pub(super) fn arm_or_disarm(&mut self, now: TimeUs, command: &Command) -> CommandResult {
         let force = command.param(2) == Some(FORCE);
         let done = match command.param(1) {
             Some(1.0) => self.autopilot.arm(now, force).is_ok(),
             Some(0.0) => self.autopilot.disarm(force).is_ok(),
-            _ => return self.refuse(Outcome::Denied, "arm/disarm refused: parameter 1 must be 0 or 1"),
+            _ => return self.refuse(CommandResult::Denied, "arm/disarm refused: parameter 1 must be 0 or 1"),
         };
-        Outcome::TemporarilyRejected.unless(done)
+        CommandResult::TemporarilyRejected.unless(done)
     }
 
     /// NAV_TAKEOFF.
-    pub(super) fn take_off(&mut self, now: TimeUs, command: &Command) -> Outcome {
+    pub(super) fn take_off(&mut self, now: TimeUs, command: &Command) -> CommandResult {
         let Some(down_m) = self.down_of(command) else { return self.enter(now, FlightMode::AutoTakeoff) };
         if !GLOBAL_FRAMES.contains(&command.frame) {
             return self.no_such_place();
         }
-        Outcome::TemporarilyRejected.unless(self.autopilot.take_off_to(now, down_m).is_ok())
+        CommandResult::TemporarilyRejected.unless(self.autopilot.take_off_to(now, down_m).is_ok())
     }
 
     /// DO_REPOSITION.
-    pub(super) fn reposition(&mut self, now: TimeUs, command: &Command) -> Outcome {
+    pub(super) fn reposition(&mut self, now: TimeUs, command: &Command) -> CommandResult {
         let in_hold = self.autopilot.mode() == FlightMode::AutoLoiter;
         let flags = command.param(2).map_or(0, |flags| flags as u32);
         if flags & CHANGE_MODE == 0 && !in_hold {
             return self.refuse(
-                Outcome::TemporarilyRejected,
+                CommandResult::TemporarilyRejected,
                 "REPOSITION refused: not in HOLD, and not to be entered",
             );
         }
         let flies = self.autopilot.is_in_air() || self.autopilot.falls();
         let Some(state) = self.latest_state().filter(|_| flies) else {
-            return self.refuse(Outcome::TemporarilyRejected, "REPOSITION refused: not flying");
+            return self.refuse(CommandResult::TemporarilyRejected, "REPOSITION refused: not flying");
         };
         let yaw = command.param(4).filter(|yaw| yaw.is_finite()).map(f64::from);
         let place = match (self.place_of(command, &state.p_ned), yaw) {
@@ -144,18 +144,19 @@ impl Vehicle {
         };
         let yaw = yaw.map_or(YawSetpoint::Keep, YawSetpoint::Angle);
         if self.autopilot.reposition(now, place, yaw).is_err() {
-            return Outcome::TemporarilyRejected;
+            return CommandResult::TemporarilyRejected;
         }
         if let Some(speed) = command.param(1).filter(|&speed| speed > 0.0 && speed.is_finite()) {
             self.autopilot.set_speed(Some(f64::from(speed)));
         }
-        Outcome::Accepted
+        CommandResult::Accepted
     }
 
     /// DO_CHANGE_SPEED.
-    pub(super) fn change_speed(&mut self, command: &Command) -> Outcome {
+    pub(super) fn change_speed(&mut self, command: &Command) -> CommandResult {
         if command.param(1).is_some_and(|kind| kind != 1.0) {
-            return self.refuse(Outcome::Unsupported, "speed refused: a multirotor has a ground speed only");
+            return self
+                .refuse(CommandResult::Unsupported, "speed refused: a multirotor has a ground speed only");
         }
         match command.param(2) {
             Some(-2.0) => self.autopilot.set_speed(None),
@@ -163,15 +164,15 @@ impl Vehicle {
             Some(speed) if speed > 0.0 && speed.is_finite() => {
                 self.autopilot.set_speed(Some(f64::from(speed)));
             }
-            Some(_) => return Outcome::Denied,
+            Some(_) => return CommandResult::Denied,
         }
-        Outcome::Accepted
+        CommandResult::Accepted
     }
 
     /// DO_SET_HOME.
-    pub(super) fn set_home(&mut self, command: &Command) -> Outcome {
+    pub(super) fn set_home(&mut self, command: &Command) -> CommandResult {
         let Some(state) = self.latest_state() else {
-            return self.refuse(Outcome::TemporarilyRejected, "home refused: no position yet");
+            return self.refuse(CommandResult::TemporarilyRejected, "home refused: no position yet");
         };
         let place = match command.param(1) {
             Some(1.0) => Some(state.p_ned),
@@ -181,11 +182,11 @@ impl Vehicle {
         self.home.set(&state, place);
         self.autopilot.set_home(place);
         self.autopilot.say(Severity::Info, "home is set");
-        Outcome::Accepted
+        CommandResult::Accepted
     }
 
-    fn no_such_place(&mut self) -> Outcome {
-        self.refuse(Outcome::Denied, "refused: no such place")
+    fn no_such_place(&mut self) -> CommandResult {
+        self.refuse(CommandResult::Denied, "refused: no such place")
     }
 
     /// Position down of parameter 7 [m], when it is given.

@@ -14,7 +14,7 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 
 use super::AutopilotSession;
-use super::outcome::{Outcome, whole};
+use super::command_result::{CommandResult, whole};
 use crate::autopilot::FlightMode;
 use crate::autopilot::missions::Item;
 use crate::link::frame::Command;
@@ -36,44 +36,44 @@ impl AutopilotSession {
 
     /// MISSION_START, as PX4's commander has it (Commander.cpp of v1.14): DENIED without a mission and for an
     /// item that there is not, TEMPORARILY_REJECTED where mode or arming is refused.
-    pub(super) fn start_mission(&mut self, now: TimeUs, command: &Command) -> Outcome {
+    pub(super) fn start_mission(&mut self, now: TimeUs, command: &Command) -> CommandResult {
         let autopilot = &mut self.vehicle.autopilot;
         if !autopilot.mission().is_feasible() {
-            return Outcome::Denied.because(autopilot, "Mission start denied! No valid mission");
+            return CommandResult::Denied.because(autopilot, "Mission start denied! No valid mission");
         }
         let first = match command.param(1) {
             Some(-1.0) => None,
             Some(first) => match whole(first).and_then(|first| u16::try_from(first).ok()) {
                 Some(seq) if usize::from(seq) < autopilot.mission().len() => Some(seq),
-                _ => return Outcome::Denied.because(autopilot, "Mission start denied! No such item"),
+                _ => return CommandResult::Denied.because(autopilot, "Mission start denied! No such item"),
             },
-            None => return Outcome::Denied.because(autopilot, "Mission start denied! No such item"),
+            None => return CommandResult::Denied.because(autopilot, "Mission start denied! No such item"),
         };
-        if self.vehicle.enter(now, FlightMode::AutoMission) != Outcome::Accepted {
-            return Outcome::TemporarilyRejected;
+        if self.vehicle.enter(now, FlightMode::AutoMission) != CommandResult::Accepted {
+            return CommandResult::TemporarilyRejected;
         }
         // Before arming puts the motors on.
         if let Some(seq) = first {
             self.vehicle.autopilot.mission_mut().set_current(seq);
         }
         self.missions.note_current(self.vehicle.autopilot.mission().current());
-        Outcome::TemporarilyRejected.unless(self.vehicle.autopilot.arm(now, false).is_ok())
+        CommandResult::TemporarilyRejected.unless(self.vehicle.autopilot.arm(now, false).is_ok())
     }
 
     /// DO_SET_MISSION_CURRENT.
-    pub(super) fn set_mission_item(&mut self, command: &Command) -> Outcome {
+    pub(super) fn set_mission_item(&mut self, command: &Command) -> CommandResult {
         let seq = command.param(1).and_then(whole).and_then(|seq| u16::try_from(seq).ok());
         let known = seq.is_some_and(|seq| self.missions.set_current(seq));
         self.send_answers();
-        Outcome::Denied.unless(known)
+        CommandResult::Denied.unless(known)
     }
 
     /// DO_PAUSE_CONTINUE.
-    pub(super) fn pause_or_continue(&mut self, now: TimeUs, command: &Command) -> Outcome {
+    pub(super) fn pause_or_continue(&mut self, now: TimeUs, command: &Command) -> CommandResult {
         match command.param(1) {
             Some(0.0) => self.vehicle.enter(now, FlightMode::AutoLoiter),
             Some(1.0) => self.vehicle.enter(now, FlightMode::AutoMission),
-            _ => Outcome::Denied
+            _ => CommandResult::Denied
                 .because(&mut self.vehicle.autopilot, "pause/continue refused: parameter 1 must be 0 or 1"),
         }
     }

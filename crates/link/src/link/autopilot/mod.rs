@@ -8,7 +8,7 @@
 //! | `vehicle` | the state machine with its controller, and what it knows of where it is |
 //! | `hil`, `sensing`, `home` | the simulator's messages as a state and as the estimator's samples; home |
 //! | `clock` | simulated time, TIMESYNC and PING |
-//! | `commands`, `outcome` | COMMAND_LONG and COMMAND_INT, and who obeys each; what becomes of them |
+//! | `commands`, `command_result` | COMMAND_LONG and COMMAND_INT, and who obeys each; what becomes of them |
 //! | `commanded` | whose command has changed what flies, for the simulator |
 //! | `relay` | the commands that are the simulator's or the parachute's |
 //! | `refusals` | what is not there, refused in words |
@@ -28,6 +28,7 @@
 //! backwards the simulator has started over, and so does the autopilot.
 
 mod clock;
+mod command_result;
 mod commanded;
 mod commands;
 mod files;
@@ -39,7 +40,6 @@ mod manual_control;
 mod mission_commands;
 mod missions;
 mod outbox;
-mod outcome;
 mod parameters;
 mod refusals;
 mod relay;

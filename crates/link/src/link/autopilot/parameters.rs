@@ -11,8 +11,8 @@ use mavlink::MessageData as _;
 use mavlink::dialects::common::*;
 use num_traits::FromPrimitive as _;
 
+use super::command_result::CommandResult;
 use super::outbox::{LINKS, Outbox, Peer};
-use super::outcome::Outcome;
 use crate::autopilot::flight_log::LogEntry;
 use crate::autopilot::parameters::{Parameters, Refusal};
 use crate::autopilot::{Autopilot, Severity};
@@ -206,24 +206,24 @@ impl ParameterServer {
         gravity_m_s2: f64,
         autopilot: &mut Autopilot,
         outbox: &mut Outbox,
-    ) -> Outcome {
+    ) -> CommandResult {
         if autopilot.is_armed() {
             let reason = "parameters are stored and reset only while disarmed";
-            return Outcome::TemporarilyRejected.because(autopilot, reason);
+            return CommandResult::TemporarilyRejected.because(autopilot, reason);
         }
         match command.param(1) {
             Some(1.0) if self.keeps_file => self.saved = Some(self.file_text(gravity_m_s2)),
             Some(1.0) => {
                 let reason = "parameters are not stored: there is no folder for results";
-                return Outcome::Denied.because(autopilot, reason);
+                return CommandResult::Denied.because(autopilot, reason);
             }
             Some(2.0) => {
                 let changed = self.parameters.reset(autopilot);
                 self.publish(&changed, outbox);
             }
-            _ => return Outcome::Unsupported,
+            _ => return CommandResult::Unsupported,
         }
-        Outcome::Accepted
+        CommandResult::Accepted
     }
 
     /// The values as a file for `--params`.

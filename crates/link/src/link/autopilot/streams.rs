@@ -6,8 +6,8 @@
 use mavlink::MessageData as _;
 use mavlink::dialects::common::HEARTBEAT_DATA;
 
+use super::command_result::{CommandResult, whole};
 use super::outbox::{LINKS, index_of};
-use super::outcome::{Outcome, whole};
 use super::telemetry::TABLE;
 use super::vehicle::Condition;
 use crate::link::frame::Command;
@@ -103,18 +103,18 @@ impl Schedule {
 
     /// SET_MESSAGE_INTERVAL: parameter 1 the message, 2 its interval [us], 0 for the link's own rate, -1 for
     /// none.
-    pub(super) fn set_interval(&mut self, command: &Command) -> Outcome {
+    pub(super) fn set_interval(&mut self, command: &Command) -> CommandResult {
         let message_id = command.param(1).and_then(whole);
         let found = self.streams.iter_mut().find(|s| Some(s.message_id) == message_id);
-        let Some(stream) = found else { return Outcome::Denied };
+        let Some(stream) = found else { return CommandResult::Denied };
         stream.interval_us = match command.param(2) {
             Some(0.0) => stream.default_us,
             Some(-1.0) => None,
             Some(us) if us >= 1.0 && us.is_finite() => Some(us as TimeUs),
-            _ => return Outcome::Denied,
+            _ => return CommandResult::Denied,
         };
         (stream.next_us, self.earliest_us) = (0, 0);
-        Outcome::Accepted
+        CommandResult::Accepted
     }
 
     /// The interval of a stream as MESSAGE_INTERVAL has it [us]: -1 off, 0 no such stream.
@@ -153,8 +153,8 @@ mod tests {
         for interval_us in [1.0, 2.0, 3.0, 1e6, 1e18, f32::MAX] {
             let mut schedule = Schedule::new(Link::Api);
             let params = [ATTITUDE_DATA::ID as f32, interval_us, 0.0, 0.0, 0.0, 0.0, 0.0];
-            let outcome = schedule.set_interval(&Command { params, ..Command::default() });
-            assert_eq!((outcome, sent(&mut schedule)), (Outcome::Accepted, streams), "{interval_us}");
+            let result = schedule.set_interval(&Command { params, ..Command::default() });
+            assert_eq!((result, sent(&mut schedule)), (CommandResult::Accepted, streams), "{interval_us}");
         }
     }
 
@@ -181,17 +181,17 @@ mod tests {
             let params = [message_id as f32, interval_us, 0.0, 0.0, 0.0, 0.0, 0.0];
             schedule.set_interval(&Command { params, ..Command::default() })
         };
-        assert_eq!(set(&mut schedule, 9999, -1.0), Outcome::Denied);
+        assert_eq!(set(&mut schedule, 9999, -1.0), CommandResult::Denied);
         assert_eq!(schedule.interval_us(9999), 0);
-        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 20_000.0), Outcome::Accepted);
+        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 20_000.0), CommandResult::Accepted);
         assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID as u16), 20_000);
         assert!(count(&mut schedule, ATTITUDE_DATA::ID, 4).abs_diff(200) <= 1);
-        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 1.0), Outcome::Accepted);
+        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 1.0), CommandResult::Accepted);
         assert_eq!(count(&mut schedule.clone(), ATTITUDE_DATA::ID, 1), 250, "at most one a step");
-        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, -1.0), Outcome::Accepted);
+        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, -1.0), CommandResult::Accepted);
         assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID as u16), -1);
         assert_eq!(count(&mut schedule.clone(), ATTITUDE_DATA::ID, 1), 0);
-        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 0.0), Outcome::Accepted);
+        assert_eq!(set(&mut schedule, ATTITUDE_DATA::ID, 0.0), CommandResult::Accepted);
         assert_eq!(schedule.interval_us(ATTITUDE_DATA::ID as u16), 10_000);
     }
 }

@@ -8,7 +8,7 @@ use super::config::{Clock, StreamerConfig};
 use super::event::StreamerEvent;
 use super::hanging::Hang;
 use super::px4_waits::{awaits_checks, leave_hold};
-use super::request::{Progress, Request};
+use super::request::{Request, RequestStep};
 use super::state::{Next, Step, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::timing::TELEMETRY_PERIOD_US;
@@ -119,11 +119,11 @@ impl StreamerSession {
     fn pursue(&mut self, make: impl FnOnce(&StreamerConfig) -> Request) -> Result<bool, String> {
         let Self { flight, outbox, .. } = self;
         let (failure, gave_up) = match outbox.pursue(flight.now, || make(&flight.config)) {
-            Progress::Pending | Progress::Send(_) => return Ok(false),
-            Progress::Accepted => return Ok(true),
+            RequestStep::Pending | RequestStep::Send(_) => return Ok(false),
+            RequestStep::Accepted => return Ok(true),
             // The next tick sends it again.
-            Progress::Again(failure) => (failure, false),
-            Progress::GaveUp(failure) => (failure, true),
+            RequestStep::Again(failure) => (failure, false),
+            RequestStep::GaveUp(failure) => (failure, true),
         };
         let mut said = flight.vehicle.said_since(failure.sent_at);
         if failure.what == ARMING {

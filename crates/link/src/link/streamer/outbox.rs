@@ -6,7 +6,7 @@ use mavlink::dialects::common::{MavCmd, MavMessage, MavType};
 
 use super::config::{STREAMER_COMPONENT, STREAMER_SYSTEM, StreamerConfig};
 use super::patience::Wire;
-use super::request::{Progress, Request};
+use super::request::{Request, RequestStep};
 use crate::link::encoder::Encoder;
 use crate::link::frame::CommandAck;
 use crate::link::wire::{heartbeat_after, heartbeat_of};
@@ -80,17 +80,17 @@ impl Outbox {
     /// Sends the autopilot a command whose answer does not matter.
     pub(super) fn wish(&mut self, now: TimeUs, command: MavCmd, params: [f32; 3]) {
         let mut wish = Request::to_autopilot(self.vehicle_system, command, params, "a message", 1);
-        if let Progress::Send(m) = wish.poll(now, &self.wire) {
+        if let RequestStep::Send(m) = wish.poll(now, &self.wire) {
             self.send(&MavMessage::COMMAND_LONG(m));
         }
     }
 
     /// Works at the request under way, or at the one that is made; what it sends is sent.
-    pub(super) fn pursue(&mut self, now: TimeUs, make: impl FnOnce() -> Request) -> Progress {
+    pub(super) fn pursue(&mut self, now: TimeUs, make: impl FnOnce() -> Request) -> RequestStep {
         match self.request.get_or_insert_with(make).poll(now, &self.wire) {
-            Progress::Send(message) => {
+            RequestStep::Send(message) => {
                 self.send(&MavMessage::COMMAND_LONG(message));
-                Progress::Pending
+                RequestStep::Pending
             }
             progress => progress,
         }

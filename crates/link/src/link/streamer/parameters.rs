@@ -128,7 +128,7 @@ pub(super) struct Exchange(Vec<Item>);
 
 /// Result of an exchange.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Outcome {
+pub(super) struct Exchanged {
     /// What the vehicle has.
     pub(super) values: BTreeMap<String, Value>,
     /// How many were set.
@@ -211,8 +211,8 @@ impl Exchange {
     }
 
     /// Result of the exchange so far.
-    pub(super) fn outcome(&self) -> Outcome {
-        let mut outcome = Outcome::default();
+    pub(super) fn outcome(&self) -> Exchanged {
+        let mut outcome = Exchanged::default();
         for item in &self.0 {
             match (item.stage, item.set) {
                 (Stage::Has(value), set) => {
@@ -355,7 +355,7 @@ mod tests {
             exchange.poll(0, RETRY_US, &wire, 1);
             exchange.take_error("A", error);
             assert!(exchange.is_over());
-            let Outcome { absent, refused, .. } = exchange.outcome();
+            let Exchanged { absent, refused, .. } = exchange.outcome();
             assert_eq!(absent.is_empty(), words.is_some());
             assert_eq!(refused.first().map(|(_, _, why)| why.to_string()).as_deref(), words);
         }

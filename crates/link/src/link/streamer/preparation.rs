@@ -10,7 +10,7 @@ use super::event::StreamerEvent;
 use super::flight::Flight;
 use super::metadata::EventMetadata;
 use super::outbox::Outbox;
-use super::parameters::{Exchange, Outcome, RETRY_US, Refusal};
+use super::parameters::{Exchange, Exchanged, RETRY_US, Refusal};
 use super::patience::Sent;
 use super::reports::Reports;
 use super::state::{Step, StreamerState};
@@ -162,7 +162,7 @@ impl Preparation {
     }
 
     /// One step of the exchange of parameters; its outcome, once it is over.
-    fn exchange(&mut self, flight: &Flight, outbox: &mut Outbox) -> Option<Outcome> {
+    fn exchange(&mut self, flight: &Flight, outbox: &mut Outbox) -> Option<Exchanged> {
         let (retry_us, system) = (flight.config.site_span_us(RETRY_US), flight.config.vehicle_system);
         let exchange = self.exchange.as_mut()?;
         let messages = exchange.poll(flight.now, retry_us, &outbox.wire, system);
@@ -187,13 +187,13 @@ impl Preparation {
             self.exchange = Some(Exchange::new(&BTreeMap::new(), Version::probes()));
         }
         let by_parameters =
-            |outcome: Outcome| Version::by_parameters(|name| outcome.values.contains_key(name));
+            |outcome: Exchanged| Version::by_parameters(|name| outcome.values.contains_key(name));
         let px4 = by_version.or_else(|| self.exchange(flight, outbox).map(by_parameters))?;
         self.exchange = None;
         Some(px4)
     }
 
-    fn judge(&mut self, outcome: Outcome, flight: &Flight, reports: &mut Reports) -> Step {
+    fn judge(&mut self, outcome: Exchanged, flight: &Flight, reports: &mut Reports) -> Step {
         let envelope = flight.config.procedure.as_ref().map(|p| p.envelope).unwrap_or_default();
         let has = |name: &str| outcome.values.contains_key(name);
         let missed = |name: &&String| !other_name(name).is_some_and(has);

@@ -13,7 +13,7 @@ use super::event::StreamerEvent;
 use super::flight::Flight;
 use super::outbox::Outbox;
 use super::reports::Reports;
-use super::request::{Progress, Request};
+use super::request::{Request, RequestStep};
 use super::state::{Next, StreamerState};
 use crate::autopilot::FlightMode;
 use crate::control::px4::versions::ChecksReport;
@@ -126,10 +126,10 @@ fn ask_for_hold(flight: &Flight, outbox: &mut Outbox) -> bool {
         Request::to_autopilot(config.vehicle_system, command, params, "HOLD", HOLD_TRIES)
     });
     match progress {
-        Progress::Send(_) | Progress::Pending | Progress::Again(_) => false,
-        Progress::GaveUp(_) => true,
+        RequestStep::Send(_) | RequestStep::Pending | RequestStep::Again(_) => false,
+        RequestStep::GaveUp(_) => true,
         // Which a heartbeat must show.
-        Progress::Accepted => flight.now >= flight.since + config.site_span_us(HOLD_SHOWN_US),
+        RequestStep::Accepted => flight.now >= flight.since + config.site_span_us(HOLD_SHOWN_US),
     }
 }
 

@@ -43,7 +43,7 @@ pub(super) struct Failure {
 
 /// What is to be done about a request.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Progress {
+pub(super) enum RequestStep {
     /// Wait.
     Pending,
     /// Send this.
@@ -112,14 +112,14 @@ impl Request {
     }
 
     /// What is to be done about it at `now`.
-    pub(super) fn poll(&mut self, now: TimeUs, wire: &Wire) -> Progress {
+    pub(super) fn poll(&mut self, now: TimeUs, wire: &Wire) -> RequestStep {
         if self.result == Some(ACCEPTED) {
-            return Progress::Accepted;
+            return RequestStep::Accepted;
         }
         let Some(sent) = self.sent else {
             self.sent = Some(wire.send(now));
             self.attempts_left = self.attempts_left.saturating_sub(1);
-            return Progress::Send(self.message.clone());
+            return RequestStep::Send(self.message.clone());
         };
         // A refusal waits for what explains it, in simulated time alone.
         let waited = match self.result {
@@ -127,17 +127,17 @@ impl Request {
             None => wire.has_waited(sent, now, self.retry_us),
         };
         if !waited {
-            return Progress::Pending;
+            return RequestStep::Pending;
         }
         let result = self.result.take();
         let (what, by, sent_at) = (self.what, self.by, sent.at);
         let failure = Failure { what, by, sent_at, result: result.map(result_name) };
         if self.attempts_left == 0 || result == Some(UNSUPPORTED) {
-            return Progress::GaveUp(failure);
+            return RequestStep::GaveUp(failure);
         }
         self.sent = None;
         self.message.confirmation = self.message.confirmation.wrapping_add(1);
-        Progress::Again(failure)
+        RequestStep::Again(failure)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Statements of section V.A about the statistics of the Monte Carlo campaigns.
 
 use super::finding::{Finding, WHY_OTHER, within, within_factor};
-use crate::study::Assessment;
+use crate::paper::Assessment;
 use samara_core::assess::{Summary, paper};
 
 /// Largest relative deviation of the campaigns' means from the paper's.

@@ -1,20 +1,15 @@
-//! Results of the safety study: tables as text, CSV and JSON, every trial as CSV, and one page with
-//! everything.
+//! Results of the paper's study, its section V: tables as text, CSV and JSON, and one page with everything.
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`campaign_csv`] | every trial of a campaign, written and read again |
 //! | [`records`] | the rows of the tables; `--json` and the CSV files |
 //! | [`findings`] | which claims of the paper are reproduced, and why others are not |
 //! | [`readings`] | what the paper leaves open and what is chosen here, and its slips of print |
 //! | [`tables`] | its tables |
-//! | [`only`] | one trial alone |
 //! | [`document`] | all that is said of it, for terminal and page |
 
-pub mod campaign_csv;
 pub mod document;
 pub mod findings;
-pub mod only;
 pub mod readings;
 pub mod records;
 pub mod tables;

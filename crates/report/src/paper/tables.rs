@@ -2,37 +2,11 @@
 
 use super::findings::Finding;
 use super::{Assessed, Assessment, label};
+use crate::campaign::tables::{digits, interval, probability_digits, probability_interval};
 use crate::document::Grid;
 use crate::tune::NAMES;
-use samara_core::assess::{paper, tracking};
+use samara_core::assess::paper;
 use samara_core::control::Gains;
-use samara_mission::Mission;
-
-/// A number with that many decimals; "-" when it is not a number, "inf" for a flight that diverged.
-fn digits(x: f64, n: usize) -> String {
-    if x.is_nan() {
-        "-".to_owned()
-    } else if x.is_infinite() {
-        "inf".to_owned()
-    } else {
-        format!("{x:.n$}")
-    }
-}
-
-fn interval((low, high): (f64, f64), n: usize) -> String {
-    format!("[{}, {}]", digits(low, n), digits(high, n))
-}
-
-/// An interval of a probability, rounded outwards, so that it holds as printed.
-pub(crate) fn probability_interval((low, high): (f64, f64), n: usize) -> String {
-    let scale = 10f64.powi(n as i32);
-    interval(((low * scale).floor() / scale, (high * scale).ceil() / scale), n)
-}
-
-/// Number of digits that distinguish a probability that is nearly one from one.
-pub(crate) fn probability_digits(trials: u64) -> usize {
-    (trials.max(1).ilog10() as usize + 1).clamp(3, 7)
-}
 
 /// Table 4: the gains.
 pub fn table_4(a: &Assessment<'_>) -> Grid {
@@ -122,18 +96,6 @@ pub fn reproduction(all: &[Finding]) -> Grid {
     }
     grid
 }
-
-/// Explanation of the tracking RMS of flights with this control period [s].
-pub fn tracking_note(mission: &Mission, period_s: f64) -> String {
-    let beside = if mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
-    format!(
-        "Tracking RMS: flights commanded every {:.3} ms, so that the plan's nodes fall on steps.{beside}",
-        1e3 * period_s
-    )
-}
-
-/// Explanation of intervals and probability.
-pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pearson's exact one for the probability. Standard deviations with n - 1.";
 
 /// The study's answer in one sentence.
 pub fn verdict(a: &Assessment<'_>) -> String {

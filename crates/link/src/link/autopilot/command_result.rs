@@ -7,21 +7,21 @@ use crate::autopilot::{Autopilot, Severity};
 /// Result of a command (`MAV_RESULT`).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub(super) enum Outcome {
+pub(super) enum CommandResult {
     Accepted = 0,
     TemporarilyRejected = 1,
     Denied = 2,
     Unsupported = 3,
 }
 
-impl Outcome {
-    /// This outcome, with its reason reported to the crew.
+impl CommandResult {
+    /// This result, with its reason reported to the crew.
     pub(super) fn because(self, autopilot: &mut Autopilot, reason: impl Into<Cow<'static, str>>) -> Self {
         autopilot.say(Severity::Error, reason);
         self
     }
 
-    /// ACCEPTED if something was done, else this outcome.
+    /// ACCEPTED if something was done, else this result.
     pub(super) fn unless(self, done: bool) -> Self {
         if done { Self::Accepted } else { self }
     }

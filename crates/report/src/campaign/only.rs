@@ -1,10 +1,10 @@
 //! One trial alone: its random numbers and its outcome with each controller.
 
 use super::campaign_csv::drawn;
-use super::label;
 use crate::document::Grid;
 use crate::json::{Head, object, text};
 use crate::outcome::OutcomeObject;
+use crate::paper::label;
 use samara_core::assess::{Outcome, RandomRelease, StudyEntry};
 use samara_mission::Mission;
 

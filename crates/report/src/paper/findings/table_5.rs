@@ -1,7 +1,7 @@
 //! Statements of section V about the plan and Table 5.
 
 use super::finding::{Finding, WHY_OTHER, ends, within, within_factor};
-use crate::study::{Assessed, Assessment};
+use crate::paper::{Assessed, Assessment};
 use samara_core::assess::{Summary, paper};
 
 /// Largest relative deviation of the plan's J_TPF from the paper's.

@@ -2,7 +2,7 @@
 //! state at the target.
 
 use super::finding::Finding;
-use crate::study::Assessment;
+use crate::paper::Assessment;
 use samara_core::assess::paper;
 use samara_core::model::trim::trim;
 use samara_core::units::DEG_PER_RAD;

@@ -2,7 +2,7 @@
 //! J_TPF hangs on the release.
 
 use super::finding::{Finding, WHY_OTHER, ends, within_factor};
-use crate::study::{Assessed, Assessment};
+use crate::paper::{Assessed, Assessment};
 use samara_core::assess::Side::{Negative, Positive};
 use samara_core::assess::{ReleaseTrends, Summary, paper};
 use samara_core::units::DEG_PER_RAD;

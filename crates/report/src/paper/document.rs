@@ -5,14 +5,14 @@ use std::fmt::Write as _;
 
 use super::findings::{Finding, findings};
 use super::readings::{ANOTHER_READING, CHOICES, SLIPS};
-use super::tables::{INTERVALS, campaigns, reproduction, table_4, table_5, tracking_note, verdict};
-use super::{Assessment, OURS, campaign_csv};
+use super::tables::{campaigns, reproduction, table_4, table_5, verdict};
+use super::{Assessment, OURS};
+use crate::campaign::campaign_csv;
+use crate::campaign::document::origin;
+use crate::campaign::tables::{INTERVALS, tracking_note};
 use crate::document::{Document, Figure, Passage, Section};
 use crate::html::{Html, el, paragraph};
-use crate::json::VERSION;
 use samara_core::assess::paper;
-use samara_core::units::DEG_PER_RAD;
-use samara_mission::Mission;
 
 /// The document of a study with its figures.
 pub fn document(a: &Assessment<'_>, figures: &[Figure]) -> Document {
@@ -118,39 +118,6 @@ fn made_by(a: &Assessment<'_>) -> Vec<Passage> {
     );
     let files = Html::rich(&files.join(", "));
     origin(m, ("optimal trajectory", plan), ("every trial", files), &commands, &again)
-}
-
-/// How a document was made: the program, its inputs, the plan, the releases, the files beside it, commands
-/// that make it again, and a remark.
-pub(crate) fn origin(
-    m: &Mission,
-    (plan_name, plan): (&'static str, String),
-    files: (&'static str, Html),
-    commands: &str,
-    again: &str,
-) -> Vec<Passage> {
-    let monte_carlo = &m.study.monte_carlo;
-    let releases = format!(
-        "amplitude theta_0 normal with {:.1} deg, phase uniform, omega {} rad/s, pendulum {} m; ChaCha8, streams of its own for each trial",
-        monte_carlo.amplitude_sigma_rad * DEG_PER_RAD,
-        monte_carlo.omega_rad_s,
-        monte_carlo.length_m
-    );
-    let facts = [
-        ("program", format!("samara {VERSION}")),
-        ("inputs, SHA-256", m.inputs.hash.clone()),
-        ("seed", m.seed.to_string()),
-        ("gains", m.control.gains_name.clone()),
-        (plan_name, plan),
-        ("releases", releases),
-    ];
-    let facts = facts.map(|(name, value)| (name, Html::rich(&value)));
-    let again = paragraph("soft", Html::text(again));
-    vec![
-        Passage::Facts(facts.into_iter().chain([files]).collect()),
-        Passage::Commands(commands.to_owned()),
-        Passage::OnPage(again),
-    ]
 }
 
 /// A paragraph wrapped to lines of at most `width`, the first flush, the others indented.
