@@ -42,9 +42,12 @@ impl LabelPlace {
 pub(crate) struct Room {
     bounds: LabelPlace,
     taken: Vec<LabelPlace>,
-    /// Points of the lines, about a pixel apart.
-    line_points: Vec<Point>,
+    /// Points of the lines, at most a pixel apart, by the strip of the bounds that they lie in, or next to.
+    strips: Vec<Vec<Point>>,
 }
+
+/// Height of a strip [px].
+const STRIP_PX: f64 = 8.0;
 
 /// Weight of a pixel of a line under a label, as area of another label [px^2].
 const AREA_PER_LINE_POINT: f64 = 12.0;
@@ -53,7 +56,9 @@ const OVERLAP_WEIGHT: f64 = 10.0;
 
 impl Room {
     pub(crate) fn new(((x0, y0), (x1, y1)): (Point, Point)) -> Self {
-        Self { bounds: LabelPlace { x0, y0, x1, y1 }, taken: Vec::new(), line_points: Vec::new() }
+        let strips = ((y1 - y0) / STRIP_PX).ceil().max(1.0) as usize;
+        let bounds = LabelPlace { x0, y0, x1, y1 };
+        Self { bounds, taken: Vec::new(), strips: vec![Vec::new(); strips] }
     }
 
     /// Keeps labels off a place.
@@ -69,10 +74,17 @@ impl Room {
             if length.is_finite() {
                 let n = (length.min(5000.0).ceil() as usize).max(1);
                 let at = |i: usize| i as f64 / n as f64;
-                self.line_points
-                    .extend((0..n).map(|i| (a.0 + (b.0 - a.0) * at(i), a.1 + (b.1 - a.1) * at(i))));
+                for point in (0..n).map(|i| (a.0 + (b.0 - a.0) * at(i), a.1 + (b.1 - a.1) * at(i))) {
+                    let strip = self.strip(point.1);
+                    self.strips[strip].push(point);
+                }
             }
         }
+    }
+
+    /// The strip that a height lies in, or is nearest to.
+    fn strip(&self, y: f64) -> usize {
+        (((y - self.bounds.y0) / STRIP_PX) as usize).min(self.strips.len() - 1)
     }
 
     /// Keeps labels off a coloured line.
@@ -126,7 +138,8 @@ impl Room {
     fn price(&self, place: &LabelPlace) -> f64 {
         let outside = place.area() - place.common_area(&self.bounds);
         let covered: f64 = self.taken.iter().map(|t| t.common_area(place)).sum();
-        let lines = self.line_points.iter().filter(|p| place.holds(**p)).count();
+        let strips = self.strips.get(self.strip(place.y0)..=self.strip(place.y1)).unwrap_or_default();
+        let lines = strips.iter().flatten().filter(|p| place.holds(**p)).count();
         OVERLAP_WEIGHT * (outside + covered) + AREA_PER_LINE_POINT * lines as f64
     }
 }
