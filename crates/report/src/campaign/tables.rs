@@ -158,6 +158,18 @@ pub fn worst(report: &CampaignReport<'_>) -> Grid {
     grid
 }
 
+/// Explanation of the tracking RMS of flights with this control period [s].
+pub fn tracking_note(mission: &Mission, period_s: f64) -> String {
+    let beside = if mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
+    format!(
+        "Tracking RMS: flights commanded every {:.3} ms, so that the plan's nodes fall on steps.{beside}",
+        1e3 * period_s
+    )
+}
+
+/// Explanation of intervals and probability.
+pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pearson's exact one for the probability. Standard deviations with n - 1.";
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -217,15 +229,3 @@ mod tests {
         assert_eq!(of["measures"][4]["max"], 9.0);
     }
 }
-
-/// Explanation of the tracking RMS of flights with this control period [s].
-pub fn tracking_note(mission: &Mission, period_s: f64) -> String {
-    let beside = if mission.site.environment.wind_ned_m_s.y == 0.0 { "" } else { tracking::OUT_OF_PLANE };
-    format!(
-        "Tracking RMS: flights commanded every {:.3} ms, so that the plan's nodes fall on steps.{beside}",
-        1e3 * period_s
-    )
-}
-
-/// Explanation of intervals and probability.
-pub const INTERVALS: &str = "Intervals: Student's t for the mean, Clopper and Pearson's exact one for the probability. Standard deviations with n - 1.";
