@@ -93,7 +93,7 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
     narrator.say(&origin(path, mission));
     let report = FidelityReport::new(mission, rungs, args.calibrate, ChosenAmong::new(args.chosen_among));
     let folder = OutputFolder::create("fidelity", args.mission.out.as_deref(), &mission.name)?;
-    folder.write_text("fidelity.txt", &report.text())?;
+    folder.write_text("fidelity.txt", &report.document().text())?;
     folder.write_text("fidelity.json", &report.json())?;
     let figure = fidelity_figure(&report).context("no trial was flown both ways").bad_input()?;
     folder.write_text("fidelity.svg", &figure)?;
@@ -104,7 +104,7 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
     print(&if args.mission.json {
         report.json()
     } else {
-        format!("{}\nfigure in {}\n", report.text(), folder.path().join("fidelity.svg").display())
+        format!("{}\nfigure in {}\n", report.document().text(), folder.path().join("fidelity.svg").display())
     })?;
     Ok(Answer::Yes)
 }

@@ -1,16 +1,4 @@
-//! Numbers and tables for the terminal.
-
-use std::fmt::Display;
-
-/// A line of a table in columns of these widths, a space apart: the first cell to the left, the others to the
-/// right. Ends with a line's end.
-pub(super) fn columns(widths: &[usize], cells: impl IntoIterator<Item = impl Display>) -> String {
-    let mut line = String::new();
-    for (i, (cell, &width)) in cells.into_iter().zip(widths).enumerate() {
-        line += &if i == 0 { format!("{cell:<width$}") } else { format!(" {cell:>width$}") };
-    }
-    line + "\n"
-}
+//! Numbers for people.
 
 /// With that many decimals; no "-0.00".
 pub(super) fn fixed(x: f64, digits: usize) -> String {

@@ -1,16 +1,17 @@
-//! The result of a search of designs, as text, JSON and CSV.
+//! The result of a search of designs, as a document, as JSON and as CSV.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Map, Value};
 
-use super::columns::{columns, short};
+use super::columns::short;
+use super::document::{Document, Grid, Passage};
 use super::figure::{Distribution, FigureError, distribution_figure, j_tpf};
 use super::json::{VERSION, finite, result_objects, text as json_text};
 use super::range_ends::{RangeEndsObject, range_ends_words};
 use super::rows::{Columns, Shared};
 use super::tune::records::stamp;
-use super::tune::{GainsObject, Standing, gains_table};
+use super::tune::{GainsObject, Standing, gains_grid};
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
 use samara_core::assess::{ChosenAmong, LEAST_DIFFERENCE};
 use samara_core::control::Gains;
@@ -222,16 +223,16 @@ fn number(x: f64) -> String {
     if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() }
 }
 
-/// The search, the design and its fresh flights for the terminal.
-pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String {
+/// What is said of the search, the design and its fresh flights.
+pub fn document(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Document {
     let last = search.history().last();
     let (unplanned, flights) = last.map_or((0, 0.0), |g| (g.unplanned, g.flights));
     let judgement = &run.chosen.judgement;
-    let mut out = format!(
+    let done = format!(
         "{}: {} of J_TPF made small over {} numbers and choices: {} designs, {flights:.0} of {} flights each, in {:.1} s ({unplanned} \
          without a plan){}\n\
          on the search's flights: {} {}, mean {}, worst {}, {:.0} over a limit; release cases steady after {:.1} s, {:.1} m lost, tilt {:.1} \
-         deg, {:.0} J of the plan; loops at the target {:.2} from instability{}\n\n",
+         deg, {:.0} J of the plan; loops at the target {:.2} from instability{}",
         mission.name,
         run.objective.name(),
         search.settings().space.searched(),
@@ -251,28 +252,38 @@ pub fn text(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String
         judgement.modulus,
         if run.allowed { "" } else { ": A BOUND DOES NOT HOLD" },
     );
-    const PLAN: [usize; 13] = [14, 9, 8, 8, 8, 8, 8, 6, 6, 6, 6, 7, 6];
     let heads = [
         "plan", "attitude", "v_horiz", "v_down", "rates", "final", "input", "ref", "nodes", "peak", "pitch",
         "deg/s", "ahead",
     ];
-    out += &columns(&PLAN, heads);
+    let mut plans = Grid::new("Plan", heads);
     let own = (OWN.to_owned(), search.settings().own);
     let shown = [own, (run.name.clone(), run.chosen.design)];
     for (name, design) in &shown {
-        out += &columns(&PLAN, std::iter::once(name.clone()).chain(plan_cells(design)));
+        plans.row(name, plan_cells(design));
     }
-    out += "(factors on the mission's own weights; reference of the input; weight of the peak and bounds, - for none; feed-forward)\n\n";
+    let factors = "(factors on the mission's own weights; reference of the input; weight of the peak and bounds, - for none; feed-forward)";
     let sets: Vec<_> = shown.iter().map(|(name, design)| (name.as_str(), design.gains)).collect();
-    out += &gains_table(&sets);
-    let ends = range_ends_words(&run.range_ends()).map_or_else(String::new, |words| words + "\n");
-    out + "\n" + &loops_text(run) + &finalists_text(run) + &fresh_text(run) + &ends
+    let mut passages = vec![
+        Passage::Table(plans),
+        Passage::Remark(factors.to_owned()),
+        Passage::Table(gains_grid(&sets)),
+        Passage::Table(loops(run)),
+        Passage::Remark("(gain: factors to the limit of stability; delay beyond the control period's own; each loop broken while the others are closed)".to_owned()),
+    ];
+    passages.extend(finalists(run).map(Passage::Table));
+    if let Some(grid) = fresh(run) {
+        passages.push(Passage::Table(grid));
+        let steady = "(turbulence comes on top of the unknowns; steady: the latest of those that are steady at the end)";
+        passages.push(Passage::Remark(steady.to_owned()));
+    }
+    passages.extend(range_ends_words(&run.range_ends()).map(Passage::Said));
+    Document::of_one(format!("Design of {}", mission.name), done, passages)
 }
 
-fn loops_text(run: &DesignRun) -> String {
-    const WIDTHS: [usize; 9] = [15, 12, 8, 9, 9, 9, 9, 9, 8];
+fn loops(run: &DesignRun) -> Grid {
     let heads = ["loop", "at", "stable", "gain up", "gain down", "phase deg", "delay ms", "rad/s", "modulus"];
-    let mut out = columns(&WIDTHS, heads);
+    let mut grid = Grid::new("Margins of the loops", heads);
     for (i, (name, _)) in LOOPS.iter().enumerate() {
         for at in &run.loops {
             let Some((_, margins)) = at.loops.get(i) else { continue };
@@ -289,24 +300,22 @@ fn loops_text(run: &DesignRun) -> String {
                 or_any(margins.crossover_rad_s, 2),
                 format!("{:.3}", margins.modulus),
             ];
-            out += &columns(&WIDTHS, std::iter::once((*name).to_owned()).chain(cells));
+            grid.row(name, cells);
         }
     }
-    out + "(gain: factors to the limit of stability; delay beyond the control period's own; each loop broken while the others are closed)\n\n"
+    grid
 }
 
-fn finalists_text(run: &DesignRun) -> String {
-    if run.finalists.is_empty() {
-        return String::new();
-    }
-    const WIDTHS: [usize; 7] = [14, 9, 9, 9, 9, 9, 10];
+/// The finalists on flights that the search did not have; `None` where there are none.
+fn finalists(run: &DesignRun) -> Option<Grid> {
     let among = ChosenAmong::new(run.finalists.len() as u64);
-    let trials = run.finalists[0].results.of_quantity(&J_TPF).count();
-    let mut out = format!(
-        "finalists on {trials} flights that the search did not have; bounds at 95 % with the correction for choosing among {}\n",
+    let trials = run.finalists.first()?.results.of_quantity(&J_TPF).count();
+    let title = format!(
+        "Finalists on {trials} flights that the search did not have; bounds at 95 % with the correction for choosing among {}",
         among.count()
     );
-    out += &columns(&WIDTHS, ["finalist", "searched", "mean", "p99", "at most", "worst", "unsafe <"]);
+    let heads = ["finalist", "searched", "mean", "p99", "at most", "worst", "unsafe <"];
+    let mut grid = Grid::new(&title, heads);
     for (i, finalist) in run.finalists.iter().enumerate() {
         let results = &finalist.results;
         let chosen = finalist.tried == run.chosen;
@@ -319,22 +328,21 @@ fn finalists_text(run: &DesignRun) -> String {
             number(results.of_quantity(&J_TPF).max()),
             format!("{:.1e}", results.unsafe_at_most(among)),
         ];
-        out += &columns(&WIDTHS, std::iter::once(name).chain(cells));
+        grid.row(&name, cells);
     }
-    out + "\n"
+    Some(grid)
 }
 
-fn fresh_text(run: &DesignRun) -> String {
-    let Some(first) = run.judged.first() else { return String::new() };
-    let name = run.judged.iter().chain(&run.others).map(|judged| judged.name.len()).max().unwrap_or(0);
-    let widths = [name.max(13) + 1, 11, 8, 8, 8, 8, 7, 9, 9, 9, 9];
+/// The designs on fresh flights; `None` where none were flown.
+fn fresh(run: &DesignRun) -> Option<Grid> {
+    let first = run.judged.first()?;
     let trials = first.fresh.first().map_or(0, |results| results.of_quantity(&J_TPF).count());
-    let mut out = format!("on {trials} fresh flights each, which chose nothing; bounds at 95 %\n");
+    let title = format!("On {trials} fresh flights each, which chose nothing; bounds at 95 %");
     let heads = [
         "design", "air", "mean", "p99", "at most", "worst", "unsafe", "at most", "unsteady", "end m/s",
         "steady s",
     ];
-    out += &columns(&widths, heads);
+    let mut grid = Grid::new(&title, heads);
     for judged in run.judged.iter().chain(&run.others) {
         for ((air, _), results) in CONDITIONS.iter().zip(&judged.fresh) {
             let cells = [
@@ -350,10 +358,10 @@ fn fresh_text(run: &DesignRun) -> String {
                 number(results.end_error_m_s.max()),
                 format!("{:.1}", results.of_quantity(&STEADY_AFTER).max()),
             ];
-            out += &columns(&widths, std::iter::once(judged.name.clone()).chain(cells));
+            grid.row(&judged.name, cells);
         }
     }
-    out + "(turbulence comes on top of the unknowns; steady: the latest of those that are steady at the end)\n\n"
+    Some(grid)
 }
 
 /// The figure of the fresh flights, `design.svg`: the distributions of their J_TPF.

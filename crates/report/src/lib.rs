@@ -9,7 +9,7 @@
 //! | [`verify`] | the checks of `samara verify` |
 //! | [`faults`] | the list of `samara faults` |
 //! | [`cut`] | work cut into parts, each with a file of its own |
-//! | `columns` | numbers and tables for the terminal |
+//! | `columns` | numbers for people |
 //! | `judged_drop` | a drop that is over, judged |
 //! | [`json`] | the objects of `--json` |
 //! | [`outcome`] | what a flight came to: cells of a row, keys of an object |

@@ -1,7 +1,7 @@
 //! Gains for PX4: what was found, beside PX4's defaults, for the terminal, for the parameter file and as
 //! JSON.
 
-use super::columns::columns;
+use super::document::{Document, Grid, Passage};
 use super::json::{Head, object, text};
 use super::range_ends::{RangeEndsObject, range_ends_words};
 use samara_core::control::px4::{Law, Parameters};
@@ -91,10 +91,10 @@ impl Px4Gains {
     }
 }
 
-/// The table for the terminal.
-pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
-    let mut out = format!(
-        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4's control law{}\n\n",
+/// What is said of the gains, beside PX4's defaults.
+pub fn document(mission: &Mission, gains: &Px4Gains) -> Document {
+    let done = format!(
+        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4's control law{}",
         mission.name,
         gains.name,
         gains.purpose.name(),
@@ -102,27 +102,28 @@ pub fn gains_text(mission: &Mission, gains: &Px4Gains) -> String {
         gains.drops,
         if gains.stopped { ", stopped" } else { "" }
     );
-    const WIDTHS: [usize; 4] = [22, 11, 11, 7];
-    out += &columns(&WIDTHS, ["parameter", "default", "found"]);
+    let mut parameters = Grid::new("Parameters", ["parameter", "default", "found"]);
     let defaults = Parameters::default();
     for name in names() {
         let value = |p: &Parameters| p.get(name).map_or_else(String::new, |x| format!("{x:.4}"));
-        out += &columns(&WIDTHS, [name, &value(&defaults), &value(&gains.parameters)]);
+        parameters.row(name, [value(&defaults), value(&gains.parameters)]);
     }
     let unseen = format!("{} unseen drops", gains.unseen);
-    out += &format!("\n{}", columns(&WIDTHS, [&unseen, "default", "found", "ratio"]));
+    let mut drops = Grid::new(&unseen, ["mean of", "default", "found", "ratio"]);
     let all = |of: &Measures| measures(of).chain(shares(of)).collect::<Vec<_>>();
     for ((name, unit, digits, d), (.., f)) in all(&gains.defaults).into_iter().zip(all(&gains.found)) {
         let ratio = if unit == "%" { String::new() } else { format!("{:.3}", f / d) };
-        let row = format!("{name:<22}{d:>12.digits$}{f:>12.digits$}{ratio:>8} {unit}");
-        out += &format!("{}\n", row.trim_end());
+        let name = if unit.is_empty() { name.to_owned() } else { format!("{name} [{unit}]") };
+        drops.row(&name, [format!("{d:.digits$}"), format!("{f:.digits$}"), ratio]);
     }
     let verdict = if gains.found.beats(&gains.defaults) { "better than" } else { "NOT better than" };
-    out += &format!(
-        "\n{verdict} PX4's defaults: J_TPF no worse, every drop safe, two of the other four a tenth better\n"
+    let verdict = format!(
+        "{verdict} PX4's defaults: J_TPF no worse, every drop safe, two of the other four a tenth better"
     );
+    let mut passages = vec![Passage::Table(parameters), Passage::Table(drops), Passage::Said(verdict)];
     let remarks = gains.other_measure().into_iter().chain(range_ends_words(&gains.range_ends));
-    out + &remarks.map(|remark| remark + "\n").collect::<String>()
+    passages.extend(remarks.map(Passage::Remark));
+    Document::of_one(format!("Gains of PX4 for {}", mission.name), done, passages)
 }
 
 /// The object of `--json`.

@@ -1,6 +1,6 @@
 //! One drop flown again and again: a line for each flight in a CSV file, and the table of their spread.
 
-use super::columns::columns;
+use super::document::{Document, Grid, Passage};
 use super::json::{Head, object, text};
 use super::rows::Columns;
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
@@ -50,21 +50,22 @@ fn measures(spread: &RepeatSpread) -> impl Iterator<Item = (&'static str, String
     REPEATED.map(of).into_iter().chain(positions)
 }
 
-/// The spread as a table.
-pub fn repeats_text(mission: &Mission, autopilot: &str, trial: u64, spread: &RepeatSpread) -> String {
-    const WIDTHS: [usize; 5] = [28, 10, 10, 10, 8];
-    let mut out = format!(
-        "trial {trial} of {}, flown {} times by {autopilot}, gains {}\n\n",
+/// What is said of the spread, in a table.
+pub fn document(mission: &Mission, autopilot: &str, trial: u64, spread: &RepeatSpread) -> Document {
+    let done = format!(
+        "trial {trial} of {}, flown {} times by {autopilot}, gains {}",
         mission.name, spread.flights, mission.control.gains_name
     );
-    out += &columns(&WIDTHS, ["", "mean", "std", "range", "flights"]);
+    let mut grid = Grid::new("Spread", ["", "mean", "std", "range", "flights"]);
     for (_, words, s) in measures(spread) {
         let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
-        let [mean, std, range] = [s.mean(), s.std(), s.max() - s.min()].map(number);
-        out += &columns(&WIDTHS, [&*words, &mean, &std, &range, &s.count().to_string()]);
+        let numbers = [s.mean(), s.std(), s.max() - s.min()].map(number);
+        grid.row(&words, numbers.into_iter().chain([s.count().to_string()]));
     }
     let [from_mean_cm, apart_cm] = [spread.farthest_from_mean_m, spread.farthest_apart_m].map(|m| 1e2 * m);
-    out + &format!("positions at most {from_mean_cm:.2} cm from their mean, {apart_cm:.2} cm apart\n")
+    let apart = format!("positions at most {from_mean_cm:.2} cm from their mean, {apart_cm:.2} cm apart");
+    let title = format!("Trial {trial} of {}, flown again and again", mission.name);
+    Document::of_one(title, done, vec![Passage::Table(grid), Passage::Remark(apart)])
 }
 
 /// The spread as a JSON object; `failed`: how many flights failed.

@@ -125,7 +125,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     folder.print_result(
         args.mission.json,
         || design::json(mission, &search, &run, Some(run.wall_s)),
-        || design::text(mission, &search, &run),
+        || design::document(mission, &search, &run).text(),
     )?;
     if !args.mission.json {
         print(&(run.verdict() + "\n"))?;

@@ -90,7 +90,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     folder.print_result(
         args.mission.json,
         || records::json(mission, &search, &run),
-        || records::text(mission, &search, &run),
+        || records::document(mission, &search, &run).text(),
     )?;
     if let (false, Some(contest)) = (args.mission.json, &run.contest) {
         print(&(contest.verdict() + "\n"))?;

@@ -26,7 +26,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let Some(contest) = contest(args, mission, plan, &judge, &found.adjusted, &stop)? else {
         return report_nothing(args, &mission.name, "stopped; the gains are written, but were not tried");
     };
-    let text = report::text(mission, &found, &contest);
+    let text = report::document(mission, &found, &contest).text();
     let verdict = contest.verdict() + "\n";
     folder.write_text("near_hover.txt", &format!("{text}{verdict}"))?;
     write_tune_manifest(args, &folder, mission, &RangeEnds::default())?;

@@ -18,7 +18,7 @@ use samara::config::Mission;
 use samara::control::px4::{Law, is_quad_x};
 use samara::params::{ParameterFile, px4_model_export, px4_model_parameters};
 use samara::report::params::params_file;
-use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, gains_json, gains_text};
+use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, document, gains_json};
 use samara::trajectory::Trajectory;
 use samara::tune::objective::PENALTY;
 use samara::tune::px4::space::{Candidate, names, range_ends};
@@ -181,7 +181,7 @@ fn write(
         result.remarks(),
     );
     folder.write_text("gains.params", &params_file(&named, &export))?;
-    let text = gains_text(mission, result);
+    let text = document(mission, result).text();
     folder.write_text("px4_gains.txt", &text)?;
     let mut options = vec![
         ("for", "px4".to_owned()),

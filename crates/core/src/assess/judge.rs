@@ -5,8 +5,8 @@
 //! words. A flight is safe when there is none.
 //!
 //! A new limit is a field of [`Limits`] and the limit of a quantity in [`QUANTITIES`], which all that judges
-//! or lists limits goes through; `of_numbers` takes the struct apart, so that it does not compile
-//! without a look at the new field, nor does what forgets a new kind of [`Objection`].
+//! or lists limits goes through; `Limits::judged_apart` does not compile without a look at the new field, nor
+//! does what forgets a new kind of [`Objection`].
 
 use std::fmt;
 
@@ -17,18 +17,7 @@ use crate::sim::limits::{NOT_FINITE, StateCost};
 
 /// Why a flight was not safe, as far as its numbers tell it.
 fn of_numbers(flown: &Flown<'_>, must_become_steady: bool) -> Vec<Objection> {
-    // What is not named here is judged by its row in the table of quantities.
-    let Limits {
-        safety: _,
-        j_tpf_below,
-        steady_within_m_s,
-        must_be_steady,
-        altitude_lost_m: _,
-        tilt_rad: _,
-        steady_after_s: _,
-        touch: _,
-        separation_m: _,
-    } = *flown.limits;
+    let (j_tpf_below, steady_within_m_s, must_be_steady) = flown.limits.judged_apart();
     let mut all = Vec::new();
     for quantity in &QUANTITIES {
         let Some(names) = quantity.judged else { continue };

@@ -59,4 +59,21 @@ impl Limits {
             separation_m: None,
         }
     }
+
+    /// What is judged in a way of its own: the bound on J_TPF, what is steady [m/s], and whether it must be.
+    /// Everything else is judged by its row in [`QUANTITIES`](super::outcome::QUANTITIES): a new limit has one.
+    pub(super) fn judged_apart(&self) -> (f64, f64, bool) {
+        let Self {
+            safety: _,
+            j_tpf_below,
+            steady_within_m_s,
+            must_be_steady,
+            altitude_lost_m: _,
+            tilt_rad: _,
+            steady_after_s: _,
+            touch: _,
+            separation_m: _,
+        } = *self;
+        (j_tpf_below, steady_within_m_s, must_be_steady)
+    }
 }

@@ -7,9 +7,7 @@
 
 pub mod trial;
 
-use std::fmt::Write as _;
-
-use crate::columns::columns;
+use crate::document::{Document, Grid, Passage};
 use crate::json::{Head, object, text};
 use crate::rows::Columns;
 use samara_core::assess::outcome::{QUANTITIES, TALLIED};
@@ -133,27 +131,25 @@ impl DropTally {
     }
 }
 
-/// The campaign as a table, and each failure with its reason.
-pub fn drops_text(mission: &Mission, autopilot: &str, tally: &DropTally) -> String {
-    const WIDTHS: [usize; 6] = [35, 9, 9, 9, 9, 6];
-    let mut out = format!(
-        "{} drops of {}, flown by {autopilot}, gains {}, seed {}: {} failed\n\n",
+/// What is said of the campaign: its numbers in a table, and each failure with its reason.
+pub fn document(mission: &Mission, autopilot: &str, tally: &DropTally) -> Document {
+    let done = format!(
+        "{} drops of {}, flown by {autopilot}, gains {}, seed {}: {} failed",
         tally.flown,
         mission.name,
         mission.control.gains_name,
         mission.seed,
         tally.failures.len(),
     );
-    out += &columns(&WIDTHS, ["", "mean", "std", "min", "max", "drops"]);
+    let mut grid = Grid::new("Drops", ["", "mean", "std", "min", "max", "drops"]);
     for (quantity, s) in TALLIED.iter().zip(tally.summaries.iter().map(BlockSummary::summary)) {
         let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
-        let [mean, std, min, max] = [s.mean(), s.std(), s.min(), s.max()].map(number);
-        out += &columns(&WIDTHS, [&*quantity.head(), &mean, &std, &min, &max, &s.count().to_string()]);
+        let numbers = [s.mean(), s.std(), s.min(), s.max()].map(number);
+        grid.row(&quantity.head(), numbers.into_iter().chain([s.count().to_string()]));
     }
-    for (trial, failure) in &tally.failures {
-        let _ = writeln!(out, "trial {trial} failed: {failure}");
-    }
-    out
+    let failed = |(trial, why): &(u64, String)| Passage::Remark(format!("trial {trial} failed: {why}"));
+    let passages = std::iter::once(Passage::Table(grid)).chain(tally.failures.iter().map(failed)).collect();
+    Document::of_one(format!("Drops of {}", mission.name), done, passages)
 }
 
 /// The campaign as a JSON object.

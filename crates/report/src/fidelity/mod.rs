@@ -8,9 +8,8 @@
 
 pub mod lines;
 
-use std::fmt::Write as _;
-
-use super::columns::{columns, probability_at_most, upper_end};
+use super::columns::{probability_at_most, upper_end};
+use super::document::{Document, Grid, Passage};
 use super::json::{Head, finite, result_objects, text};
 use lines::{CampaignLines, QUANTITIES};
 use samara_core::assess::{
@@ -119,57 +118,53 @@ impl<'a> FidelityReport<'a> {
         [0.0, MOST].map(|p| self.among.tail_mean_at_most(j_tpf, p, J_TPF_CAP))
     }
 
-    /// The report as text.
-    pub fn text(&self) -> String {
-        let mut out = format!("{}, seed {}: the same draws\n\n", self.mission.name, self.mission.seed);
-        for (number, rung) in (1..).zip(&self.rungs) {
-            // Writing to a String cannot fail.
-            let _ = writeln!(out, "{number} {}: {} trials", rung.flown, rung.trials.len());
-        }
-        self.tell_means(&mut out);
-        self.tell_bounds(&mut out);
-        self.tell_alone(&mut out);
-        out
+    /// What is said of it.
+    pub fn document(&self) -> Document {
+        let done = format!("{}, seed {}: the same draws", self.mission.name, self.mission.seed);
+        let rungs = (1..).zip(&self.rungs);
+        let rungs =
+            rungs.map(|(number, rung)| format!("{number} {}: {} trials", rung.flown, rung.trials.len()));
+        let mut passages = vec![Passage::Said(rungs.collect::<Vec<_>>().join("\n"))];
+        self.tell_means(&mut passages);
+        passages.push(Passage::Table(self.bounds()));
+        self.tell_alone(&mut passages);
+        Document::of_one(format!("Ways to fly {}", self.mission.name), done, passages)
     }
 
-    fn tell_means(&self, out: &mut String) {
-        const WIDTHS: [usize; 6] = [20, 18, 7, 18, 9, 18];
+    fn tell_means(&self, passages: &mut Vec<Passage>) {
         let chosen = self.chosen();
-        // Writing to a String cannot fail.
-        let _ = writeln!(out, "\nMeans of 1, 95 %, by its own trials and with those of the others{chosen}");
-        let titles = ["", "alone", "trials", "with the others", "narrower", "correlation"];
-        *out += &columns(&WIDTHS, titles);
+        let title = format!("Means of 1, 95 %, by its own trials and with those of the others{chosen}");
+        let heads = ["quantity", "alone", "trials", "with the others", "narrower", "correlation"];
+        let mut grid = Grid::new(&title, heads);
         for QuantityFound { words, mean, .. } in &self.quantities {
-            *out += &match mean {
-                None => columns(&WIDTHS, [words.as_str(), "too few", "shared", "trials"]),
-                Some(found) => {
-                    let rho = found.agreements.iter().map(|a| format!("{:.3}", a.correlation));
-                    let [helped, narrower] = if found.helped == found.plain {
-                        ["no help".to_owned(), "-".to_owned()]
-                    } else {
-                        [with_half_width(&found.helped), format!("{:.1}", found.narrower())]
-                    };
-                    let cells = [
-                        words.clone(),
-                        with_half_width(&found.plain),
-                        found.plain.trials.to_string(),
-                        helped,
-                        narrower,
-                        rho.collect::<Vec<_>>().join(", "),
-                    ];
-                    columns(&WIDTHS, cells)
-                }
+            let Some(found) = mean else {
+                grid.row(words, ["too few", "shared", "trials", "-", "-"].map(str::to_owned));
+                continue;
             };
+            let rho = found.agreements.iter().map(|a| format!("{:.3}", a.correlation));
+            let [helped, narrower] = if found.helped == found.plain {
+                ["no help".to_owned(), "-".to_owned()]
+            } else {
+                [with_half_width(&found.helped), format!("{:.1}", found.narrower())]
+            };
+            let cells = [
+                with_half_width(&found.plain),
+                found.plain.trials.to_string(),
+                helped,
+                narrower,
+                rho.collect::<Vec<_>>().join(", "),
+            ];
+            grid.row(words, cells);
         }
+        passages.push(Passage::Table(grid));
         for QuantityFound { words, mean, .. } in &self.quantities {
             for (number, agreement) in (1..).zip(mean.iter().flat_map(|mean| &mean.agreements)) {
                 if agreement.value_in_one > 0 {
-                    let _ = writeln!(
-                        out,
+                    passages.push(Passage::Remark(format!(
                         "{words}: {} is no help to {number}, {} trials that both have flown are without a value in one of them",
                         number + 1,
                         agreement.value_in_one
-                    );
+                    )));
                 }
             }
         }
@@ -183,59 +178,57 @@ impl<'a> FidelityReport<'a> {
         }
     }
 
-    fn tell_bounds(&self, out: &mut String) {
-        const WIDTHS: [usize; 4] = [20, 16, 14, 20];
+    fn bounds(&self) -> Grid {
         let chosen = self.chosen();
-        let title = "How far above the value of 2 that of 1 stays in the next trial, with 95 %";
-        let _ = writeln!(out, "\n{title}{chosen}");
-        *out += &columns(&WIDTHS, ["", "margin", "calibrated on", "held in fresh ones"]);
+        let title =
+            format!("How far above the value of 2 that of 1 stays in the next trial, with 95 %{chosen}");
+        let mut grid = Grid::new(&title, ["quantity", "margin", "calibrated on", "held in fresh ones"]);
         for QuantityFound { words, bound, .. } in &self.quantities {
-            *out += &match bound {
-                None => columns(&WIDTHS, [words.as_str(), "-", "too few"]),
+            let cells = match bound {
+                None => ["-".to_owned(), "too few".to_owned(), "-".to_owned()],
                 Some(ModelBound { calibrated_on, margin, .. }) if margin.is_infinite() => {
-                    columns(&WIDTHS, [words.as_str(), "none", &calibrated_on.to_string(), "-"])
+                    ["none".to_owned(), calibrated_on.to_string(), "-".to_owned()]
                 }
-                Some(ModelBound { calibrated_on, margin, fresh }) => {
-                    let cells = [
-                        words.clone(),
-                        sign(*margin) + &upper_end(*margin, 4),
-                        calibrated_on.to_string(),
-                        format!("{} of {}", fresh.hits(), fresh.trials()),
-                    ];
-                    columns(&WIDTHS, cells)
-                }
+                Some(ModelBound { calibrated_on, margin, fresh }) => [
+                    sign(*margin) + &upper_end(*margin, 4),
+                    calibrated_on.to_string(),
+                    format!("{} of {}", fresh.hits(), fresh.trials()),
+                ],
             };
+            grid.row(words, cells);
         }
+        grid
     }
 
-    fn tell_alone(&self, out: &mut String) {
+    fn tell_alone(&self, passages: &mut Vec<Passage>) {
         let values = self.j_tpf();
         let chosen = self.chosen();
-        let _ = writeln!(out, "\nOf 1 alone, each with 95 %, whatever the distribution{chosen}");
+        let title = format!("Of 1 alone, each with 95 %, whatever the distribution{chosen}");
+        passages.push(Passage::Said(title));
         if let Some(safe) = self.rungs.first().and_then(|rung| rung.safe) {
             let (failed, trials) = (safe.misses(), safe.trials());
             let at_most = probability_at_most(self.among.misses_at_most(&safe));
-            let _ =
-                writeln!(out, "{failed} of {trials} failed: the probability of a failure is below {at_most}");
+            passages.push(Passage::Remark(format!(
+                "{failed} of {trials} failed: the probability of a failure is below {at_most}"
+            )));
         }
         for p in BOUNDED {
             let percent = 1e2 * p;
-            let _ = match self.among.quantile_at_most(&values, p) {
+            passages.push(Passage::Remark(match self.among.quantile_at_most(&values, p) {
                 Some(x) if x.is_finite() => {
-                    writeln!(out, "{percent} % of the drops have a J_TPF below {}", upper_end(x, 4))
+                    format!("{percent} % of the drops have a J_TPF below {}", upper_end(x, 4))
                 }
                 Some(_) => {
-                    writeln!(out, "too many trials have no J_TPF to bound that of {percent} % of the drops")
+                    format!("too many trials have no J_TPF to bound that of {percent} % of the drops")
                 }
-                None => writeln!(out, "too few trials to bound J_TPF of {percent} % of the drops"),
-            };
+                None => format!("too few trials to bound J_TPF of {percent} % of the drops"),
+            }));
         }
         let [mean, worst] = self.capped_means(&values).map(|x| upper_end(x, 4));
-        let _ = writeln!(
-            out,
+        passages.push(Passage::Remark(format!(
             "J_TPF, at most {J_TPF_CAP}, is below {mean} in the mean and below {worst} in the mean of the worst {:.0} %",
             1e2 * (1.0 - MOST)
-        );
+        )));
     }
 
     /// The report as a JSON object.

@@ -70,7 +70,7 @@ fn closed_form_a_line_between_two_campaigns() {
     // C - B = 0.1 - 0.2 B, between 0.01 and 0, its 96th of 100 near the top.
     assert!((0.0..0.01).contains(&bound.margin) && bound.calibrated_on == 100, "{bound:?}");
     assert!(bound.fresh.trials() == 100 && bound.fresh.hits() >= 88);
-    let text = report.text();
+    let text = report.document().text();
     assert!(text.contains("20 of 200 failed: the probability of a failure is below 1.42e-1"), "{text}");
     // A tenth is never steady: no finite bound.
     assert_eq!(report.quantities()[2].bound.unwrap().margin, f64::INFINITY);
@@ -118,7 +118,7 @@ fn closed_form_trials_without_j_tpf_count_as_the_worst() {
         CampaignLines::read(lines(&mission, "px4", faithful).as_bytes(), &mission, &[&mission.inputs.hash])
             .unwrap();
     let report = FidelityReport::new(&mission, rungs, None, ChosenAmong::ONE);
-    let text = report.text();
+    let text = report.document().text();
     assert!(text.contains("too many trials have no J_TPF to bound that of 90 % of the drops"), "{text}");
     let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
     assert!(json["alone"]["j_tpf_p90_at_most"].is_null());
@@ -134,7 +134,7 @@ fn reference_what_was_chosen_among_many_is_bounded_higher() {
     let said = |n: u64| {
         let report = FidelityReport::new(&mission, campaigns(&mission), Some(60), ChosenAmong::new(n));
         assert_eq!(
-            report.text().matches("chosen among 100 by these trials").count(),
+            report.document().text().matches("chosen among 100 by these trials").count(),
             if n == 1 { 0 } else { 3 }
         );
         let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
@@ -156,7 +156,7 @@ fn reference_what_was_chosen_among_many_is_bounded_higher() {
 fn no_margin_holds_nothing_and_no_help_has_a_reason() {
     let mission = mission();
     let report = FidelityReport::new(&mission, campaigns(&mission), None, ChosenAmong::ONE);
-    let text = report.text();
+    let text = report.document().text();
     let cells = |title: &str| -> Vec<String> {
         let after = text.split_once(title).unwrap().1;
         let line = after.lines().find(|line| line.starts_with("steady after [s]")).unwrap();
@@ -184,7 +184,7 @@ fn few_trials_are_no_panic() {
         };
         let rungs = vec![read("px4"), read("px4-model")];
         let report = FidelityReport::new(&mission, rungs, None, ChosenAmong::ONE);
-        assert!(report.text().contains("too few"), "{n}");
+        assert!(report.document().text().contains("too few"), "{n}");
         let json: serde_json::Value = serde_json::from_str(&report.json()).unwrap();
         assert_eq!(json["rungs"][1]["trials"], n);
     }

@@ -9,8 +9,8 @@
 //! ([`clearly_less`]): less is what arithmetic and a few flights make of gains that are as good. Gains that
 //! lose one of the flights that decide, which are in the air that the mission names, are never the best.
 
-use super::gains_table;
-use crate::columns::columns;
+use super::gains_grid;
+use crate::document::{Grid, Passage};
 use samara_core::assess::{LEAST_DIFFERENCE, Tally, clearly_less};
 use samara_core::tune::{Evaluation, Longitudinal, Objective, are_same_gains};
 
@@ -165,44 +165,57 @@ impl Contest {
         (as_good && clearly_less(found.cases.rms, own.cases.rms)).then_some(Deciding::Tracking)
     }
 
-    /// The comparison as text; the verdict is the caller's last line.
-    pub fn text(&self) -> String {
-        const WIDTHS: [usize; 12] = [14, 7, 7, 7, 7, 9, 7, 7, 9, 7, 7, 8];
+    /// What is said of the comparison; the verdict is the caller's last line.
+    pub fn passages(&self) -> Vec<Passage> {
         let sets: Vec<_> = self.contenders.iter().map(|c| (c.name.as_str(), c.k)).collect();
         let trials = self.contenders.first().map_or(0, |c| c.unseen.tally.j_tpf.count());
-        let unseen = format!("J_TPF, {trials} unseen");
-        let groups = ["", "tuning's flights", "release cases", &unseen, "J_TPF, the same varied", "both"];
-        let heads =
-            ["RMS", "J_TPF", "RMS", "at rest", "worst", "mean", "std", "worst", "mean", "std", "safe"];
-        let mut out = gains_table(&sets) + "\n" + &columns(&[14, 15, 15, 25, 25, 8], groups);
-        out += &columns(&WIDTHS, ["gains"].into_iter().chain(heads));
+        let title = format!(
+            "Tuning's flights, release cases, J_TPF of {trials} unseen flights and of the same varied"
+        );
+        let heads = [
+            "gains",
+            "RMS",
+            "J_TPF",
+            "cases RMS",
+            "at rest",
+            "unseen worst",
+            "mean",
+            "std",
+            "varied worst",
+            "mean",
+            "std",
+            "safe",
+        ];
+        let mut grid = Grid::new(&title, heads);
         for c in &self.contenders {
-            let mut cells = vec![c.name.clone()];
-            cells.extend([c.tuning.rms, c.tuning.j_tpf, c.cases.rms].map(fixed));
+            let mut cells: Vec<_> = [c.tuning.rms, c.tuning.j_tpf, c.cases.rms].map(fixed).into();
             cells.push(if c.cases.unrest == 0.0 { "yes" } else { "no" }.to_owned());
             for j in [&c.unseen.tally.j_tpf, &c.varied.tally.j_tpf] {
                 cells.extend([j.max(), j.mean(), j.std()].map(fixed));
             }
             let p_safe = [&c.unseen, &c.varied].map(|flown| flown.tally.safe.probability());
             cells.push(format!("{:.1}%", 50.0 * (p_safe[0] + p_safe[1])));
-            out += &columns(&WIDTHS, cells);
+            grid.row(&c.name, cells);
         }
-        out + "\n" + &self.bounds()
+        let mut passages = vec![Passage::Table(gains_grid(&sets)), Passage::Table(grid)];
+        self.tell_bounds(&mut passages);
+        passages
     }
 
     /// What the bounds are, which gains do not hold them, and the best of those that do.
-    fn bounds(&self) -> String {
-        let Objective::Safety { rms_bound, .. } = self.objective else { return String::new() };
-        let mut out = format!(
-            "bounds: a tracking RMS of at most {rms_bound:.4} and rest at the target, in every release case\n"
-        );
+    fn tell_bounds(&self, passages: &mut Vec<Passage>) {
+        let Objective::Safety { rms_bound, .. } = self.objective else { return };
+        passages.push(Passage::Said(format!(
+            "bounds: a tracking RMS of at most {rms_bound:.4} and rest at the target, in every release case"
+        )));
         let others: Vec<&str> =
             self.contenders.iter().filter(|c| !self.allows(c)).map(|c| c.name.as_str()).collect();
         if !others.is_empty() {
-            out += &format!("not within them: {}\n", others.join(", "));
+            passages.push(Passage::Remark(format!("not within them: {}", others.join(", "))));
         }
         let best = self.best().map_or("none", |c| &c.name);
-        out + &format!("lowest worst J_TPF within them, {} flights: {best}\n", self.kind())
+        let kind = self.kind();
+        passages.push(Passage::Remark(format!("lowest worst J_TPF within them, {kind} flights: {best}")));
     }
 
     fn kind(&self) -> &'static str {
@@ -269,6 +282,7 @@ fn fixed(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::document::Document;
 
     fn contender(name: &str, cases: Evaluation, unseen: f64, varied: f64) -> Contender {
         let flown =
@@ -298,9 +312,10 @@ mod tests {
             objective: SAFETY,
             robust: false,
         };
+        let text = |c: &Contest| Document::of_one(String::new(), String::new(), c.passages()).text();
         let best = |c: &Contest| c.best().map(|c| c.name.clone());
         assert_eq!(best(&contest).as_deref(), Some("safe"));
-        let text = contest.text();
+        let text = text(&contest);
         assert!(text.contains("bounds: a tracking RMS of at most 0.3500 and rest at the target"), "{text}");
         assert!(text.contains("not within them: lazy, restless, lost\n"), "{text}");
         assert!(text.contains("within them, unseen flights: safe\n"), "{text}");
@@ -317,8 +332,8 @@ mod tests {
         contest.contenders.truncate(3);
         assert_eq!(best(&contest), None);
         assert!(
-            contest.text().contains("unseen flights: none")
-                || contest.text().contains("varied flights: none")
+            text(&contest).contains("unseen flights: none")
+                || text(&contest).contains("varied flights: none")
         );
     }
 

@@ -1,9 +1,9 @@
-//! The result of a search of gains, as text, JSON and CSV.
+//! The result of a search of gains, as a document, as JSON and as CSV.
 //!
 //! | file | holds |
 //! |---|---|
 //! | [`contest`] | the gains found and others, compared on flights that the tuning never saw |
-//! | [`records`] | a search for the terminal and as JSON, its convergence and its front as CSV |
+//! | [`records`] | what is said of a search, and its JSON, its convergence and its front as CSV |
 //! | [`near_hover`] | the experiments of Ziegler and Nichols |
 
 pub mod contest;
@@ -13,7 +13,7 @@ pub mod records;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::columns::columns;
+use super::document::Grid;
 use super::json::VERSION;
 use super::range_ends::range_ends_words;
 pub use contest::{Contender, Contest, Standing, UnseenFlights};
@@ -95,14 +95,12 @@ pub fn about(mission: &Mission, search: &Search, run: &TuneRun) -> String {
 pub(super) const NAMES: [&str; 7] = ["K_pq", "K_iq", "K_ptheta", "K_pvz", "K_ivz", "K_pvx", "K_ivx"];
 
 /// A table of gains, one set a row.
-pub(crate) fn gains_table(sets: &[(&str, Longitudinal)]) -> String {
-    const WIDTHS: [usize; 8] = [14, 8, 8, 8, 8, 8, 8, 8];
-    let mut out = columns(&WIDTHS, ["gains"].into_iter().chain(NAMES));
+pub(crate) fn gains_grid(sets: &[(&str, Longitudinal)]) -> Grid {
+    let mut grid = Grid::new("Gains", ["gains"].into_iter().chain(NAMES));
     for (name, k) in sets {
-        let numbers = k.iter().map(|x| format!("{x:.4}"));
-        out += &columns(&WIDTHS, std::iter::once((*name).to_owned()).chain(numbers));
+        grid.row(name, k.iter().map(|x| format!("{x:.4}")));
     }
-    out
+    grid
 }
 
 macro_rules! gains_object {

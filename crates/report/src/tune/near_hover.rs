@@ -3,7 +3,7 @@
 use super::contest::Contest;
 use super::records::{best, contenders, own, standing};
 use super::{GainsObject, NAMES};
-use crate::columns::columns;
+use crate::document::{Document, Grid, Passage};
 use crate::json::{VERSION, object, text as json_text};
 use samara_core::tune::near_hover::{ADJUSTMENTS, NearHover};
 use samara_mission::Mission;
@@ -19,26 +19,23 @@ pub fn about(mission: &Mission) -> String {
     )
 }
 
-/// The experiments, the gains and their reasons, as text for the terminal.
-pub fn text(mission: &Mission, found: &NearHover, contest: &Contest) -> String {
-    let mut out = format!("{}: Ziegler and Nichols near hover, actuators modelled\n\n", mission.name);
-    out += &columns(&[20, 14, 14], ["loop", "ultimate gain", "period"]);
+/// What is said of the experiments, the gains and their reasons.
+pub fn document(mission: &Mission, found: &NearHover, contest: &Contest) -> Document {
+    let done = format!("{}: Ziegler and Nichols near hover, actuators modelled", mission.name);
+    let mut loops = Grid::new("Experiments", ["loop", "ultimate gain", "period"]);
     for l in &found.loops {
-        let (gain, period) = (format!("{:.4} 1/s", l.gain_per_s), format!("{:.3} s", l.period_s));
-        out += &columns(&[20, 14, 14], [l.name, &gain, &period]);
+        loops.row(l.name, [format!("{:.4} 1/s", l.gain_per_s), format!("{:.3} s", l.period_s)]);
     }
-    out += "\nThe rules, P 0.5 K_u; PI 0.45 K_u and 0.54 K_u/T_u, are for loops that stand alone near hover. Adjusted by hand for a cascade that \
-            begins far from it:\n\n";
-    out += &format!("{:<14} {:>12} {:>9} {:>12}\n", "gain", "by the rules", "times", "adjusted");
-    for ((name, rule), adjusted) in NAMES.iter().zip(found.by_the_rules).zip(found.adjusted) {
-        out +=
-            &format!("{name:<14} {rule:>12.4} {:>9} {adjusted:>12.4}\n", format!("{:.3}", adjusted / rule));
+    let rules = "The rules, P 0.5 K_u; PI 0.45 K_u and 0.54 K_u/T_u, are for loops that stand alone near hover. Adjusted by hand for a cascade \
+                 that begins far from it:";
+    let mut adjusted = Grid::new("Adjusted", ["gain", "by the rules", "times", "adjusted"]);
+    for ((name, rule), gain) in NAMES.iter().zip(found.by_the_rules).zip(found.adjusted) {
+        adjusted.row(name, [format!("{rule:.4}"), format!("{:.3}", gain / rule), format!("{gain:.4}")]);
     }
-    out += "\n";
-    for step in ADJUSTMENTS {
-        out += &format!("- {step}\n");
-    }
-    out + "\n" + &contest.text()
+    let mut passages = vec![Passage::Table(loops), Passage::Said(rules.to_owned()), Passage::Table(adjusted)];
+    passages.extend(ADJUSTMENTS.iter().map(|step| Passage::Remark(format!("- {step}"))));
+    passages.extend(contest.passages());
+    Document::of_one(format!("Gains for {}", mission.name), done, passages)
 }
 
 /// The object of `samara tune --method near-hover --json`.

@@ -2,6 +2,7 @@
 
 use super::contest::{Contender, Contest};
 use super::{GainsObject, TuneRun};
+use crate::document::{Document, Passage};
 use crate::json::{VERSION, finite, result_objects, text as json_text};
 use crate::range_ends::{RangeEndsObject, range_ends_words};
 use crate::rows::{Arrays, Columns};
@@ -11,14 +12,14 @@ use samara_core::tune::Search;
 use samara_core::tune::search::{SearchProgress, Tried};
 use samara_mission::{Mission, Stamp};
 
-/// The search, its effort and result, and the comparison of gains.
-pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
+/// What is said of the search, its effort and result, and of the comparison of gains.
+pub fn document(mission: &Mission, search: &Search, run: &TuneRun) -> Document {
     let e = run.gains.evaluation;
     let diverged = search.history().last().map_or(0, |p| p.diverged);
-    let out = format!(
+    let done = format!(
         "{}: {} by {}, {} plant: {} evaluations of {} flights in {:.1} s ({} diverged){}\n\
          commanded every {:.3} ms;{} \
-         cost {:.4}: worst tracking RMS {:.4}, worst J_TPF {:.4}{}\n\n",
+         cost {:.4}: worst tracking RMS {:.4}, worst J_TPF {:.4}{}",
         mission.name,
         run.objective,
         run.method,
@@ -35,11 +36,10 @@ pub fn text(mission: &Mission, search: &Search, run: &TuneRun) -> String {
         e.j_tpf,
         if run.bounds.allows(&e) { "" } else { ": THE BOUNDS DO NOT HOLD" },
     );
-    let tried = run
-        .contest
-        .as_ref()
-        .map_or_else(|| "stopped: not tried on unseen flights; --resume goes on\n".to_owned(), Contest::text);
-    out + &tried + &range_ends_words(&run.range_ends).map_or_else(String::new, |words| words + "\n")
+    let untried = || vec![Passage::Said("stopped: not tried on unseen flights; --resume goes on".to_owned())];
+    let mut passages = run.contest.as_ref().map_or_else(untried, Contest::passages);
+    passages.extend(range_ends_words(&run.range_ends).map(Passage::Remark));
+    Document::of_one(format!("Gains for {}", mission.name), done, passages)
 }
 
 /// The contenders; none when there was no contest.

@@ -22,7 +22,7 @@ use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking;
 use samara::report::campaign::exact::MeasureValues;
 use samara::report::campaign::{CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialRecord, json};
-use samara::report::drops::{DropTally, DropTrial, drops_json, drops_text, header, row};
+use samara::report::drops::{DropTally, DropTrial, document, drops_json, header, row};
 
 /// Where the files of flights go.
 pub struct Files<'a> {
@@ -148,7 +148,7 @@ impl DropCampaign<'_> {
         print(&if self.args.mission.json {
             drops_json(&self.mission, self.pilot.name(), tally)
         } else {
-            let table = drops_text(&self.mission, self.pilot.name(), tally);
+            let table = document(&self.mission, self.pilot.name(), tally).text();
             let lines = csv
                 .map_or_else(String::new, |csv| format!("lines in {}, ", folder.path().join(csv).display()));
             let page = folder.path().join(&page);

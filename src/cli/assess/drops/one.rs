@@ -13,7 +13,7 @@ use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::repeats::{RepeatSpread, RepeatedFlight, repeat_position};
 use samara::report::drops::{DropTally, drops_json};
-use samara::report::repeats::{repeats_header, repeats_json, repeats_row, repeats_text};
+use samara::report::repeats::{document, repeats_header, repeats_json, repeats_row};
 
 impl DropCampaign<'_> {
     /// Flies one trial, reported as `samara drop` reports it, all files kept.
@@ -93,7 +93,7 @@ impl DropCampaign<'_> {
         print(&if self.args.mission.json {
             repeats_json(&self.mission, self.pilot.name(), trial, failed, &spread)
         } else {
-            let table = repeats_text(&self.mission, self.pilot.name(), trial, &spread);
+            let table = document(&self.mission, self.pilot.name(), trial, &spread).text();
             let place = folder.path().join(&csv);
             format!("{table}{failed} of {flown_times} flights failed; lines in {}\n", place.display())
         })?;
