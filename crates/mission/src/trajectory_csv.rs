@@ -1,7 +1,7 @@
 //! `trajectory.csv`: a planned trajectory, written and read.
 //!
 //! ```text
-//! # samara 0.1.0
+//! # samara 0.2.0
 //! # seed 1
 //! # inputs sha256 55f0...
 //! t_s,q0,q1,q2,q3,vn_m_s,ve_m_s,vd_m_s,p_rad_s,q_rad_s,r_rad_s,t1_n,...,an_m_s2,ae_m_s2,ad_m_s2

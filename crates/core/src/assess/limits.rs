@@ -61,7 +61,7 @@ impl Limits {
     }
 
     /// What is judged in a way of its own: the bound on J_TPF, what is steady [m/s], and whether it must be.
-    /// Everything else is judged by its row in [`QUANTITIES`](super::outcome::QUANTITIES): a new limit has one.
+    /// All else is judged by its row in [`QUANTITIES`](super::outcome::QUANTITIES): a new limit has one.
     pub(super) fn judged_apart(&self) -> (f64, f64, bool) {
         let Self {
             safety: _,

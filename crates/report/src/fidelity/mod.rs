@@ -138,7 +138,7 @@ impl<'a> FidelityReport<'a> {
         let mut grid = Grid::new(&title, heads);
         for QuantityFound { words, mean, .. } in &self.quantities {
             let Some(found) = mean else {
-                grid.row(words, ["too few", "shared", "trials", "-", "-"].map(str::to_owned));
+                grid.row(words, ["too few shared trials", "-", "-", "-", "-"].map(str::to_owned));
                 continue;
             };
             let rho = found.agreements.iter().map(|a| format!("{:.3}", a.correlation));

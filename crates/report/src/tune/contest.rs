@@ -177,11 +177,11 @@ impl Contest {
             "RMS",
             "J_TPF",
             "cases RMS",
-            "at rest",
-            "unseen worst",
+            "rest",
+            "unseen max",
             "mean",
             "std",
-            "varied worst",
+            "varied max",
             "mean",
             "std",
             "safe",
@@ -312,10 +312,10 @@ mod tests {
             objective: SAFETY,
             robust: false,
         };
-        let text = |c: &Contest| Document::of_one(String::new(), String::new(), c.passages()).text();
+        let said = |c: &Contest| Document::of_one(String::new(), String::new(), c.passages()).text();
         let best = |c: &Contest| c.best().map(|c| c.name.clone());
         assert_eq!(best(&contest).as_deref(), Some("safe"));
-        let text = text(&contest);
+        let text = said(&contest);
         assert!(text.contains("bounds: a tracking RMS of at most 0.3500 and rest at the target"), "{text}");
         assert!(text.contains("not within them: lazy, restless, lost\n"), "{text}");
         assert!(text.contains("within them, unseen flights: safe\n"), "{text}");
@@ -332,8 +332,8 @@ mod tests {
         contest.contenders.truncate(3);
         assert_eq!(best(&contest), None);
         assert!(
-            text(&contest).contains("unseen flights: none")
-                || text(&contest).contains("varied flights: none")
+            said(&contest).contains("unseen flights: none")
+                || said(&contest).contains("varied flights: none")
         );
     }
 

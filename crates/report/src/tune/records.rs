@@ -38,7 +38,7 @@ pub fn document(mission: &Mission, search: &Search, run: &TuneRun) -> Document {
     );
     let untried = || vec![Passage::Said("stopped: not tried on unseen flights; --resume goes on".to_owned())];
     let mut passages = run.contest.as_ref().map_or_else(untried, Contest::passages);
-    passages.extend(range_ends_words(&run.range_ends).map(Passage::Remark));
+    passages.extend(range_ends_words(&run.range_ends).map(Passage::Said));
     Document::of_one(format!("Gains for {}", mission.name), done, passages)
 }
 
