@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use samara::config::{Mission, designed_mission_json, gains_json};
 use samara::design::{Design, DesignSearch, FlyPortion, Judgement, judge_finalists};
-use samara::report::design::{DesignRun, about, convergence_csv, front_csv, json, text};
+use samara::report::design::{DesignRun, about, convergence_csv, document, front_csv, json};
 use samara::study::designing::{design_judge, design_search, judge_own_and};
 use samara::tune::CandidateSearch as _;
 
@@ -105,7 +105,7 @@ fn search(
         gains_json: gains_json(&run.name, &about(mission, &search, &run), &run.gains(mission)),
         mission_json: made.or_given()?,
         json: json(mission, &search, &run, None),
-        text: text(mission, &search, &run),
+        text: document(mission, &search, &run).text(),
         sentence: run.verdict(),
         better: run.is_better(),
         allowed: run.allowed,
