@@ -16,8 +16,10 @@
 //! | `judge` | what must hold in every run |
 //!
 //! ```sh
-//! cargo run --release --package samara-network -- --seeds 100000     prints the seeds that fail, and why
-//! cargo run --release --package samara-network -- --seed 17          one run, with what was seen of it
+//! # the seeds that fail, and why
+//! cargo run --release --package samara-network --example network -- --seeds 100000
+//! # one run, with what was seen of it
+//! cargo run --release --package samara-network --example network -- --seed 17
 //! ```
 //!
 //! A seed that fails becomes a fixed test in `tests`.
