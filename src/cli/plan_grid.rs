@@ -170,7 +170,9 @@ pub fn run(
         [("grid", points), ("grid_ranges_si", ranges.join(",")), ("grid_check", args.grid_check.to_string())];
     folder.write_manifest("plan_grid", mission, &circumstances)?;
     let seconds = Some([solve_s, flight_s]);
-    folder.print_result(json, || report.json(seconds), || format!("\n{}\n", report.text(seconds)))?;
+    let document = report.document(seconds);
+    let verdict = document.verdict.as_ref().map_or(String::new(), |(_, sentence)| format!("\n{sentence}\n"));
+    folder.print_result(json, || report.json(seconds), || format!("\n{}{verdict}\n", document.text()))?;
     Ok(Answer::from(report.is_good()))
 }
 

@@ -1,7 +1,7 @@
-//! A grid of plans: tables for the terminal, the object of `plan_grid.json`.
+//! A grid of plans: its document, the object of `plan_grid.json`.
 
 use super::columns::{fixed, short};
-use super::document::Grid;
+use super::document::{Document, Grid, Passage, Section};
 use super::json::{Head, finite, result_objects, text};
 use samara_core::assess::{GRID_LOSS_MOST, GridLoss, MISREAD_RATE_RAD_S, Spread};
 use samara_core::plan::grid::{AXES, GridAxes, GridState};
@@ -56,6 +56,49 @@ impl GridJudgement {
             loss: GridLoss::of(&flights),
         }
     }
+
+    fn table(&self, title: &str) -> Grid {
+        let loss = &self.loss;
+        let mut flights = Grid::new(title, ["along", "least", "p50", "p99", "most"]);
+        let cells = |s: &Spread| [s.min, s.p50, s.p99, s.max].map(|x| fixed(x, 4));
+        flights.row("a plan solved for each", cells(&loss.solved));
+        flights.row("a plan interpolated for each", cells(&loss.interpolated));
+        flights.row("the nominal plan for all", cells(&loss.nominal));
+        flights.row("interpolated less solved", cells(&loss.by_release));
+        flights.row(&format!("solved for {} deg/s more less solved", misread_deg_s()), cells(&loss.misread));
+        flights
+    }
+
+    /// Releases that nothing was flown from, and those outside the grid.
+    fn remarks(&self) -> impl Iterator<Item = String> + use<> {
+        let Self { drawn, unsolved, clamped, .. } = *self;
+        let left_out = (unsolved > 0)
+            .then(|| format!("{unsolved} of {drawn} releases have no plan of their own and are left out."));
+        let outside = (clamped > 0).then(|| {
+            let far = self.farthest.iter().zip(AXIS_WORDS).filter(|(x, _)| **x > 0.0);
+            let far: Vec<String> =
+                far.map(|(x, (words, units))| format!("{words} {}", short(x * units, 4))).collect();
+            format!("{clamped} of {drawn} releases lie outside the grid, at most: {}.", far.join(", "))
+        });
+        left_out.into_iter().chain(outside)
+    }
+
+    fn sentence(&self) -> String {
+        let p99 = self.loss.by_release.p99;
+        let verdict = match self.loss.is_small() {
+            true if p99 <= GRID_LOSS_MOST => format!("ok, at most {GRID_LOSS_MOST}"),
+            true => format!(
+                "ok: more than {GRID_LOSS_MOST}, but no more than a pitch rate read {} deg/s wrong",
+                misread_deg_s()
+            ),
+            false => format!("EXCEEDED, at most {GRID_LOSS_MOST}: a finer grid"),
+        };
+        format!("Loss of J_TPF at p99 {}: {verdict}", fixed(p99, 4))
+    }
+}
+
+fn misread_deg_s() -> String {
+    short(MISREAD_RATE_RAD_S * DEG_PER_RAD, 3)
 }
 
 /// A grid of plans of a mission.
@@ -79,60 +122,42 @@ impl PlanGridReport<'_> {
         self.judged.is_none_or(|judged| judged.loss.is_small())
     }
 
-    /// The tables; `seconds` are the caller's, of the solves and of the flights.
-    pub fn text(&self, seconds: Option<[f64; 2]>) -> String {
+    /// The axes, and what flights lose along interpolated plans; `seconds` are the caller's, of the solves and
+    /// of the flights.
+    pub fn document(&self, seconds: Option<[f64; 2]>) -> Document {
         let within = |i: usize| seconds.map_or(String::new(), |s| format!(" in {:.1} s", s[i]));
         let mut axes = Grid::new("Grid of release states", ["", "points", "from", "to"]);
         for (points, (words, units)) in self.axes.points().iter().zip(AXIS_WORDS) {
             let ends = [points.first(), points.last()].map(|x| fixed(x.map_or(0.0, |x| x * units), 3));
             axes.row(words, [points.len().to_string()].into_iter().chain(ends));
         }
-        let mut out = format!(
-            "{}\n{} plans of {} nodes solved{}; plan_grid.bin {} bytes\n",
-            axes.text(),
-            self.axes.count(),
-            self.nodes,
-            within(0),
-            self.bytes
-        );
-        let Some(GridJudgement { drawn, unsolved, clamped, farthest, loss }) = &self.judged else {
-            return out + "The loss against solving for each release was not measured.\n";
-        };
-        let title = format!(
-            "J_TPF of flights from {} fresh releases{}, gains {}",
-            loss.releases,
-            within(1),
-            self.mission.control.gains_name
-        );
-        let misread_deg_s = short(MISREAD_RATE_RAD_S * DEG_PER_RAD, 3);
-        let mut flights = Grid::new(&title, ["along", "least", "p50", "p99", "most"]);
-        let cells = |s: &Spread| [s.min, s.p50, s.p99, s.max].map(|x| fixed(x, 4));
-        flights.row("a plan solved for each", cells(&loss.solved));
-        flights.row("a plan interpolated for each", cells(&loss.interpolated));
-        flights.row("the nominal plan for all", cells(&loss.nominal));
-        flights.row("interpolated less solved", cells(&loss.by_release));
-        flights.row(&format!("solved for {misread_deg_s} deg/s more less solved"), cells(&loss.misread));
-        out += &format!("\n{}", flights.text());
-        if *unsolved > 0 {
-            out += &format!("{unsolved} of {drawn} releases have no plan of their own and are left out.\n");
+        let (plans, nodes, bytes) = (self.axes.count(), self.nodes, self.bytes);
+        let done = format!("{plans} plans of {nodes} nodes solved{}; plan_grid.bin {bytes} bytes", within(0));
+        let mut passages = vec![Passage::Table(axes), Passage::Said(done)];
+        match &self.judged {
+            None => {
+                let said = "The loss against solving for each release was not measured.";
+                passages.push(Passage::Remark(said.to_owned()));
+            }
+            Some(judged) => {
+                let of = format!(
+                    "J_TPF of flights from {} fresh releases{}, gains {}",
+                    judged.loss.releases,
+                    within(1),
+                    self.mission.control.gains_name
+                );
+                passages.push(Passage::Table(judged.table(&of)));
+                passages.extend(judged.remarks().map(Passage::Remark));
+            }
         }
-        if *clamped > 0 {
-            let far = farthest.iter().zip(AXIS_WORDS).filter(|(x, _)| **x > 0.0);
-            let far: Vec<String> =
-                far.map(|(x, (words, units))| format!("{words} {}", short(x * units, 4))).collect();
-            out += &format!(
-                "{clamped} of {drawn} releases lie outside the grid, at most: {}.\n",
-                far.join(", ")
-            );
+        let title = format!("Grid of plans: {}", self.mission.name);
+        Document {
+            tab: title.clone(),
+            title,
+            verdict: self.judged.map(|judged| (judged.loss.is_small(), judged.sentence())),
+            sections: vec![Section { id: "results", title: "Results", passages }],
+            ..Document::default()
         }
-        let verdict = match loss.is_small() {
-            true if loss.by_release.p99 <= GRID_LOSS_MOST => format!("ok, at most {GRID_LOSS_MOST}"),
-            true => format!(
-                "ok: more than {GRID_LOSS_MOST}, but no more than a pitch rate read {misread_deg_s} deg/s wrong"
-            ),
-            false => format!("EXCEEDED, at most {GRID_LOSS_MOST}: a finer grid"),
-        };
-        out + &format!("\nLoss of J_TPF at p99 {}: {verdict}\n", fixed(loss.by_release.p99, 4))
     }
 
     /// The object of `--json` and of `plan_grid.json`; wall times in the former alone.
@@ -231,13 +256,17 @@ mod tests {
             GridJudgement::of(&[JudgedRelease { state, place: axes.place(&state), flight }])
         };
         let report = |judged| PlanGridReport { mission: &mission, axes: &axes, nodes: 38, bytes: 7, judged };
+        let said = |report: &PlanGridReport<'_>| {
+            let document = report.document(None);
+            format!("{}{}", document.text(), document.sentence())
+        };
         let good = report(Some(flown(0.505, 0.5)));
-        assert!(good.is_good() && good.text(None).contains("Loss of J_TPF at p99 0.0050: ok, at most 0.01"));
-        assert!(good.text(None).contains("1 of 1 releases lie outside the grid, at most: pitch [deg] 4"));
+        assert!(good.is_good() && said(&good).contains("Loss of J_TPF at p99 0.0050: ok, at most 0.01"));
+        assert!(said(&good).contains("1 of 1 releases lie outside the grid, at most: pitch [deg] 4"));
         let alike = report(Some(flown(0.52, 0.53)));
-        assert!(alike.is_good() && alike.text(None).contains("0.0200: ok: more than 0.01, but no more than"));
+        assert!(alike.is_good() && said(&alike).contains("0.0200: ok: more than 0.01, but no more than"));
         let bad = report(Some(flown(0.52, 0.51)));
-        assert!(!bad.is_good() && bad.text(None).contains("EXCEEDED"), "{}", bad.text(None));
+        assert!(!bad.is_good() && said(&bad).contains("EXCEEDED"), "{}", said(&bad));
         assert!(bad.json(None).contains("\"outside\": 1") && !bad.json(None).contains("solve_s"));
         assert!(report(None).is_good() && report(None).json(None).contains("\"loss\": null"));
     }
