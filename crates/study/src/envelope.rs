@@ -11,7 +11,7 @@ use samara_core::assess::{OneAtATime, ReleaseDistribution, Scenario};
 use samara_core::control::ControlError;
 use samara_core::frames::{pitch, quaternion_from_euler};
 use samara_core::model::rigid_body::BodyState;
-use samara_core::model::wind::{Turbulence, TurbulenceScale, Wind};
+use samara_core::model::wind::{Turbulence, Wind};
 use samara_core::model::{MAX_ROTORS, Parachute};
 use samara_core::random::Trials;
 use samara_core::sim::plant::Plant;
@@ -157,14 +157,8 @@ impl MissionEnvelope {
 
     /// The flights in turbulence of a strength in each axis, in place of the mission's own.
     fn in_turbulence(&self, sigma_m_s: f64) -> EnvelopeFlights {
-        let turbulence = Turbulence {
-            sigma_m_s: [sigma_m_s; 3],
-            scale: TurbulenceScale::Fixed([TURBULENCE_SCALE_M; 3]),
-            seed: self.seed,
-            follows_mission: true,
-            noise: None,
-        };
-        let turbulence = Some(turbulence).filter(|_| sigma_m_s > 0.0);
+        let turbulence =
+            (sigma_m_s > 0.0).then(|| Turbulence::isotropic(sigma_m_s, TURBULENCE_SCALE_M, self.seed));
         self.flights.clone().in_wind(Wind { turbulence, ..self.flights.scenario().wind.clone() })
     }
 }

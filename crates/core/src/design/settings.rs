@@ -3,7 +3,7 @@
 use super::objective::{DesignBounds, DesignObjective};
 use super::plan_design::{PlanDesign, WEIGHT_GROUPS};
 use super::space::{DesignSpace, Range};
-use crate::model::wind::{Turbulence, TurbulenceScale, Wind};
+use crate::model::wind::{Turbulence, Wind};
 use crate::plan::InputReference;
 use crate::tune;
 
@@ -101,13 +101,7 @@ impl DesignSettings {
     /// The wind of a design's flights: the mission's, with this turbulence where it has none.
     pub fn wind(&self, own: &Wind, seed: u64) -> Wind {
         let LightTurbulence { sigma_m_s, scale_m } = self.turbulence;
-        let light = || Turbulence {
-            sigma_m_s: [sigma_m_s; 3],
-            scale: TurbulenceScale::Fixed([scale_m; 3]),
-            seed,
-            follows_mission: true,
-            noise: None,
-        };
+        let light = || Turbulence::isotropic(sigma_m_s, scale_m, seed);
         let turbulence = own.turbulence.clone().or_else(|| (sigma_m_s > 0.0).then(light));
         Wind { turbulence, ..own.clone() }
     }

@@ -23,7 +23,7 @@ use crate::control::px4::timing::{IMU_PERIOD_S, IMU_PERIOD_US, TELEMETRY_PERIOD_
 use crate::control::{FreeFallDetector, FreeFallSettings};
 use crate::frames::rotate_body_from_ned;
 use crate::model::parachute::{Pendulum, TipOff};
-use crate::model::wind::{Turbulence, TurbulenceScale, Wind};
+use crate::model::wind::{Turbulence, Wind};
 use crate::model::{Environment, MAX_ROTORS, Parachute, Vehicle};
 use crate::random::{Purpose, Stream};
 use crate::sim::sensors::Sensors;
@@ -191,14 +191,8 @@ impl FreeFallStudy {
             wind_ned_m_s: Vector3::new(cos, sin, 0.0) * wind_m_s,
             ..self.environment.clone().uniform()
         };
-        let turbulence = Turbulence {
-            sigma_m_s: [turbulence_m_s; 3],
-            scale: TurbulenceScale::Fixed([scale_m; 3]),
-            seed: seeds[0],
-            follows_mission: false,
-            noise: None,
-        };
-        let wind = Wind { turbulence: Some(turbulence), ..Wind::default() };
+        let turbulence = Some(Turbulence::isotropic(turbulence_m_s, scale_m, seeds[0]));
+        let wind = Wind { turbulence, ..Wind::default() };
         let course = wind.course(&environment, trial);
         let sensors = Sensors::new(&environment, self.sensors, seeds[1], IMU_PERIOD_US);
         let sim = DropSimulation::new(self.vehicle.clone(), environment, parachute, HANG_S, Start::Release);

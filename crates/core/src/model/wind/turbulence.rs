@@ -63,6 +63,12 @@ pub struct Eddies<const N: usize> {
 }
 
 impl Turbulence {
+    /// Turbulence as strong along each axis and of one scale everywhere, with the mission's seed.
+    pub fn isotropic(sigma_m_s: f64, scale_m: f64, seed: u64) -> Self {
+        let scale = TurbulenceScale::Fixed([scale_m; 3]);
+        Self { sigma_m_s: [sigma_m_s; 3], scale, seed, follows_mission: true, noise: None }
+    }
+
     /// The turbulence of flights of these numbers at its beginning: each has its own draw of a seed, or is
     /// driven by what is `given` for its number; noise from a file is the same for all.
     pub fn eddies<const N: usize>(&self, numbers: [u64; N], given: Option<&GivenNoise>) -> Eddies<N> {
