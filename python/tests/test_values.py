@@ -77,10 +77,10 @@ def test_reference_campaigns_are_the_programs(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(("method", "code"), [("pso-cma", 1), ("cma-es", 0)])
 def test_reference_a_search_is_the_programs(method: Any, code: int, tmp_path: Path) -> None:
-    words = ["--method", method, "--iterations", "2", "--particles", "6", "--seed", "3", "--unseen", "64"]
-    # 1: not better than the mission's own, as it happens after so few iterations; 0: those again.
+    words = ["--method", method, "--iterations", "2", "--particles", "6", "--seed", "6", "--unseen", "64"]
+    # 1: not better than the mission's own, as it happens after so few iterations; 0: better.
     run("tune", "titan_drop", "--out", f"{tmp_path}", *words, "--objective", "rms", expected=code)
-    found = samara.tune("titan_drop", objective="rms", method=method, iterations=2, particles=6, seed=3)
+    found = samara.tune("titan_drop", objective="rms", method=method, iterations=2, particles=6, seed=6)
     found.save("gains.json")
     assert Path("gains.json").read_bytes() == (tmp_path / "gains.json").read_bytes()
     assert_same(found.history, tmp_path / "convergence.csv")
