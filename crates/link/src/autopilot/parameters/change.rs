@@ -8,11 +8,17 @@ use crate::params::metadata::Kind;
 use crate::params::{ParameterFile, Value, adopt};
 use crate::units::US_PER_S;
 
+/// A name that somebody has sent, with a question mark for what is not printable ASCII: a short text, whatever
+/// was sent.
+pub fn legible(name: &str) -> String {
+    name.chars().map(|character| if character.is_ascii_graphic() { character } else { '?' }).collect()
+}
+
 /// Why a parameter is not changed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Refusal {
-    /// There is no such parameter; what is not printable ASCII in the name is written as bytes.
-    #[error("unknown parameter {}", .0.as_bytes().escape_ascii())]
+    /// There is no such parameter.
+    #[error("unknown parameter {}", legible(.0))]
     Unknown(String),
     /// An integer where a float is expected, or the other way round.
     #[error("{name} refused: {expected} expected")]

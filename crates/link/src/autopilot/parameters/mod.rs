@@ -21,7 +21,7 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-pub use change::Refusal;
+pub use change::{Refusal, legible};
 use table::{Declaration, ESTIMATOR, GPS_DELAY, Role, table};
 
 use super::estimator::EstimatorSettings;

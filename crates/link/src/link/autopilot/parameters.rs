@@ -14,7 +14,7 @@ use num_traits::FromPrimitive as _;
 use super::command_result::CommandResult;
 use super::outbox::{LINKS, Outbox, Peer};
 use crate::autopilot::flight_log::LogEntry;
-use crate::autopilot::parameters::{Parameters, Refusal};
+use crate::autopilot::parameters::{Parameters, Refusal, legible};
 use crate::autopilot::{Autopilot, Severity};
 use crate::link::frame::{Command, Frame};
 use crate::link::wire::param_value;
@@ -186,7 +186,7 @@ impl ParameterServer {
             Ok(Err(refusal)) => (refusal.to_string(), error_of(&refusal)),
             Err(error) => {
                 let known = "only 6 (INT32) and 9 (REAL32) are known";
-                let name = name.as_bytes().escape_ascii();
+                let name = legible(name);
                 (format!("{name} refused: type {kind}, {known}"), error)
             }
         };
