@@ -195,7 +195,10 @@ mod tests {
         drop(FolderLock::take(place.path(), Owned::Whole, "drop").unwrap());
         File::options().create(true).write(true).truncate(false).open(at("precious")).unwrap();
         std::os::unix::fs::symlink("precious", at(".autopilot.lock")).unwrap();
-        assert!(FolderLock::take(place.path(), Owned::Whole, "drop").is_err());
+        // Whoever followed it would look for ever for the file that it has locked.
+        let (folder, (done, comes)) = (place.path().to_owned(), std::sync::mpsc::channel());
+        std::thread::spawn(move || done.send(FolderLock::take(&folder, Owned::Whole, "drop").is_err()));
+        assert_eq!(comes.recv_timeout(std::time::Duration::from_secs(30)), Ok(true));
         assert_eq!(std::fs::metadata(at("precious")).unwrap().len(), 0);
     }
 }
