@@ -122,8 +122,8 @@ impl PlanGridReport<'_> {
         self.judged.is_none_or(|judged| judged.loss.is_small())
     }
 
-    /// The axes, and what flights lose along interpolated plans; `seconds` are the caller's, of the solves and
-    /// of the flights.
+    /// The axes, and what flights lose along interpolated plans; `seconds` are the caller's, of the solves
+    /// and of the flights.
     pub fn document(&self, seconds: Option<[f64; 2]>) -> Document {
         let within = |i: usize| seconds.map_or(String::new(), |s| format!(" in {:.1} s", s[i]));
         let mut axes = Grid::new("Grid of release states", ["", "points", "from", "to"]);

@@ -8,8 +8,8 @@ use crate::params::metadata::Kind;
 use crate::params::{ParameterFile, Value, adopt};
 use crate::units::US_PER_S;
 
-/// A name that somebody has sent, with a question mark for what is not printable ASCII: a short text, whatever
-/// was sent.
+/// A name that somebody has sent, with a question mark for what is not printable ASCII: a short text,
+/// whatever was sent.
 pub fn legible(name: &str) -> String {
     name.chars().map(|character| if character.is_ascii_graphic() { character } else { '?' }).collect()
 }
