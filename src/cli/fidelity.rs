@@ -93,8 +93,9 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
     narrator.say(&origin(path, mission));
     let report = FidelityReport::new(mission, rungs, args.calibrate, ChosenAmong::new(args.chosen_among));
     let folder = OutputFolder::create("fidelity", args.mission.out.as_deref(), &mission.name)?;
-    folder.write_text("fidelity.txt", &report.document().text())?;
-    folder.write_text("fidelity.json", &report.json())?;
+    let (said, json) = (report.document().text(), report.json());
+    folder.write_text("fidelity.txt", &said)?;
+    folder.write_text("fidelity.json", &json)?;
     let figure = fidelity_figure(&report).context("no trial was flown both ways").bad_input()?;
     folder.write_text("fidelity.svg", &figure)?;
     let files = args.by.iter().map(|path| path.display().to_string()).collect::<Vec<_>>().join(", ");
@@ -102,9 +103,9 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
     asked.extend(args.calibrate.map(|n| ("calibrate", n.to_string())));
     folder.write_manifest("fidelity", mission, &asked)?;
     print(&if args.mission.json {
-        report.json()
+        json
     } else {
-        format!("{}\nfigure in {}\n", report.document().text(), folder.path().join("fidelity.svg").display())
+        format!("{said}\nfigure in {}\n", folder.path().join("fidelity.svg").display())
     })?;
     Ok(Answer::Yes)
 }

@@ -63,7 +63,8 @@ pub struct Eddies<const N: usize> {
 }
 
 impl Turbulence {
-    /// Turbulence as strong along each axis and of one scale everywhere, with the mission's seed.
+    /// Turbulence of the same standard deviation along each axis [m/s] and of one scale length [m] at every
+    /// height, drawn by the mission's seed.
     pub fn isotropic(sigma_m_s: f64, scale_m: f64, seed: u64) -> Self {
         let scale = TurbulenceScale::Fixed([scale_m; 3]);
         Self { sigma_m_s: [sigma_m_s; 3], scale, seed, follows_mission: true, noise: None }
