@@ -172,7 +172,7 @@ fn fluctuating(v_ned: Vector3<f64>, flights: std::ops::Range<u64>) -> Vec<[f64; 
             };
             let before = mean(&sim);
             let disk =
-                DiskState::of(&vehicle, 0, &site, &sim.state().body, &site.wind_ned_m_s, before).unwrap();
+                DiskState::of_each(&vehicle, &site.ambient(), &sim.state().body, &[before; 8])[0].unwrap();
             sim.step(&throttle, 0.02);
             [sim.balance(&throttle).thrust_n[0] / mean(&sim) - 1.0, disk.ring_share()]
         })
@@ -302,7 +302,7 @@ fn closed_form_the_speed_of_free_rotors() {
         };
         let Rotor::BladeElement(table) = &vehicle.rotor else { panic!() };
         let tip_share = |omega: f64| omega * table.radius_m() / descent_m_s;
-        let settled = |from: f64| vehicle.settled_speed_rad_s(&site, &body, 0, from);
+        let settled = |from: f64| vehicle.settled_speed_rad_s(&site.ambient(), &body, 0, from);
         let fast = 7.0 * descent_m_s / table.radius_m();
         let (from_rest, from_speed) = (settled(0.0), settled(fast));
         println!("{name}: {from_rest} rad/s from rest, {from_speed} rad/s from {fast}");
@@ -312,7 +312,7 @@ fn closed_form_the_speed_of_free_rotors() {
             None => assert!((from_speed - from_rest).abs() < 1.0, "{from_speed} {from_rest}"),
         }
         // No torque but that of the friction, which is against the turning.
-        let left_nm = vehicle.air_torque_nm(&site, &body, 0, from_rest) - 0.0001;
+        let left_nm = vehicle.air_torque_nm(&site.ambient(), &body, 0, from_rest) - 0.0001;
         assert!(left_nm.abs() < 1e-9, "{name}: {left_nm}");
     }
 }

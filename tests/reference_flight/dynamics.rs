@@ -68,7 +68,7 @@ fn reference_rotor_step_response() {
     assert!((command - number(&wanted["hover_omega_cmd"])).abs() < 1e-10);
     let run = |throttle: f64, start: f64, seconds: f64| {
         let dt = 1e-3;
-        let f = |w: f64| motor.acceleration(throttle, w, load(w).torque_nm);
+        let f = |w: f64| motor.law().acceleration(throttle, w, load(w).torque_nm);
         let mut speeds = vec![start];
         for _ in 0..(seconds / dt) as usize {
             let w = speeds[speeds.len() - 1];

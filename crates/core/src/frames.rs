@@ -81,8 +81,8 @@ pub fn conjugate(q: Quaternion) -> Quaternion {
 
 /// `q` scaled to unit length.
 pub fn normalized(q: Quaternion) -> Quaternion {
-    let n = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
-    q.map(|c| c / n)
+    let per_length = 1.0 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
+    q.map(|c| c * per_length)
 }
 
 /// Roll, pitch, yaw [rad] to a quaternion (rotations in the order yaw, pitch, roll).

@@ -50,7 +50,7 @@ impl Real for f64 {
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
-        crate::math::atan2(self, x)
+        crate::math::straight::atan2(self, x)
     }
 }
 

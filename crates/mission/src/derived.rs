@@ -349,7 +349,7 @@ fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<Strin
     let hanging =
         BodyState { v_ned, q_ned_from_body: LEVEL, omega_body: Vector3::zeros(), p_ned: Vector3::zeros() };
     let settled = |body: &BodyState, i: usize, from: f64| match rotor_start.before {
-        BeforeStart::Free => vehicle.settled_speed_rad_s(site, body, i, from),
+        BeforeStart::Free => vehicle.settled_speed_rad_s(&site.ambient(), body, i, from),
         BeforeStart::Braked => 0.0,
     };
     let count = vehicle.rotors.len();
@@ -363,7 +363,7 @@ fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<Strin
         rows.push(row("free_t0_rad_s", "in the flow at t = 0", "rad/s", &at_t0, there()));
     }
     if let Some(esc) = &rotor_start.esc {
-        let air = |i: usize| move |omega: f64| vehicle.air_torque_nm(site, &begin, i, omega);
+        let air = |i: usize| move |omega: f64| vehicle.air_torque_nm(&site.ambient(), &begin, i, omega);
         let needed = |i: usize| rotor_start.torques_needed_nm([at_t0[i], esc.catch_speed_rad_s], air(i));
         let most = (0..count).map(needed).fold([0.0f64; 2], |a, b| [a[0].max(b[0]), a[1].max(b[1])]);
         let longest_s = (f64::from(esc.tries) * (esc.try_s + esc.wait_s)).min(LONGEST_START_S);

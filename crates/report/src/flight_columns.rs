@@ -2,6 +2,7 @@
 
 use super::rows::{Arrays, Columns, Shared};
 use samara_core::assess::StateCost;
+use samara_core::model::environment::Ambient;
 use samara_core::model::rigid_body::BodyState;
 use samara_core::model::{DiskState, MAX_ROTORS, PerRotor, Rotor};
 use samara_core::sim::Sample;
@@ -90,8 +91,9 @@ pub(super) fn flight_columns(mission: &Mission, ground: bool) -> Columns<Sample>
         let of_rotor = |i| [format!("rotor{i}_vc_over_vh"), format!("rotor{i}_mu_over_vh")];
         let (vehicle, site) = (mission.vehicle.clone(), mission.site.environment.clone());
         columns = columns.numbers((1..=n).flat_map(of_rotor), DISK, move |s, k| {
-            let thrust_n = s.balance.thrust_n[k / 2];
-            let disk = DiskState::of(&vehicle, k / 2, &site, &s.state.body, &s.wind_ned, thrust_n)?;
+            let body = &s.state.body;
+            let there = Ambient { wind_ned_m_s: s.wind_ned, ..site.ambient_at(&body.p_ned) };
+            let disk = DiskState::of_each(&vehicle, &there, body, &s.balance.thrust_n)[k / 2]?;
             Some([disk.climb, disk.in_plane][k % 2])
         });
     }

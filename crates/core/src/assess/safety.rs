@@ -16,6 +16,7 @@ use super::outcome::{CANOPY_DISTANCE, Outcome};
 use super::power::PowerUse;
 use super::scenario::Scenario;
 use crate::frames::{bank, pitch, tilt};
+use crate::model::environment::{Ambient, LocalAir};
 use crate::model::rigid_body::BodyState;
 use crate::model::supply::PackLimits;
 use crate::model::{DiskState, Environment, MAX_ROTORS, Rotor, Vehicle};
@@ -250,7 +251,7 @@ pub struct VerdictBuilder {
     grounded: Grounded,
     touching: bool,
     /// Vehicle and site whose rotors are watched.
-    disks: Option<(Arc<Vehicle>, Environment)>,
+    disks: Option<(Arc<Vehicle>, Environment, LocalAir)>,
     /// Time of the sample before [s], and which rotors were in the vortex ring then.
     in_ring: Option<(f64, [bool; MAX_ROTORS])>,
 }
@@ -304,7 +305,7 @@ impl VerdictBuilder {
     pub fn watching_rotors(mut self, vehicle: &Arc<Vehicle>, site: &Environment) -> Self {
         if matches!(vehicle.rotor, Rotor::BladeElement(_)) {
             self.verdict.vortex_ring_s = vec![0.0; vehicle.rotors.len()];
-            self.disks = Some((vehicle.clone(), site.clone()));
+            self.disks = Some((vehicle.clone(), site.clone(), LocalAir::about(site, &Vector3::zeros())));
         }
         self
     }
@@ -316,18 +317,18 @@ impl VerdictBuilder {
     }
 
     fn observe_rotors(&mut self, sample: &Sample) {
-        let Some((vehicle, site)) = &self.disks else { return };
+        let Some((vehicle, site, air)) = &mut self.disks else { return };
         if let Some((before_s, in_ring)) = self.in_ring {
             let times = self.verdict.vortex_ring_s.iter_mut().zip(in_ring);
             times.filter(|(_, inside)| *inside).for_each(|(time, _)| *time += sample.t_s - before_s);
         }
-        let inside = |i: usize| {
-            let (body, thrust_n) = (&sample.state.body, sample.balance.thrust_n[i]);
-            DiskState::of(vehicle, i, site, body, &sample.wind_ned, thrust_n)
-                .is_some_and(|disk| disk.is_in_vortex_ring())
-        };
-        let powered = sample.phase == Phase::Powered;
-        self.in_ring = powered.then(|| (sample.t_s, std::array::from_fn(inside)));
+        self.in_ring = (sample.phase == Phase::Powered).then(|| {
+            let body = &sample.state.body;
+            air.follow(site, &body.p_ned);
+            let there = Ambient { wind_ned_m_s: sample.wind_ned, ..air.at(site, &body.p_ned) };
+            let disks = DiskState::of_each(vehicle, &there, body, &sample.balance.thrust_n);
+            (sample.t_s, disks.map(|disk| disk.is_some_and(|disk| disk.is_in_vortex_ring())))
+        });
     }
 
     /// Whether the flight is over because the vehicle has come to the ground. A touch counts with velocity

@@ -158,6 +158,18 @@ pub fn atan2(y: f64, x: f64) -> f64 {
     angle.copysign(y)
 }
 
+/// The greater of two numbers, as a register's maximum has it; the second where the first is none.
+#[inline(always)]
+pub fn at_least(x: f64, least: f64) -> f64 {
+    if x > least { x } else { least }
+}
+
+/// The smaller of two numbers, as a register's minimum has it; the second where the first is none.
+#[inline(always)]
+pub fn at_most(x: f64, most: f64) -> f64 {
+    if x < most { x } else { most }
+}
+
 /// A number of 32 bits as a floating-point one.
 #[inline(always)]
 pub fn of_u32(bits: u64) -> f64 {

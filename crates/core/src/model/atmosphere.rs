@@ -39,6 +39,20 @@ impl Atmosphere {
         }
     }
 
+    /// Altitudes [m] at which the formulae of the atmosphere change, its ends with them: between two of them
+    /// air and gravity are smooth.
+    pub fn knots_m(self) -> Vec<f64> {
+        match self {
+            Self::Constant => Vec::new(),
+            Self::Us1976 => {
+                let geometric = |base_m: f64| EARTH_RADIUS_M * base_m / (EARTH_RADIUS_M - base_m);
+                let layers = LAYERS.iter().skip(1).map(|layer| geometric(layer[0]));
+                layers.chain(self.altitudes_m().into_iter().flatten()).collect()
+            }
+            Self::Titan => HUYGENS.iter().map(|row| row[0]).collect(),
+        }
+    }
+
     /// Air and gravity at an altitude above mean sea level [m], beyond the known altitudes as at the nearest
     /// one; `None` where they do not change with altitude.
     pub fn at(self, altitude_m: f64) -> Option<Air> {

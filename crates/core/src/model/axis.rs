@@ -4,6 +4,8 @@
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) knots: Vec<f64>,
+    /// `1/width` of each interval.
+    pub(crate) per_width: Vec<f64>,
     /// 1/spacing if the knots are equidistant: finds the interval without a search.
     pub(crate) inverse_spacing: Option<f64>,
 }
@@ -13,7 +15,8 @@ impl Axis {
         let n = knots.len() - 1;
         let spacing = (knots[n] - knots[0]) / n as f64;
         let even = knots.windows(2).all(|w| (w[1] - w[0] - spacing).abs() < 1e-9 * spacing);
-        Self { knots: knots.to_vec(), inverse_spacing: even.then(|| 1.0 / spacing) }
+        let per_width = knots.windows(2).map(|w| 1.0 / (w[1] - w[0])).collect();
+        Self { knots: knots.to_vec(), per_width, inverse_spacing: even.then(|| 1.0 / spacing) }
     }
 
     /// Left knot of the interval that `x` lies in, from 0; the outermost one beyond the ends.

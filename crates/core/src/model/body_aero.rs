@@ -25,7 +25,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::ModelError;
 use super::spline::PeriodicSpline;
-use crate::math;
+use crate::math::straight;
 use crate::real::Real;
 
 /// The body's coefficient tables and reference dimensions.
@@ -163,7 +163,9 @@ impl BodyAero {
             None => squared,
         };
         let qs = S::from_f64(0.5 * density * self.area_m2) * pressure;
-        let (cd, cl, cm) = (self.c_drag.eval(alpha), self.c_lift.eval(alpha), self.c_pitch.eval(alpha));
+        // All three have the same knots.
+        let place = self.c_drag.place(alpha);
+        let (cd, cl, cm) = (self.c_drag.at(place), self.c_lift.at(place), self.c_pitch.at(place));
         AeroLoad {
             force_body: Vector3::new(qs * (cl * sin - cd * cos), side, -(qs * (cd * sin + cl * cos))),
             moment_body: Vector3::new(zero, qs * S::from_f64(self.span_m) * cm, zero),
@@ -188,7 +190,7 @@ impl BodyAero {
                 side,
             };
         }
-        let alpha = math::atan2(w, u);
+        let alpha = straight::atan2(w, u);
         let r = r2.sqrt();
         let (cos, sin) = (u / r, w / r);
         let (d, l, m) = (self.c_drag.jet(alpha), self.c_lift.jet(alpha), self.c_pitch.jet(alpha));

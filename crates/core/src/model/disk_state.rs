@@ -2,8 +2,10 @@
 
 use std::f64::consts::PI;
 
+use super::environment::Ambient;
 use super::rigid_body::BodyState;
-use super::{Environment, Rotor, Vehicle, inflow};
+use super::rotor::HubMotion;
+use super::{MAX_ROTORS, PerRotor, Rotor, Vehicle, inflow};
 use crate::frames::rotate_body_from_ned;
 
 /// Velocity of a rotor's disk through the air over `v_h = sqrt(T/(2 rho A))`, T the rotor's thrust.
@@ -16,29 +18,28 @@ pub struct DiskState {
 }
 
 impl DiskState {
-    /// The state of rotor `i` (from 0) of a vehicle at a site with this wind, NED [m/s], when it gives
-    /// `thrust_n` [N]; `None` without thrust, and for rotors whose blades are not known.
-    pub fn of(
+    /// The states of the rotors of a vehicle in this air when they give `thrust_n` [N]; `None` without
+    /// thrust, and of rotors whose blades are not known.
+    pub fn of_each(
         vehicle: &Vehicle,
-        i: usize,
-        site: &Environment,
+        ambient: &Ambient,
         body: &BodyState,
-        wind_ned: &nalgebra::Vector3<f64>,
-        thrust_n: f64,
-    ) -> Option<Self> {
-        let Rotor::BladeElement(table) = &vehicle.rotor else { return None };
-        let mount = vehicle.rotors.get(i)?;
-        let density_kg_m3 = site.at(&body.p_ned).map_or(site.density_kg_m3, |there| there.density_kg_m3);
+        thrust_n: &PerRotor,
+    ) -> [Option<Self>; MAX_ROTORS] {
+        let mut states = [None; MAX_ROTORS];
+        let Rotor::BladeElement(table) = &vehicle.rotor else { return states };
         let area_m2 = PI * table.radius_m() * table.radius_m();
-        let v_h = (0.5 * thrust_n.abs() / (density_kg_m3 * area_m2)).sqrt();
-        if !(v_h > 0.0) {
-            return None;
+        let per_thrust = 0.5 / (ambient.density_kg_m3 * area_m2);
+        let v_air_body = rotate_body_from_ned(body.q_ned_from_body, body.v_ned - ambient.wind_ned_m_s);
+        for ((state, mount), thrust_n) in states.iter_mut().zip(&vehicle.rotors).zip(thrust_n) {
+            let v_h = (per_thrust * thrust_n.abs()).sqrt();
+            if v_h > 0.0 {
+                let hub = v_air_body + body.omega_body.cross(&mount.position_body_m);
+                let hub = HubMotion::of(&hub, &mount.axis_body);
+                *state = Some(Self { climb: hub.climb_m_s / v_h, in_plane: hub.in_plane_m_s / v_h });
+            }
         }
-        let v_air_body = rotate_body_from_ned(body.q_ned_from_body, body.v_ned - wind_ned);
-        let hub = v_air_body + body.omega_body.cross(&mount.position_body_m);
-        let climb = hub.dot(&mount.axis_body);
-        let in_plane = (hub - mount.axis_body * climb).norm();
-        Some(Self { climb: climb / v_h, in_plane: in_plane / v_h })
+        states
     }
 
     /// Share of the full fluctuation in the vortex ring that the rotor's thrust has, [`inflow::ring_share`].

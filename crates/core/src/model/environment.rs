@@ -2,10 +2,13 @@
 //! Titan. Gravity and air are constant over the flight, or follow the altitude ([`Atmosphere`]); the wind is
 //! uniform.
 
+use std::f64::consts::FRAC_1_SQRT_2;
+
 use nalgebra::Vector3;
 
 use super::{Atmosphere, ModelError};
 use crate::math;
+use crate::math::straight::{at_least, at_most};
 use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 
 /// The site: gravity, density, wind, and the place of the local NED frame's origin on the globe.
@@ -22,6 +25,142 @@ pub struct Environment {
     /// Latitude [deg], longitude [deg] and altitude above mean sea level [m] of the local origin: the point
     /// of release.
     pub anchor: GeoPoint,
+}
+
+/// Gravity, air and wind at a place.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ambient {
+    /// Gravity, along +down [m/s^2].
+    pub gravity_m_s2: f64,
+    /// Density of the air [kg/m^3].
+    pub density_kg_m3: f64,
+    /// Velocity of the air over the ground, NED [m/s].
+    pub wind_ned_m_s: Vector3<f64>,
+}
+
+/// Gravity and density of a site about an altitude, for what evaluates them in each stage of an integration:
+/// a polynomial of third degree over 16 m, or less where the atmosphere's formulae change. It is a function
+/// of the altitude alone, wherever it was before, within 4e-14 of [`Environment::at`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalAir(Option<AirPiece>);
+
+/// Gravity and density between two altitudes, as polynomials of the place between them, -1 to 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct AirPiece {
+    /// Altitudes that the atmosphere is known for [m].
+    known_m: [f64; 2],
+    low_m: f64,
+    high_m: f64,
+    middle_m: f64,
+    per_half_m: f64,
+    gravity_m_s2: [f64; 4],
+    density_kg_m3: [f64; 4],
+}
+
+/// Height of a piece of the atmosphere [m].
+const PIECE_M: f64 = 16.0;
+
+impl LocalAir {
+    /// The air about the altitude of `p_ned` [m] at a site.
+    pub fn about(site: &Environment, p_ned: &Vector3<f64>) -> Self {
+        Self(AirPiece::about(site, site.anchor.altitude_m - p_ned.z))
+    }
+
+    /// Goes to the altitude of `p_ned` [m].
+    #[inline(always)]
+    pub fn follow(&mut self, site: &Environment, p_ned: &Vector3<f64>) {
+        if let Some(piece) = &self.0
+            && !piece.holds(piece.known(site.anchor.altitude_m - p_ned.z))
+        {
+            *self = Self::about(site, p_ned);
+        }
+    }
+
+    /// Gravity, air and the site's wind at `p_ned` [m].
+    #[inline(always)]
+    pub fn at(&self, site: &Environment, p_ned: &Vector3<f64>) -> Ambient {
+        let Some(piece) = &self.0 else { return site.ambient() };
+        let altitude_m = piece.known(site.anchor.altitude_m - p_ned.z);
+        if piece.holds(altitude_m) {
+            piece.at(altitude_m, site.wind_ned_m_s)
+        } else {
+            Self::elsewhere(site, altitude_m)
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn elsewhere(site: &Environment, altitude_m: f64) -> Ambient {
+        let piece = AirPiece::about(site, altitude_m);
+        piece.map_or(site.ambient(), |piece| piece.at(altitude_m, site.wind_ned_m_s))
+    }
+}
+
+impl AirPiece {
+    fn about(site: &Environment, altitude_m: f64) -> Option<Self> {
+        let known_m = site.atmosphere.altitudes_m()?;
+        let here = site.atmosphere.at(site.anchor.altitude_m)?;
+        let altitude_m = altitude_m.max(known_m[0]).min(known_m[1]);
+        let mut low_m = (altitude_m / PIECE_M).floor() * PIECE_M;
+        let mut high_m = low_m + PIECE_M;
+        for knot_m in site.atmosphere.knots_m() {
+            if knot_m <= altitude_m {
+                low_m = low_m.max(knot_m);
+            } else {
+                high_m = high_m.min(knot_m);
+            }
+        }
+        let (middle_m, half_m) = (0.5 * (low_m + high_m), 0.5 * (high_m - low_m));
+        // Through Chebyshev's four points.
+        let [a2, b2] = [0.5 * (1.0 + FRAC_1_SQRT_2), 0.5 * (1.0 - FRAC_1_SQRT_2)];
+        let mut values = [[0.0; 2]; 4];
+        for (value, place) in values.iter_mut().zip([a2.sqrt(), -a2.sqrt(), b2.sqrt(), -b2.sqrt()]) {
+            let there = site.atmosphere.at(middle_m + half_m * place)?;
+            *value = [
+                site.gravity_m_s2 * (there.gravity_m_s2 / here.gravity_m_s2),
+                site.density_kg_m3 * (there.density_kg_m3 / here.density_kg_m3),
+            ];
+        }
+        let polynomial = |k: usize| {
+            let [far, near] = [[values[0][k], values[1][k]], [values[2][k], values[3][k]]];
+            let even = |[above, below]: [f64; 2]| 0.5 * (above + below);
+            let odd = |[above, below]: [f64; 2], place2: f64| 0.5 * (above - below) / place2.sqrt();
+            let square = (even(far) - even(near)) / (a2 - b2);
+            let cube = (odd(far, a2) - odd(near, b2)) / (a2 - b2);
+            [even(near) - square * b2, odd(near, b2) - cube * b2, square, cube]
+        };
+        Some(Self {
+            known_m,
+            low_m,
+            high_m,
+            middle_m,
+            per_half_m: 1.0 / half_m,
+            gravity_m_s2: polynomial(0),
+            density_kg_m3: polynomial(1),
+        })
+    }
+
+    /// The altitude [m], or the nearest one that the atmosphere is known for.
+    #[inline(always)]
+    fn known(&self, altitude_m: f64) -> f64 {
+        at_most(at_least(altitude_m, self.known_m[0]), self.known_m[1])
+    }
+
+    #[inline(always)]
+    fn holds(&self, altitude_m: f64) -> bool {
+        self.low_m <= altitude_m && altitude_m < self.high_m
+    }
+
+    #[inline(always)]
+    fn at(&self, altitude_m: f64, wind_ned_m_s: Vector3<f64>) -> Ambient {
+        let x = (altitude_m - self.middle_m) * self.per_half_m;
+        let value = |[c0, c1, c2, c3]: [f64; 4]| c0 + x * (c1 + x * (c2 + x * c3));
+        Ambient {
+            gravity_m_s2: value(self.gravity_m_s2),
+            density_kg_m3: value(self.density_kg_m3),
+            wind_ned_m_s,
+        }
+    }
 }
 
 /// A point on the globe.
@@ -121,6 +260,18 @@ impl Environment {
         })
     }
 
+    /// Gravity, air and wind at the anchor's altitude.
+    #[inline(always)]
+    pub fn ambient(&self) -> Ambient {
+        let Self { gravity_m_s2, density_kg_m3, wind_ned_m_s, .. } = *self;
+        Ambient { gravity_m_s2, density_kg_m3, wind_ned_m_s }
+    }
+
+    /// Gravity, air and wind at `p_ned` [m].
+    pub fn ambient_at(&self, p_ned: &Vector3<f64>) -> Ambient {
+        self.at(p_ned).map_or(self.ambient(), |there| there.ambient())
+    }
+
     /// Whether the gravity is one that occurs on Earth.
     pub fn has_earths_gravity(&self) -> bool {
         (self.gravity_m_s2 - STANDARD_GRAVITY_M_S2).abs() <= EARTH_GRAVITY_SPREAD_M_S2
@@ -150,5 +301,39 @@ impl Environment {
             (point.longitude_deg - self.anchor.longitude_deg) * RAD_PER_DEG * EARTH_RADIUS_M * cos_lat,
             self.anchor.altitude_m - point.altitude_m,
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(2000))]
+
+        /// The air of a piece is the atmosphere's, also beyond its ends, and does not depend on where the
+        /// piece was before.
+        #[test]
+        fn prop_local_air_is_the_atmosphere_s(
+            titan: bool, anchor_m in 0.0f64..9_000.0, down_m in -78_000.0f64..11_000.0, moved_m in -99.0f64..99.0,
+        ) {
+            let atmosphere = if titan { Atmosphere::Titan } else { Atmosphere::Us1976 };
+            let anchor = GeoPoint { altitude_m: anchor_m, ..GeoPoint::default() };
+            let site = Environment::new(9.8, 1.2, Vector3::zeros(), anchor).unwrap().within(atmosphere).unwrap();
+            let place = Vector3::new(0.0, 0.0, down_m);
+            let (found, wanted) = (LocalAir::about(&site, &place).at(&site, &place), site.at(&place).unwrap());
+            for (found, wanted) in [
+                (found.gravity_m_s2, wanted.gravity_m_s2), (found.density_kg_m3, wanted.density_kg_m3),
+            ] {
+                prop_assert!((found / wanted - 1.0).abs() < 4e-14, "{found} {wanted}");
+            }
+            let before = LocalAir::about(&site, &(place + Vector3::new(0.0, 0.0, moved_m)));
+            let mut following = before;
+            following.follow(&site, &place);
+            prop_assert_eq!(before.at(&site, &place), found);
+            prop_assert_eq!(following.at(&site, &place), found);
+        }
     }
 }

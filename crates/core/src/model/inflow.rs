@@ -25,7 +25,7 @@
 //! The report itself was not at hand: points, exponents and matching conditions are those that LADAC (TU
 //! Braunschweig, `inducedVelocityVortexRingState.m`) quotes from those pages.
 
-use crate::math;
+use crate::math::{self, straight};
 
 /// Edgewise velocity beyond which there is no vortex ring, `V_xM`.
 pub const RING_ENDS_AT: f64 = 0.95;
@@ -45,13 +45,17 @@ pub fn vortex_ring(in_plane: f64) -> Option<[f64; 2]> {
         return None;
     }
     let (middle, half) = (0.5 * (N + X), 0.5 * (N - X));
-    Some([middle + half * math::powf(left, 0.2), middle - half * math::powf(left, 1.5)])
+    // left^0.2, left^1.5
+    let fifth_root = straight::exp_of_minus(-0.2 * straight::ln(left));
+    Some([middle + half * fifth_root, middle - half * (left * left.sqrt())])
 }
 
 /// Whether a disk that moves along its thrust at `climb` and in its plane at `in_plane`, both in units of
 /// `v_h`, is in the vortex ring: inside Johnson's stability boundary, between N and X.
 pub fn is_in_vortex_ring(climb: f64, in_plane: f64) -> bool {
-    vortex_ring(in_plane).is_some_and(|[n, x]| x < climb && climb < n)
+    X < climb
+        && climb < N
+        &&     vortex_ring(in_plane).is_some_and(|[n, x]| x < climb && climb < n)
 }
 
 /// Distance inside the stability boundary over which the fluctuation of a rotor's thrust comes up, in units
@@ -62,6 +66,9 @@ pub const RING_RISE: f64 = 0.1;
 /// thrust at `climb` and in its plane at `in_plane`, both in units of `v_h`: 0 outside N to X, rising
 /// linearly over [`RING_RISE`] inside, 1 beyond.
 pub fn ring_share(climb: f64, in_plane: f64) -> f64 {
+    if !(X < climb && climb < N) {
+        return 0.0;
+    }
     vortex_ring(in_plane).map_or(0.0, |[n, x]| ((n - climb).min(climb - x) / RING_RISE).clamp(0.0, 1.0))
 }
 

@@ -8,6 +8,8 @@
 //! the angular acceleration of the body about the shaft to that of the rotor; it is left out here. For rotors
 //! that push up it is the yaw acceleration, zero in the plane.
 
+use crate::math::straight::{at_least, at_most};
+
 /// A motor with its speed controller.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Motor {
@@ -97,38 +99,128 @@ impl Motor {
         }
     }
 
+    /// The motor as its law is evaluated.
+    pub fn law(&self) -> MotorLaw {
+        match *self {
+            Self::EscDc(motor) => MotorLaw::EscDc(EscDcLaw {
+                motor,
+                per_ohm: 1.0 / motor.resistance_ohm,
+                per_inertia: 1.0 / motor.rotor_inertia_kg_m2,
+            }),
+            Self::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => {
+                MotorLaw::FirstOrder(FirstOrderLaw {
+                    omega_max_rad_s,
+                    per_tau_up: 1.0 / tau_up_s,
+                    per_tau_down: 1.0 / tau_down_s,
+                    rotor_inertia_kg_m2,
+                    per_inertia: if rotor_inertia_kg_m2 > 0.0 { 1.0 / rotor_inertia_kg_m2 } else { 0.0 },
+                })
+            }
+        }
+    }
+}
+
+/// The law of a [`Motor`], with the reciprocals that each evaluation needs: [`Motor::law`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MotorLaw {
+    /// Speed controller on a DC motor.
+    EscDc(EscDcLaw),
+    /// First order.
+    FirstOrder(FirstOrderLaw),
+}
+
+/// Law of a speed controller on a DC motor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EscDcLaw {
+    /// The motor.
+    pub motor: EscDc,
+    /// `1/R` [1/ohm].
+    pub per_ohm: f64,
+    /// `1/J_r` [1/(kg m^2)].
+    pub per_inertia: f64,
+}
+
+/// Law of a motor of first order.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FirstOrderLaw {
+    /// Speed at full throttle [rad/s].
+    pub omega_max_rad_s: f64,
+    /// `1/tau_up` [1/s].
+    pub per_tau_up: f64,
+    /// `1/tau_down` [1/s].
+    pub per_tau_down: f64,
+    /// Moment of inertia J_r of rotor and motor [kg m^2]; zero: it has none.
+    pub rotor_inertia_kg_m2: f64,
+    /// `1/J_r` [1/(kg m^2)]; zero without inertia.
+    pub per_inertia: f64,
+}
+
+impl EscDcLaw {
+    /// Voltage that the speed controller asks for at the throttle in 0..1 and the speed [rad/s] [V].
+    #[inline(always)]
+    pub fn asked_v(&self, throttle: f64, omega: f64) -> f64 {
+        let m = &self.motor;
+        let omega_c = throttle * m.omega_max_rad_s;
+        m.back_emf_constant_v_s_rad * omega_c + m.esc_gain_v_s_rad * (omega_c - omega)
+    }
+
+    /// Current at a voltage across the motor [V] and a speed [rad/s], within the motor's own limits [A].
+    #[inline(always)]
+    pub fn current_a(&self, voltage: f64, omega: f64) -> f64 {
+        let m = &self.motor;
+        let current = (voltage - m.back_emf_constant_v_s_rad * omega) * self.per_ohm;
+        at_most(at_least(current, m.current_min_a), m.current_max_a)
+    }
+
+    /// Angular acceleration at a current [A] against a torque of the air [N m], [rad/s^2].
+    #[inline(always)]
+    pub fn acceleration_at(&self, current_a: f64, torque_aero: f64) -> f64 {
+        (self.motor.torque_constant_nm_a * current_a - torque_aero) * self.per_inertia
+    }
+}
+
+impl FirstOrderLaw {
+    /// Angular acceleration towards a share of the speed at full throttle, from a speed [rad/s], [rad/s^2].
+    #[inline(always)]
+    pub fn acceleration_to(&self, share: f64, omega: f64) -> f64 {
+        let difference = share * self.omega_max_rad_s - omega;
+        difference * if difference > 0.0 { self.per_tau_up } else { self.per_tau_down }
+    }
+}
+
+impl MotorLaw {
+    /// `1/J_r` [1/(kg m^2)]; zero without inertia.
+    pub fn per_inertia(&self) -> f64 {
+        match self {
+            Self::EscDc(law) => law.per_inertia,
+            Self::FirstOrder(law) => law.per_inertia,
+        }
+    }
+
     /// Angular acceleration of the rotor [rad/s^2] at the throttle in 0..1, its speed [rad/s] and the
     /// aerodynamic torque that brakes it [N m]. A rotor at rest is never driven backwards.
     #[inline(always)]
     pub fn acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
-        let rate = self.unlocked_acceleration(throttle, omega, torque_aero);
-        if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+        forwards(omega, self.unlocked_acceleration(throttle, omega, torque_aero))
     }
 
     /// Angular acceleration [rad/s^2] as [`Self::acceleration`] has it of a rotor that the air may drive
     /// backwards.
     #[inline(always)]
     pub fn unlocked_acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
-        match *self {
-            Self::EscDc(ref m) => {
-                let k_e = m.back_emf_constant_v_s_rad;
-                let omega_c = throttle * m.omega_max_rad_s;
-                let voltage =
-                    (k_e * omega_c + m.esc_gain_v_s_rad * (omega_c - omega)).clamp(0.0, m.voltage_max_v);
-                let current =
-                    ((voltage - k_e * omega) / m.resistance_ohm).clamp(m.current_min_a, m.current_max_a);
-                (m.torque_constant_nm_a * current - torque_aero) / m.rotor_inertia_kg_m2
+        match self {
+            Self::EscDc(law) => {
+                let voltage = at_most(at_least(law.asked_v(throttle, omega), 0.0), law.motor.voltage_max_v);
+                law.acceleration_at(law.current_a(voltage, omega), torque_aero)
             }
-            Self::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, .. } => {
-                let difference = throttle * omega_max_rad_s - omega;
-                difference / if difference > 0.0 { tau_up_s } else { tau_down_s }
-            }
+            Self::FirstOrder(law) => law.acceleration_to(throttle, omega),
         }
     }
 
     /// Angular acceleration of the rotor [rad/s^2] as [`Self::acceleration`] has it, of a motor in a
     /// condition. Without current the air alone brakes a DC motor, `omega_dot = -Q_aero/J_r`; a motor of
     /// first order slows down as at zero throttle, since its model has no torque.
+    #[inline(always)]
     pub fn acceleration_in(
         &self,
         condition: MotorCondition,
@@ -139,13 +231,16 @@ impl Motor {
         match (condition, self) {
             (MotorCondition::Sound, _) => self.acceleration(throttle, omega, torque_aero),
             (MotorCondition::Held, _) => 0.0,
-            (MotorCondition::Unpowered, Self::FirstOrder { .. }) => {
-                self.acceleration(0.0, omega, torque_aero)
-            }
-            (MotorCondition::Unpowered, Self::EscDc(m)) => {
-                let rate = -torque_aero / m.rotor_inertia_kg_m2;
-                if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+            (MotorCondition::Unpowered, Self::FirstOrder(_)) => self.acceleration(0.0, omega, torque_aero),
+            (MotorCondition::Unpowered, Self::EscDc(law)) => {
+                forwards(omega, law.acceleration_at(0.0, torque_aero))
             }
         }
     }
+}
+
+/// An acceleration [rad/s^2] of a rotor at a speed [rad/s] that nothing drives backwards.
+#[inline(always)]
+pub fn forwards(omega: f64, acceleration: f64) -> f64 {
+    if omega <= 0.0 && acceleration < 0.0 { 0.0 } else { acceleration }
 }

@@ -37,6 +37,13 @@ pub struct BodyRate<S = f64> {
     pub omega_dot_body: Vector3<S>,
 }
 
+impl Default for BodyRate {
+    fn default() -> Self {
+        let zero = Vector3::zeros();
+        Self { p_dot_ned: zero, q_dot: [0.0; 4], v_dot_ned: zero, omega_dot_body: zero }
+    }
+}
+
 /// Mass and inertia of the vehicle, with the inverse of the inertia.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MassProperties {

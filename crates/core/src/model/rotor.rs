@@ -13,6 +13,7 @@ use super::ModelError;
 use super::axis::Axis;
 use super::coefficient_table::CoefficientTable;
 pub use super::rotor_load::RotorLoad;
+use crate::math::straight::{self, at_least, at_most};
 use crate::math;
 
 /// Flow of the air at a rotor hub.
@@ -26,14 +27,34 @@ pub struct Inflow {
     pub angle_rad: f64,
 }
 
-impl Inflow {
-    /// Inflow of a hub that moves with `v_body` [m/s] through the air, thrust along the unit vector
-    /// `axis_body`, (10)-(12).
+/// Motion of a rotor's hub through the air.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct HubMotion {
+    /// Along the thrust [m/s].
+    pub climb_m_s: f64,
+    /// In the disk's plane, body axes [m/s].
+    pub in_disk_body_m_s: Vector3<f64>,
+    /// Length of what is in the disk's plane [m/s].
+    pub in_plane_m_s: f64,
+}
+
+impl HubMotion {
+    /// Motion of a hub at `v_body` [m/s], thrust along the unit vector `axis_body`.
     #[inline(always)]
-    pub fn at_hub(v_body: &Vector3<f64>, axis_body: &Vector3<f64>) -> Self {
-        let along = v_body.dot(axis_body);
-        let in_disk = v_body - axis_body * along;
-        Self { airspeed_m_s: v_body.norm(), angle_rad: math::atan2(-along, in_disk.norm()) }
+    pub fn of(v_body: &Vector3<f64>, axis_body: &Vector3<f64>) -> Self {
+        let climb_m_s = v_body.dot(axis_body);
+        let in_disk_body_m_s = v_body - axis_body * climb_m_s;
+        Self { climb_m_s, in_disk_body_m_s, in_plane_m_s: in_disk_body_m_s.norm() }
+    }
+
+    /// The flow at the hub, (10)-(12).
+    #[inline(always)]
+    pub fn inflow(&self) -> Inflow {
+        let (climb, in_plane) = (self.climb_m_s, self.in_plane_m_s);
+        Inflow {
+            airspeed_m_s: (climb * climb + in_plane * in_plane).sqrt(),
+            angle_rad: straight::atan2(-climb, in_plane),
+        }
     }
 }
 
@@ -73,23 +94,17 @@ impl Rotor {
         }
     }
 
-    /// Load of a rotor whose hub moves with `v_body` [m/s] through the air, thrust along the unit vector
-    /// `axis_body`.
+    /// Load of a rotor whose hub moves so through the air.
     #[inline(always)]
-    pub(crate) fn load_at_hub(
-        &self,
-        omega_rad_s: f64,
-        v_body: &Vector3<f64>,
-        axis_body: &Vector3<f64>,
-        density_kg_m3: f64,
-    ) -> RotorLoad {
+    pub(crate) fn load_at_hub(&self, omega_rad_s: f64, hub: &HubMotion, density_kg_m3: f64) -> RotorLoad {
         match self {
             Self::BladeElement(table) => {
-                let climb = v_body.dot(axis_body);
-                let in_plane = (v_body - axis_body * climb).norm();
-                table.load(omega_rad_s, climb, in_plane, density_kg_m3)
+                table.load(omega_rad_s, hub.climb_m_s, hub.in_plane_m_s, density_kg_m3)
             }
-            _ => self.load(omega_rad_s, Inflow::at_hub(v_body, axis_body), density_kg_m3),
+            Self::Quadratic { .. } => {
+                self.load(omega_rad_s, Inflow { airspeed_m_s: 0.0, angle_rad: 0.0 }, density_kg_m3)
+            }
+            Self::Table(table) => table.load(omega_rad_s, hub.inflow(), density_kg_m3),
         }
     }
 
@@ -149,8 +164,8 @@ fn axis(name: &str, knots: &[f64]) -> Result<Axis, ModelError> {
 #[inline(always)]
 fn locate(axis: &Axis, x: f64) -> (usize, f64) {
     let i = axis.interval(x);
-    let fraction = (x - axis.knots[i]) / (axis.knots[i + 1] - axis.knots[i]);
-    (i, fraction.clamp(0.0, 1.0))
+    let fraction = (x - axis.knots[i]) * axis.per_width[i];
+    (i, at_most(at_least(fraction, 0.0), 1.0))
 }
 
 impl RotorTable {

@@ -63,8 +63,9 @@ impl RotorLimits {
                 in_plane_n: 0.0,
             }
         };
+        let law = vehicle.motor.law();
         let acceleration =
-            |throttle: f64, omega: f64| vehicle.motor.acceleration(throttle, omega, load(omega).torque_nm);
+            |throttle: f64, omega: f64| law.acceleration(throttle, omega, load(omega).torque_nm);
         let omega_held = {
             let (mut low, mut high) = (0.0, vehicle.motor.omega_max_rad_s());
             if acceleration(1.0, high) >= 0.0 {

@@ -16,6 +16,13 @@ pub struct PeriodicSpline {
     pieces: Vec<[f64; 4]>,
 }
 
+/// A place on the knots of a spline.
+#[derive(Clone, Copy, Debug)]
+pub struct Place<S> {
+    piece: usize,
+    from_knot: S,
+}
+
 /// Value, first and second derivative of a spline at a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SplineJet {
@@ -90,9 +97,20 @@ impl PeriodicSpline {
     /// Value at `x`, which lies between the first and the last knot (beyond, the outermost piece continues).
     #[inline(always)]
     pub fn eval<S: Real>(&self, x: S) -> S {
-        let i = self.axis.interval(x.value());
-        let [c0, c1, c2, c3] = self.pieces[i].map(S::from_f64);
-        let d = x - S::from_f64(self.axis.knots[i]);
+        self.at(self.place(x))
+    }
+
+    /// Where `x` lies, for this spline and others of the same knots.
+    #[inline(always)]
+    pub fn place<S: Real>(&self, x: S) -> Place<S> {
+        let piece = self.axis.interval(x.value());
+        Place { piece, from_knot: x - S::from_f64(self.axis.knots[piece]) }
+    }
+
+    /// Value at a place.
+    #[inline(always)]
+    pub fn at<S: Real>(&self, Place { piece, from_knot: d }: Place<S>) -> S {
+        let [c0, c1, c2, c3] = self.pieces[piece].map(S::from_f64);
         c0 + d * (c1 + d * (c2 + d * c3))
     }
 

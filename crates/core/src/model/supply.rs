@@ -20,13 +20,16 @@
 //! nothing: its motors are without current. Left out: inductance, recovery (a braking motor gives nothing
 //! back), and what time and temperature do to the resistance.
 
-use super::motor::{EscDc, Motor, MotorCondition};
+use super::motor::{EscDcLaw, FirstOrderLaw, Motor, MotorCondition, MotorLaw, forwards};
 use super::{MAX_ROTORS, ModelError, PerRotor, check, check_positive};
+use crate::math::straight::{at_least, at_most};
 
 /// Part of the voltage without load to which battery and motors agree.
 const AGREEMENT: f64 = 1e-13;
-/// The search for it takes some 8 steps.
+/// The search for it takes two or three steps.
 const STEPS_AT_MOST: u32 = 100;
+/// From so many steps on every other one halves the bounds.
+const SECANTS: u32 = 8;
 /// A current that comes this close to a limit, as a part of it, is held by it.
 const AT_LIMIT: f64 = 1e-9;
 
@@ -199,55 +202,43 @@ impl Pack {
         (square >= 0.0).then(|| 0.5 * (open_v + square.sqrt()))
     }
 
-    /// What motors in these states get at a share of the charge, and what they take.
-    pub fn supply(&self, charge: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusState) {
+    /// What motors in these states get at a share of the charge, and what they take. The search for the bus
+    /// voltage begins at `near_v` [V], which changes no more of its outcome than what battery and motors may
+    /// disagree by: a part 1e-13 of the voltage without load.
+    #[inline(always)]
+    pub fn supply(
+        &self,
+        charge: f64,
+        law: &MotorLaw,
+        motors: &[MotorState],
+        near_v: f64,
+    ) -> (Supply, BusState) {
         if charge <= 0.0 {
-            let nothing = Supply { bus_v: 0.0, motor_power_max_w: 0.0, ..self.left_of(0.0, 0.0) };
-            return (nothing, BusState::default());
+            return (self.left_of(0.0, 0.0), BusState::default());
         }
         let open_v = self.open_circuit_v(charge);
         let resistance_ohm = self.limits.resistance_ohm;
-        let most_a = self.limits.current_max_a.min(0.5 * open_v / resistance_ohm);
-        let at = |bus_v: f64| self.at(bus_v, most_a, motor, motors);
-        let excess_v = |bus: &BusState| bus.bus_v + resistance_ohm * bus.pack_a - open_v;
-        // Regula falsi, Illinois form. The current never exceeds what the battery gives at half its voltage,
-        // so that the excess at the lower end is at most zero; without load it is zero at the upper one.
-        let (mut low, mut high) = (0.5 * open_v, open_v);
-        let (_, at_high) = at(high);
-        let (_, at_low) = at(low);
-        let (mut above, mut below) = (excess_v(&at_high), excess_v(&at_low));
-        let mut bus_v = if above > AGREEMENT * open_v { low } else { high };
-        let mut raised = None;
-        for _ in 0..STEPS_AT_MOST {
-            if bus_v >= open_v || high - low <= AGREEMENT * open_v {
-                break;
+        let most_a = at_most(self.limits.current_max_a, 0.5 * open_v / resistance_ohm);
+        let takers = Takers::of(law, motors, self.limits.motor_efficiency);
+        let mut search = BusSearch::new(open_v, near_v);
+        let mut bus = BusState::default();
+        let supply = loop {
+            let supply = self.at(search.bus_v, most_a, &takers, &mut bus);
+            let drop_v = resistance_ohm * bus.pack_a;
+            if search.ends(search.bus_v + drop_v - open_v, drop_v) {
+                break supply;
             }
-            bus_v = high - above * (high - low) / (above - below);
-            let excess = excess_v(&at(bus_v).1);
-            if excess.abs() <= AGREEMENT * open_v {
-                break;
-            }
-            let rises = excess < 0.0;
-            if rises {
-                (low, below) = (bus_v, excess);
-            } else {
-                (high, above) = (bus_v, excess);
-            }
-            if raised.replace(rises) == Some(rises) {
-                // The same end again: the other one's excess counts half.
-                if rises { above *= 0.5 } else { below *= 0.5 }
-            }
-        }
-        let (supply, mut bus) = at(bus_v);
+        };
         bus.charge = charge;
         for (state, current_a) in motors.iter().zip(bus.esc_a) {
-            bus.held_by.voltage |= supply.is_held_by_voltage(motor, state);
+            bus.held_by.voltage |= supply.is_held_by_voltage(law, state);
             bus.held_by.esc_current |= current_a >= self.limits.esc_current_max_a * (1.0 - AT_LIMIT);
         }
         (supply, bus)
     }
 
     /// What is left to a motor at a bus voltage and a ceiling of its speed controller's current.
+    #[inline(always)]
     fn left_of(&self, bus_v: f64, ceiling_a: f64) -> Supply {
         let PackLimits { esc_efficiency, motor_efficiency, nominal_v, throttle, .. } = self.limits;
         Supply {
@@ -259,133 +250,218 @@ impl Pack {
         }
     }
 
-    /// Supply and bus at a voltage, the pack's current at most `most_a`.
-    fn at(&self, bus_v: f64, most_a: f64, motor: &Motor, motors: &[MotorState]) -> (Supply, BusState) {
+    /// Supply at a voltage, the pack's current at most `most_a`; the bus is told its currents.
+    #[inline(always)]
+    fn at(&self, bus_v: f64, most_a: f64, takers: &Takers<'_>, bus: &mut BusState) -> Supply {
         let limits = &self.limits;
         let supply = self.left_of(bus_v, limits.esc_current_max_a);
         let per_watt = 1.0 / (bus_v * limits.esc_efficiency);
-        let mut bus = BusState { bus_v, ..BusState::default() };
-        for (current, state) in bus.esc_a.iter_mut().zip(motors) {
-            *current = supply.electric_power_w(motor, state) * per_watt;
+        bus.bus_v = bus_v;
+        bus.pack_a = 0.0;
+        for (i, current) in bus.esc_a.iter_mut().enumerate().take(takers.motors.len()) {
+            *current = takers.power_w(i, &supply) * per_watt;
+            bus.pack_a += *current;
         }
-        bus.pack_a = bus.esc_a.iter().sum();
-        if bus.pack_a <= most_a {
-            return (supply, bus);
+        bus.held_by.pack_current = bus.pack_a > most_a;
+        if !bus.held_by.pack_current {
+            return supply;
         }
-        let ceiling_a = ceiling(&bus.esc_a, motors.len(), most_a);
-        bus.esc_a = bus.esc_a.map(|current| current.min(ceiling_a));
+        let ceiling_a = ceiling(&bus.esc_a, takers.motors.len(), most_a);
+        bus.esc_a = bus.esc_a.map(|current| at_most(current, ceiling_a));
         bus.pack_a = most_a;
-        bus.held_by.pack_current = true;
-        (self.left_of(bus_v, ceiling_a), bus)
+        self.left_of(bus_v, ceiling_a)
     }
 }
 
-/// The ceiling under which the first `n` currents add up to `most_a`, which they exceed.
-fn ceiling(currents: &PerRotor, n: usize, most_a: f64) -> f64 {
-    let mut rising = *currents;
-    let rising = &mut rising[..n.min(MAX_ROTORS)];
-    rising.sort_by(f64::total_cmp);
-    let mut left_a = most_a;
-    for (i, current) in rising.iter().enumerate() {
-        let share_a = left_a / (rising.len() - i) as f64;
-        if *current >= share_a {
-            return share_a;
-        }
-        left_a -= current;
+/// The search for the voltage at which battery and motors agree: secants, inside bounds that narrow. Below
+/// half the voltage without load is no solution, above all of it neither, and the excess of the voltage over
+/// the battery's, `V + R I(V) - E`, rises in between.
+struct BusSearch {
+    bus_v: f64,
+    open_v: f64,
+    low_v: f64,
+    high_v: f64,
+    /// Voltage and excess that were tried before.
+    before: Option<(f64, f64)>,
+    steps: u32,
+}
+
+impl BusSearch {
+    #[inline(always)]
+    fn new(open_v: f64, near_v: f64) -> Self {
+        let (low_v, high_v) = (0.5 * open_v, open_v);
+        let bus_v = at_most(at_least(near_v, low_v), high_v);
+        Self { bus_v, open_v, low_v, high_v, before: None, steps: 0 }
     }
-    left_a
+
+    /// Whether the voltage has been found, by its excess [V] and the drop across the battery's resistance
+    /// [V]; if not, it is changed.
+    #[inline(always)]
+    fn ends(&mut self, excess_v: f64, drop_v: f64) -> bool {
+        let close_v = AGREEMENT * self.open_v;
+        self.steps += 1;
+        if excess_v.abs() <= close_v || self.high_v - self.low_v <= close_v || self.steps >= STEPS_AT_MOST {
+            return true;
+        }
+        if excess_v < 0.0 { self.low_v = self.bus_v } else { self.high_v = self.bus_v }
+        // Motors that take a constant power take a current that falls with the voltage.
+        let (from_v, before_v) = self.before.unwrap_or((self.bus_v - 1.0, excess_v - (1.0 - drop_v / self.bus_v)));
+        let next_v = self.bus_v - excess_v * (self.bus_v - from_v) / (excess_v - before_v);
+        self.before = Some((self.bus_v, excess_v));
+        let next_v = at_most(at_least(next_v, self.low_v), self.high_v);
+        // A secant that goes nowhere, or has not ended in time: the middle.
+        let late = self.steps >= SECANTS && self.steps % 2 == 0;
+        self.bus_v = if late || next_v == self.bus_v { 0.5 * (self.low_v + self.high_v) } else { next_v };
+        false
+    }
+}
+
+/// The ceiling under which the first `n` currents add up to `most_a`, which they exceed: an equal share of
+/// what those leave that take less.
+#[inline(always)]
+fn ceiling(currents: &PerRotor, n: usize, most_a: f64) -> f64 {
+    let mut share_a = 0.0;
+    for _ in 0..n {
+        let (mut left_a, mut above) = (most_a, 0.0);
+        for current in currents.iter().take(n) {
+            let less = *current < share_a;
+            left_a -= if less { *current } else { 0.0 };
+            above += if less { 0.0 } else { 1.0 };
+        }
+        share_a = left_a / above;
+    }
+    share_a
+}
+
+/// Motors on a bus.
+struct Takers<'a> {
+    law: &'a MotorLaw,
+    motors: &'a [MotorState],
+    /// What of each motor's current does not depend on the voltage: [`MotorLaw::of_state`].
+    steady: PerRotor,
+    per_motor_efficiency: f64,
+}
+
+impl<'a> Takers<'a> {
+    #[inline(always)]
+    fn of(law: &'a MotorLaw, motors: &'a [MotorState], motor_efficiency: f64) -> Self {
+        let mut steady = [0.0; MAX_ROTORS];
+        for (of_motor, state) in steady.iter_mut().zip(motors) {
+            *of_motor = law.of_state(state);
+        }
+        Self { law, motors, steady, per_motor_efficiency: 1.0 / motor_efficiency }
+    }
+
+    /// Electric power that motor `i` (from 0) takes [W]; none when it brakes, and none without current.
+    #[inline(always)]
+    fn power_w(&self, i: usize, supply: &Supply) -> f64 {
+        let state = &self.motors[i];
+        if state.condition != MotorCondition::Sound {
+            return 0.0;
+        }
+        let omega = state.omega_rad_s;
+        let power_w = match self.law {
+            MotorLaw::EscDc(law) => {
+                let current = supply.dc_current_a(law, self.steady[i], omega);
+                (law.motor.back_emf_constant_v_s_rad * omega + law.motor.resistance_ohm * current) * current
+            }
+            MotorLaw::FirstOrder(law) => {
+                let rate = forwards(omega, supply.first_order_acceleration(law, self.steady[i], state));
+                let torque_nm = state.torque_nm + law.rotor_inertia_kg_m2 * rate;
+                torque_nm * omega * self.per_motor_efficiency
+            }
+        };
+        at_least(power_w, 0.0)
+    }
+}
+
+impl MotorLaw {
+    /// What of a motor's current in a state does not depend on the voltage of its bus: of a DC motor the
+    /// voltage that its speed controller asks for [V]; of one of first order `1/(J omega)` [s/(N m)], zero
+    /// where its power does not bound its acceleration.
+    #[inline(always)]
+    fn of_state(&self, state: &MotorState) -> f64 {
+        match self {
+            Self::EscDc(law) => law.asked_v(state.throttle, state.omega_rad_s),
+            Self::FirstOrder(law) if state.omega_rad_s > 0.0 => law.per_inertia / state.omega_rad_s,
+            Self::FirstOrder(_) => 0.0,
+        }
+    }
 }
 
 impl Supply {
-    /// Current of a DC motor [A]: what its speed controller gives it at the bus voltage, at most that of the
-    /// power left to it.
-    fn dc_current_a(&self, m: &EscDc, state: &MotorState) -> f64 {
-        let (k_e, omega) = (m.back_emf_constant_v_s_rad, state.omega_rad_s);
-        let voltage = asked_v(m, state).clamp(0.0, m.voltage_max_v.min(self.bus_v));
-        let current = ((voltage - k_e * omega) / m.resistance_ohm).clamp(m.current_min_a, m.current_max_a);
+    /// Current of a DC motor [A]: what its speed controller, that asks for a voltage [V], gives it at the bus
+    /// voltage, at most that of the power left to it.
+    #[inline(always)]
+    fn dc_current_a(&self, law: &EscDcLaw, asked_v: f64, omega: f64) -> f64 {
+        let m = &law.motor;
+        let voltage = at_most(at_least(asked_v, 0.0), at_most(m.voltage_max_v, self.bus_v));
+        let current = law.current_a(voltage, omega);
         // The current of a power P: R I^2 + K_e omega I = P.
-        let emf_v = k_e * omega;
+        let emf_v = m.back_emf_constant_v_s_rad * omega;
         let root = (emf_v * emf_v + 4.0 * m.resistance_ohm * self.motor_power_max_w).sqrt();
-        current.min((root - emf_v) / (2.0 * m.resistance_ohm))
+        at_most(current, (root - emf_v) * (0.5 * law.per_ohm))
+    }
+
+    /// Acceleration of a motor of first order [rad/s^2], by its [`MotorLaw::of_state`].
+    #[inline(always)]
+    fn first_order_acceleration(&self, law: &FirstOrderLaw, per_j_omega: f64, state: &MotorState) -> f64 {
+        let rate = law.acceleration_to(self.speed_share(state.throttle), state.omega_rad_s);
+        let most = self.motor_power_max_w * self.motor_efficiency * per_j_omega
+            - state.torque_nm * law.per_inertia;
+        if per_j_omega > 0.0 { at_most(rate, most) } else { rate }
     }
 
     /// Part of the speed at full throttle that a motor of first order goes for.
+    #[inline(always)]
     fn speed_share(&self, throttle: f64) -> f64 {
         match self.throttle {
-            Throttle::Speed => throttle.min(self.voltage_share),
-            Throttle::Duty => (throttle * self.voltage_share).min(1.0),
+            Throttle::Speed => at_most(throttle, self.voltage_share),
+            Throttle::Duty => at_most(throttle * self.voltage_share, 1.0),
         }
     }
 
     /// Whether a motor is commanded beyond the bus voltage, and not beyond its own; of one whose throttle is
     /// a duty cycle, whether that is full and gives less than the speed of full throttle.
-    fn is_held_by_voltage(&self, motor: &Motor, state: &MotorState) -> bool {
+    #[inline(always)]
+    fn is_held_by_voltage(&self, law: &MotorLaw, state: &MotorState) -> bool {
         state.condition == MotorCondition::Sound
-            && match motor {
-                Motor::EscDc(m) => self.bus_v < m.voltage_max_v && asked_v(m, state) > self.bus_v,
-                Motor::FirstOrder { .. } => match self.throttle {
+            && match law {
+                MotorLaw::EscDc(law) => {
+                    self.bus_v < law.motor.voltage_max_v
+                        && law.asked_v(state.throttle, state.omega_rad_s) > self.bus_v
+                }
+                MotorLaw::FirstOrder(_) => match self.throttle {
                     Throttle::Speed => self.voltage_share < state.throttle,
                     Throttle::Duty => state.throttle >= 1.0 && self.voltage_share < 1.0,
                 },
             }
     }
 
-    /// Electric power that a motor takes [W]; none when it brakes, and none without current.
-    pub fn electric_power_w(&self, motor: &Motor, state: &MotorState) -> f64 {
-        if state.condition != MotorCondition::Sound {
-            return 0.0;
-        }
-        let power_w = match motor {
-            Motor::EscDc(m) => {
-                let current = self.dc_current_a(m, state);
-                (m.back_emf_constant_v_s_rad * state.omega_rad_s + m.resistance_ohm * current) * current
-            }
-            Motor::FirstOrder { rotor_inertia_kg_m2, .. } => {
-                let torque_nm = state.torque_nm + rotor_inertia_kg_m2 * self.acceleration(motor, state);
-                torque_nm * state.omega_rad_s / self.motor_efficiency
-            }
-        };
-        power_w.max(0.0)
-    }
-
-    /// Angular acceleration of a rotor [rad/s^2] as [`Motor::acceleration_in`] has it, with what the supply
-    /// leaves to the motor. A motor of first order needs a rotor with inertia for a limit of its power to
-    /// act.
-    pub fn acceleration(&self, motor: &Motor, state: &MotorState) -> f64 {
+    /// Angular acceleration of a rotor [rad/s^2] as [`MotorLaw::acceleration_in`] has it, with what the
+    /// supply leaves to the motor. A motor of first order needs a rotor with inertia for a limit of its power
+    /// to act.
+    #[inline(always)]
+    pub fn acceleration(&self, law: &MotorLaw, state: &MotorState) -> f64 {
         let (omega, torque_nm) = (state.omega_rad_s, state.torque_nm);
         if state.condition != MotorCondition::Sound {
-            return motor.acceleration_in(state.condition, state.throttle, omega, torque_nm);
+            return law.acceleration_in(state.condition, state.throttle, omega, torque_nm);
         }
         if self.bus_v <= 0.0 {
-            return motor.acceleration_in(MotorCondition::Unpowered, state.throttle, omega, torque_nm);
+            return law.acceleration_in(MotorCondition::Unpowered, state.throttle, omega, torque_nm);
         }
-        let rate = match *motor {
-            Motor::EscDc(ref m) => {
-                (m.torque_constant_nm_a * self.dc_current_a(m, state) - torque_nm) / m.rotor_inertia_kg_m2
-            }
-            Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => {
-                let difference = self.speed_share(state.throttle) * omega_max_rad_s - omega;
-                let rate = difference / if difference > 0.0 { tau_up_s } else { tau_down_s };
-                if omega > 0.0 && rotor_inertia_kg_m2 > 0.0 {
-                    let torque_max_nm = self.motor_power_max_w * self.motor_efficiency / omega;
-                    rate.min((torque_max_nm - torque_nm) / rotor_inertia_kg_m2)
-                } else {
-                    rate
-                }
-            }
+        let steady = law.of_state(state);
+        let rate = match law {
+            MotorLaw::EscDc(law) => law.acceleration_at(self.dc_current_a(law, steady, omega), torque_nm),
+            MotorLaw::FirstOrder(law) => self.first_order_acceleration(law, steady, state),
         };
-        if omega <= 0.0 && rate < 0.0 { 0.0 } else { rate }
+        forwards(omega, rate)
     }
-}
-
-/// Voltage that a speed controller asks for its motor [V].
-fn asked_v(m: &EscDc, state: &MotorState) -> f64 {
-    let omega_c = state.throttle * m.omega_max_rad_s;
-    m.back_emf_constant_v_s_rad * omega_c + m.esc_gain_v_s_rad * (omega_c - state.omega_rad_s)
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::EscDc;
     use super::*;
     use proptest::prelude::*;
 
@@ -428,6 +504,10 @@ mod tests {
         })
     }
 
+    fn supplied(pack: &Pack, charge: f64, motor: &Motor, states: &[MotorState]) -> (Supply, BusState) {
+        pack.supply(charge, &motor.law(), states, pack.open_circuit_v(charge))
+    }
+
     fn steady(omega_rad_s: f64) -> MotorState {
         MotorState {
             throttle: omega_rad_s / 900.0,
@@ -451,7 +531,7 @@ mod tests {
     #[test]
     fn closed_form_constant_power_on_an_internal_resistance() {
         let state = steady(600.0);
-        let (supply, currents) = pack(limits()).supply(1.0, &first_order(), &[state; 4]);
+        let (supply, currents) = supplied(&pack(limits()), 1.0, &first_order(), &[state; 4]);
         let power_w = 4.0 * state.torque_nm * 600.0 / (0.8 * 0.95);
         let wanted = 0.5 * (16.8 + (16.8f64 * 16.8 - 4.0 * 0.05 * power_w).sqrt());
         let pack_alone = pack(limits());
@@ -472,9 +552,9 @@ mod tests {
             {
                 let torque_nm = 1e-7 * omega_rad_s * omega_rad_s;
                 let state = MotorState { throttle, omega_rad_s, torque_nm, ..MotorState::default() };
-                let (supply, _) = pack(stiff).supply(1.0, &motor, &[state; 4]);
-                let alone = motor.acceleration(throttle, omega_rad_s, state.torque_nm);
-                assert_eq!(supply.acceleration(&motor, &state), alone, "{motor:?} {state:?}");
+                let (supply, _) = supplied(&pack(stiff), 1.0, &motor, &[state; 4]);
+                let alone = motor.law().acceleration(throttle, omega_rad_s, state.torque_nm);
+                assert_eq!(supply.acceleration(&motor.law(), &state), alone, "{motor:?} {state:?}");
             }
         }
     }
@@ -496,8 +576,8 @@ mod tests {
             let pack = Pack::new(vec![(0.0, 11.1)], limits).unwrap();
             for (throttle, wanted) in [1.0, 0.5].into_iter().zip(wanted) {
                 let state = MotorState { throttle, ..MotorState::default() };
-                let (supply, bus) = pack.supply(1.0, &first_order(), &[state]);
-                let omega_c = 0.05 * supply.acceleration(&first_order(), &state);
+                let (supply, bus) = supplied(&pack, 1.0, &first_order(), &[state]);
+                let omega_c = 0.05 * supply.acceleration(&first_order().law(), &state);
                 assert!((omega_c - wanted).abs() < 1e-9, "{omega_c}");
                 assert_eq!(bus.held_by.voltage, wanted == 675.0);
             }
@@ -510,13 +590,13 @@ mod tests {
     fn closed_form_without_charge_or_with_a_fault_a_motor_takes_nothing() {
         let state = MotorState { throttle: 1.0, ..steady(600.0) };
         for (motor, wanted) in [(first_order(), -600.0 / 0.08), (dc(), -state.torque_nm / 5e-5)] {
-            let (supply, bus) = pack(limits()).supply(0.0, &motor, &[state; 4]);
+            let (supply, bus) = supplied(&pack(limits()), 0.0, &motor, &[state; 4]);
             assert_eq!(bus, BusState::default());
-            assert!((supply.acceleration(&motor, &state) / wanted - 1.0).abs() < 1e-12);
+            assert!((supply.acceleration(&motor.law(), &state) / wanted - 1.0).abs() < 1e-12);
             let off = MotorState { condition: MotorCondition::Unpowered, ..state };
-            let (supply, bus) = pack(limits()).supply(1.0, &motor, &[state, off, state]);
+            let (supply, bus) = supplied(&pack(limits()), 1.0, &motor, &[state, off, state]);
             assert!(bus.esc_a[1] == 0.0 && bus.esc_a[0] == bus.esc_a[2] && bus.esc_a[0] > 0.0);
-            assert!((supply.acceleration(&motor, &off) / wanted - 1.0).abs() < 1e-12);
+            assert!((supply.acceleration(&motor.law(), &off) / wanted - 1.0).abs() < 1e-12);
         }
     }
 
@@ -537,7 +617,7 @@ mod tests {
             omega in prop::array::uniform4(0.0f64..950.0), is_dc: bool,
             pack_max in prop_oneof![Just(f64::INFINITY), 5.0f64..150.0],
             esc_max in prop_oneof![Just(f64::INFINITY), 1.0f64..40.0], resistance_ohm in 0.0f64..0.4,
-            off in prop::option::of(0usize..4), duty: bool,
+            off in prop::option::of(0usize..4), duty: bool, begin in 0.4f64..1.1,
         ) {
             let limits = PackLimits {
                 resistance_ohm,
@@ -552,15 +632,20 @@ mod tests {
                 torque_nm: 1.4e-7 * omega[i] * omega[i],
                 condition: if off == Some(i) { MotorCondition::Unpowered } else { MotorCondition::Sound },
             });
-            let (supply, currents) = pack.supply(charge, &motor, &states);
+            let law = motor.law();
             let open_v = pack.open_circuit_v(charge);
+            let (supply, currents) = pack.supply(charge, &law, &states, open_v);
+            // Wherever the search begins, it ends there.
+            let (elsewhere, _) = pack.supply(charge, &law, &states, begin * open_v);
+            prop_assert!((elsewhere.bus_v / supply.bus_v - 1.0).abs() < 1e-11, "{elsewhere:?} {supply:?}");
             prop_assert!(supply.bus_v >= 0.499 * open_v && supply.bus_v <= open_v);
             prop_assert!(currents.pack_a <= pack_max * (1.0 + 1e-9));
             let drop_v = open_v - supply.bus_v;
             prop_assert!((drop_v - resistance_ohm * currents.pack_a).abs() < 1e-6, "{drop_v} {currents:?}");
             for (state, current) in states.iter().zip(currents.esc_a) {
                 prop_assert!(current <= esc_max * (1.0 + 1e-9));
-                let bus_w = supply.electric_power_w(&motor, state) / 0.95;
+                let takers = Takers::of(&law, std::slice::from_ref(state), 0.8);
+                let bus_w = takers.power_w(0, &supply) / 0.95;
                 prop_assert!((bus_w - current * supply.bus_v).abs() < 1e-6 * (1.0 + bus_w), "{bus_w} {current}");
             }
         }

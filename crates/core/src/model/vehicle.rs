@@ -11,9 +11,9 @@ use nalgebra::Vector3;
 
 use super::body_aero::AeroLoad;
 use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
-use super::rotor::{Rotor, RotorLoad};
-use super::supply::{BusState, MotorState, Pack};
-use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, MotorCondition, PerRotor, RotorStart};
+use super::environment::Ambient;
+use super::rotor::{HubMotion, Rotor, RotorLoad};
+use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, PerRotor, RotorStart};
 use crate::frames::rotate_body_from_ned;
 use crate::real::Real;
 
@@ -153,7 +153,7 @@ impl ForceBalance {
 }
 
 /// Derivative of body and rotors, with the balance that made it.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VehicleRate {
     /// Derivative of the body's state.
     pub body: BodyRate,
@@ -336,124 +336,105 @@ impl Vehicle {
         throttle: &PerRotor,
         locked: bool,
     ) -> VehicleRate {
-        self.driven_derivative(environment, state, rotor_speed, |torque_nm| {
-            if locked {
-                return [0.0; MAX_ROTORS];
-            }
-            self.of_each(|i| self.motor.acceleration(throttle[i], rotor_speed[i], torque_nm[i]))
-        })
-    }
-
-    /// Derivative as [`Self::powered_derivative`] has it, rotors free, with motors in these conditions.
-    pub fn faulty_derivative(
-        &self,
-        environment: &Environment,
-        state: &BodyState,
-        rotor_speed: &PerRotor,
-        throttle: &PerRotor,
-        motors: &[MotorCondition; MAX_ROTORS],
-    ) -> VehicleRate {
-        self.driven_derivative(environment, state, rotor_speed, |torque_nm| {
-            self.of_each(|i| self.motor.acceleration_in(motors[i], throttle[i], rotor_speed[i], torque_nm[i]))
-        })
-    }
-
-    /// Derivative as [`Self::faulty_derivative`] has it, with motors that a battery at a share of its charge
-    /// supplies, and its bus.
-    pub fn supplied_derivative(
-        &self,
-        environment: &Environment,
-        state: &BodyState,
-        rotor_speed: &PerRotor,
-        throttle: &PerRotor,
-        motors: &[MotorCondition; MAX_ROTORS],
-        (pack, charge): (&Pack, f64),
-    ) -> (VehicleRate, BusState) {
-        let mut bus = BusState::default();
-        let rate = self.driven_derivative(environment, state, rotor_speed, |torque_nm| {
-            let states: [MotorState; MAX_ROTORS] = std::array::from_fn(|i| MotorState {
-                condition: motors[i],
-                throttle: throttle[i],
-                omega_rad_s: rotor_speed[i],
-                torque_nm: torque_nm[i],
-            });
-            let (supply, of_bus) = pack.supply(charge, &self.motor, &states[..self.rotors.len()]);
-            bus = of_bus;
-            self.of_each(|i| supply.acceleration(&self.motor, &states[i]))
+        let mut rate = VehicleRate::default();
+        let law = self.motor.law();
+        self.derive(&environment.ambient(), state, rotor_speed, None, &mut rate, |torque_nm| {
+            self.of_each(locked, |i| law.acceleration(throttle[i], rotor_speed[i], torque_nm[i]))
         });
-        (rate, bus)
+        rate
     }
 
-    /// One number for each rotor.
+    /// One number for each rotor; zero for each that is held.
     #[inline(always)]
-    fn of_each(&self, of: impl Fn(usize) -> f64) -> PerRotor {
+    pub fn of_each(&self, held: bool, of: impl Fn(usize) -> f64) -> PerRotor {
         let mut all = [0.0; MAX_ROTORS];
-        for (i, one) in all.iter_mut().enumerate().take(self.rotors.len()) {
-            *one = of(i);
+        if !held {
+            for (i, one) in all.iter_mut().enumerate().take(self.rotors.len()) {
+                *one = of(i);
+            }
         }
         all
     }
 
     /// Derivative of body and rotors; `accelerations` gives those of the rotors [rad/s^2] at the torques of
-    /// the air [N m].
+    /// the air [N m], `deviations` how far thrusts are off what the rotors' model has, in shares of it. What
+    /// the ground and a canopy do is not in it.
     #[inline(always)]
-    pub fn driven_derivative(
+    pub fn derive(
         &self,
-        environment: &Environment,
+        ambient: &Ambient,
         state: &BodyState,
         rotor_speed: &PerRotor,
+        deviations: Option<&PerRotor>,
+        rate: &mut VehicleRate,
         accelerations: impl FnOnce(&PerRotor) -> PerRotor,
-    ) -> VehicleRate {
-        let v_air_ned = state.v_ned - environment.wind_ned_m_s;
-        let v_air_body = rotate_body_from_ned(state.q_ned_from_body, v_air_ned);
-        let aero = self.aero.load(v_air_body, environment.density_kg_m3);
-        let mut balance = self.unpowered_balance(environment, &aero);
-        let inertia = self.motor.rotor_inertia_kg_m2();
-        let hub_of = |rotor: &RotorMount| v_air_body + state.omega_body.cross(&rotor.position_body_m);
-        let mut in_plane_n = [0.0; MAX_ROTORS];
+    ) {
+        let VehicleRate { body, rotor_acceleration, balance } = rate;
+        let v_air_body = rotate_body_from_ned(state.q_ned_from_body, state.v_ned - ambient.wind_ned_m_s);
+        let aero = self.aero.load(v_air_body, ambient.density_kg_m3);
+        let mut drag_per_speed = [0.0; MAX_ROTORS];
+        let mut in_disk_body_m_s = [Vector3::zeros(); MAX_ROTORS];
         for (i, rotor) in self.rotors.iter().enumerate() {
-            let load = self.rotor_load(rotor, &hub_of(rotor), rotor_speed[i], environment.density_kg_m3);
-            balance.thrust_n[i] = load.thrust_n;
+            let hub_body = v_air_body + state.omega_body.cross(&rotor.position_body_m);
+            let hub = HubMotion::of(&hub_body, &rotor.axis_body);
+            let load = self.rotor_load(rotor, &hub, rotor_speed[i], ambient.density_kg_m3);
+            balance.thrust_n[i] = match deviations {
+                Some(deviations) => load.thrust_n + deviations[i] * load.thrust_n,
+                None => load.thrust_n,
+            };
             balance.torque_nm[i] = load.torque_nm;
-            in_plane_n[i] = load.in_plane_n;
+            in_disk_body_m_s[i] = hub.in_disk_body_m_s;
+            drag_per_speed[i] = if hub.in_plane_m_s > 0.0 { load.in_plane_n / hub.in_plane_m_s } else { 0.0 };
         }
-        let rotor_acceleration = accelerations(&balance.torque_nm);
+        *rotor_acceleration = accelerations(&balance.torque_nm);
+        let inertia = self.motor.rotor_inertia_kg_m2();
+        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
+        let (mut reaction, mut momentum, mut momentum_rate) =
+            (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
         for (i, rotor) in self.rotors.iter().enumerate() {
-            let (thrust_n, torque_nm) = (balance.thrust_n[i], balance.torque_nm[i]);
-            balance.add_thrust(rotor, thrust_n);
-            if in_plane_n[i] != 0.0 {
-                balance.add_drag(rotor, &hub_of(rotor), in_plane_n[i]);
-            }
-            let spin_axis = rotor.axis_body * rotor.spin.sign();
+            let of_rotor = rotor.axis_body * balance.thrust_n[i] - in_disk_body_m_s[i] * drag_per_speed[i];
+            force += of_rotor;
+            moment += rotor.position_body_m.cross(&of_rotor);
+            let sense = rotor.spin.sign();
             if self.options.reaction_torque {
-                balance.reaction_moment_body -= spin_axis * torque_nm;
+                reaction -= rotor.axis_body * (sense * balance.torque_nm[i]);
             }
             if self.options.rotor_momentum {
-                let h_dot = spin_axis * (inertia * rotor_acceleration[i]);
-                let h = spin_axis * (inertia * rotor_speed[i]);
-                balance.gyro_moment_body -= h_dot + state.omega_body.cross(&h);
+                momentum += rotor.axis_body * (sense * (inertia * rotor_speed[i]));
+                momentum_rate += rotor.axis_body * (sense * (inertia * rotor_acceleration[i]));
             }
         }
+        balance.rotor_force_body = force;
+        balance.aero_force_body = aero.force_body;
+        balance.gravity_force_ned = Vector3::new(0.0, 0.0, ambient.gravity_m_s2 * self.mass.mass_kg);
+        balance.rotor_moment_body = moment;
+        balance.aero_moment_body = aero.moment_body;
+        balance.reaction_moment_body = reaction;
+        balance.gyro_moment_body = -(momentum_rate + state.omega_body.cross(&momentum));
         let (force, moment) = (balance.force_body(), balance.moment_body());
-        let body = derivative(&self.mass, environment.gravity_m_s2, state, force, moment);
-        VehicleRate { body, rotor_acceleration, balance }
+        *body = derivative(&self.mass, ambient.gravity_m_s2, state, force, moment);
+    }
+
+    /// Thrusts of the rotors at their speeds [rad/s], without deviations [N].
+    pub fn thrusts_n(&self, ambient: &Ambient, body: &BodyState, rotor_speed: &PerRotor) -> PerRotor {
+        let v_air_body = rotate_body_from_ned(body.q_ned_from_body, body.v_ned - ambient.wind_ned_m_s);
+        self.of_each(false, |i| {
+            let rotor = &self.rotors[i];
+            let hub = v_air_body + body.omega_body.cross(&rotor.position_body_m);
+            let hub = HubMotion::of(&hub, &rotor.axis_body);
+            self.rotor_load(rotor, &hub, rotor_speed[i], ambient.density_kg_m3).thrust_n
+        })
     }
 
     /// Torque of the air that brakes rotor `i` (from 0) at a speed [rad/s], negative: backwards [N m].
-    pub fn air_torque_nm(
-        &self,
-        environment: &Environment,
-        body: &BodyState,
-        i: usize,
-        omega_rad_s: f64,
-    ) -> f64 {
-        let hub = self.hub_body_m_s(environment, body, i);
-        self.rotor_load(&self.rotors[i], &hub, omega_rad_s, environment.density_kg_m3).torque_nm
+    pub fn air_torque_nm(&self, ambient: &Ambient, body: &BodyState, i: usize, omega_rad_s: f64) -> f64 {
+        let hub = HubMotion::of(&self.hub_body_m_s(ambient, body, i), &self.rotors[i].axis_body);
+        self.rotor_load(&self.rotors[i], &hub, omega_rad_s, ambient.density_kg_m3).torque_nm
     }
 
     /// Velocity of the hub of rotor `i` (from 0) through the air, body axes [m/s].
-    fn hub_body_m_s(&self, environment: &Environment, body: &BodyState, i: usize) -> Vector3<f64> {
-        let v_air_ned = body.v_ned - environment.wind_ned_m_s;
+    fn hub_body_m_s(&self, ambient: &Ambient, body: &BodyState, i: usize) -> Vector3<f64> {
+        let v_air_ned = body.v_ned - ambient.wind_ned_m_s;
         let v_air_body = rotate_body_from_ned(body.q_ned_from_body, v_air_ned);
         v_air_body + body.omega_body.cross(&self.rotors[i].position_body_m)
     }
@@ -462,24 +443,19 @@ impl Vehicle {
     /// the body keeps its state; that other one where the vehicle's rotors are not free.
     pub fn settled_speed_rad_s(
         &self,
-        environment: &Environment,
+        ambient: &Ambient,
         body: &BodyState,
         i: usize,
         from_rad_s: f64,
     ) -> f64 {
         let (Some(start), Rotor::BladeElement(table)) = (&self.start, &self.rotor) else { return from_rad_s };
-        let scale_rad_s = self.hub_body_m_s(environment, body, i).norm() / table.radius_m();
-        start.settled_rad_s(from_rad_s, scale_rad_s, |omega| self.air_torque_nm(environment, body, i, omega))
+        let scale_rad_s = self.hub_body_m_s(ambient, body, i).norm() / table.radius_m();
+        start.settled_rad_s(from_rad_s, scale_rad_s, |omega| self.air_torque_nm(ambient, body, i, omega))
     }
 
-    fn rotor_load(
-        &self,
-        rotor: &RotorMount,
-        hub_body: &Vector3<f64>,
-        omega: f64,
-        density_kg_m3: f64,
-    ) -> RotorLoad {
-        let alone = self.rotor.load_at_hub(omega, hub_body, &rotor.axis_body, density_kg_m3);
+    #[inline(always)]
+    fn rotor_load(&self, rotor: &RotorMount, hub: &HubMotion, omega: f64, density_kg_m3: f64) -> RotorLoad {
+        let alone = self.rotor.load_at_hub(omega, hub, density_kg_m3);
         RotorLoad {
             thrust_n: rotor.interference.thrust * alone.thrust_n,
             torque_nm: rotor.interference.torque * alone.torque_nm,
@@ -493,16 +469,5 @@ impl ForceBalance {
         let force = rotor.axis_body * thrust_n;
         self.rotor_force_body += force;
         self.rotor_moment_body += rotor.position_body_m.cross(&force);
-    }
-
-    /// Adds a force in a rotor's plane against the motion of its hub in that plane [m/s].
-    fn add_drag(&mut self, rotor: &RotorMount, hub_body: &Vector3<f64>, in_plane_n: f64) {
-        let in_disk = hub_body - rotor.axis_body * hub_body.dot(&rotor.axis_body);
-        let speed = in_disk.norm();
-        if speed > 0.0 {
-            let force = in_disk * (-in_plane_n / speed);
-            self.rotor_force_body += force;
-            self.rotor_moment_body += rotor.position_body_m.cross(&force);
-        }
     }
 }

@@ -91,6 +91,8 @@ pub struct DropSimulation {
     canopy: Option<CanopyFlight>,
     /// Whether it has turned over since the release.
     turning: TurningOver,
+    /// Time [s] and acceleration, NED [m/s^2], of the last state of a prescribed motion under the canopy.
+    hung: Option<(f64, Vector3<f64>)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -135,7 +137,7 @@ impl DropSimulation {
         let mut state = PlantState::rotors_at_rest(body);
         if vehicle.start.is_some_and(|start| start.before == BeforeStart::Free) {
             for i in 0..vehicle.rotors.len() {
-                state.rotor_speed[i] = vehicle.settled_speed_rad_s(&environment, &body, i, 0.0);
+                state.rotor_speed[i] = vehicle.settled_speed_rad_s(&environment.ambient(), &body, i, 0.0);
             }
         }
         Self {
@@ -153,6 +155,7 @@ impl DropSimulation {
             faults: None,
             canopy,
             turning: TurningOver::default(),
+            hung: None,
         }
     }
 
@@ -269,6 +272,7 @@ impl DropSimulation {
             faults: None,
             canopy: None,
             turning,
+            hung: None,
         }
     }
 
@@ -397,11 +401,10 @@ impl DropSimulation {
             self.plant.set_wind_ned(wind_ned);
             if let Some(drawn) = course.ring_deviations(remaining) {
                 let (plant, mirrored) = (&mut self.plant, course.ring_is_mirrored());
-                plant.set_thrust_deviations(None);
                 let deviations = (self.phase == Phase::Powered).then(|| {
-                    let mean_n = plant.rate(&self.state, &self.throttle, false).0.balance.thrust_n;
-                    let over = (&**plant.vehicle(), plant.environment());
-                    ring::deviations(&drawn, mirrored, over, &self.state.body, &mean_n)
+                    let mean_n = plant.thrusts_n(&self.state);
+                    let ambient = plant.ambient(&self.state.body.p_ned);
+                    ring::deviations(&drawn, mirrored, (plant.vehicle(), &ambient), &self.state.body, &mean_n)
                 });
                 plant.set_thrust_deviations(deviations);
             }
@@ -457,11 +460,9 @@ impl DropSimulation {
         let locked = self.phase != Phase::Powered;
         let held = self.canopy.as_ref().is_some_and(|canopy| canopy.line.is_some());
         if held || self.dynamic_fall() {
-            let loads = self.canopy.is_some().then(|| self.loads());
-            if let (Some(canopy), Some(loads)) = (&mut self.canopy, loads) {
+            if let Some(canopy) = &mut self.canopy {
                 self.clock.advance(h);
-                canopy.step_with(&mut self.plant, &mut self.state, (&self.throttle, locked), span);
-                return loads;
+                return canopy.step_with(&mut self.plant, &mut self.state, (&self.throttle, locked), span);
             }
         }
         if let Some(canopy) = &mut self.canopy {
@@ -480,9 +481,9 @@ impl DropSimulation {
                 let from_s = begin_s - self.nominal_release_s;
                 let body_at = |share: f64| parachute.hanging(from_s + share * h, &site).0;
                 self.plant.turn_rotors(&mut self.state, body_at, h);
-                self.hanging().0
+                self.hang_on()
             }
-            None => self.hanging().0,
+            None => self.hang_on(),
             Some(r) => self.vacuum_fall(&r),
         };
         loads
@@ -490,6 +491,21 @@ impl DropSimulation {
 
     fn dynamic_fall(&self) -> bool {
         self.phase == Phase::Falling && self.start == Start::Release
+    }
+
+    /// The motion under the canopy now, whose acceleration is kept.
+    fn hang_on(&mut self) -> BodyState {
+        let (body, a_ned) = self.hanging();
+        self.hung = Some((self.clock.time_s, a_ned));
+        body
+    }
+
+    /// Acceleration under the canopy now, NED [m/s^2].
+    fn hanging_a_ned(&self) -> Vector3<f64> {
+        match self.hung {
+            Some((time_s, a_ned)) if time_s == self.clock.time_s => a_ned,
+            _ => self.hanging().1,
+        }
     }
 
     /// The motion under the canopy now, and its acceleration.

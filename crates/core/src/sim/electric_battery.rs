@@ -15,6 +15,7 @@ pub struct ElectricBattery {
     left_c: f64,
     consumed_c: f64,
     consumed_j: f64,
+    near_v: f64,
 }
 
 impl ElectricBattery {
@@ -23,7 +24,8 @@ impl ElectricBattery {
     pub fn new(pack: Pack, energy_j: f64, share_left: f64) -> Self {
         let capacity_c = pack.capacity_c(energy_j);
         let left_c = capacity_c * share_left.clamp(0.0, 1.0);
-        Self { pack: Arc::new(pack), capacity_c, left_c, consumed_c: 0.0, consumed_j: 0.0 }
+        let near_v = pack.open_circuit_v(left_c / capacity_c);
+        Self { pack: Arc::new(pack), capacity_c, left_c, consumed_c: 0.0, consumed_j: 0.0, near_v }
     }
 
     /// The pack.
@@ -58,8 +60,14 @@ impl ElectricBattery {
         BusState { bus_v, charge, ..BusState::default() }
     }
 
-    /// Takes a charge [C] and the energy [J] with it.
-    pub(super) fn take(&mut self, charge_c: f64, energy_j: f64) {
+    /// Bus voltage that the last step ended with, from which the next one's is searched [V].
+    pub(super) fn near_v(&self) -> f64 {
+        self.near_v
+    }
+
+    /// Takes a charge [C] and the energy [J] with it, at a bus voltage [V].
+    pub(super) fn take(&mut self, charge_c: f64, energy_j: f64, bus_v: f64) {
+        self.near_v = bus_v;
         if charge_c.is_finite() && energy_j.is_finite() {
             self.left_c = (self.left_c - charge_c).max(0.0);
             self.consumed_c += charge_c;

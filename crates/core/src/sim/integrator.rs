@@ -10,6 +10,8 @@ use crate::frames::normalized;
 use crate::model::rigid_body::{BodyRate, BodyState};
 use crate::model::{MAX_ROTORS, PerRotor};
 
+const SIXTH: f64 = 1.0 / 6.0;
+
 /// No more steps than this, whatever the vehicle; those from files need far fewer.
 const MOST_STEPS: f64 = 1000.0;
 
@@ -85,7 +87,7 @@ impl Integrated for f64 {
     }
 
     fn average(k1: &Self, k2: &Self, k3: &Self, k4: &Self) -> Self {
-        (k1 + 2.0 * (k2 + k3) + k4) / 6.0
+        (k1 + 2.0 * (k2 + k3) + k4) * SIXTH
     }
 }
 
@@ -108,10 +110,10 @@ impl Integrated for PlantState {
 
     #[inline(always)]
     fn average(k1: &PlantRate, k2: &PlantRate, k3: &PlantRate, k4: &PlantRate) -> PlantRate {
-        let scalar = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * (b + c) + d) / 6.0;
+        let scalar = |a: f64, b: f64, c: f64, d: f64| (a + 2.0 * (b + c) + d) * SIXTH;
         macro_rules! vector {
             ($field:ident) => {
-                (k1.body.$field + (k2.body.$field + k3.body.$field) * 2.0 + k4.body.$field) / 6.0
+                (k1.body.$field + (k2.body.$field + k3.body.$field) * 2.0 + k4.body.$field) * SIXTH
             };
         }
         PlantRate {
@@ -144,7 +146,7 @@ impl<const N: usize> Integrated for [Vector3<f64>; N] {
     }
 
     fn average(k1: &Self, k2: &Self, k3: &Self, k4: &Self) -> Self {
-        std::array::from_fn(|i| (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) / 6.0)
+        std::array::from_fn(|i| (k1[i] + (k2[i] + k3[i]) * 2.0 + k4[i]) * SIXTH)
     }
 }
 

@@ -17,14 +17,16 @@ use nalgebra::Vector3;
 use super::electric_battery::ElectricBattery;
 use super::ground::Ground;
 use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
-use super::ring;
 use super::rotor_start::{EscState, StartCourse};
 use crate::frames::normalized;
+use crate::model::environment::{Ambient, LocalAir};
+use crate::model::motor::MotorLaw;
 use crate::model::rigid_body::BodyState;
 use crate::model::rotor_start::Drive;
 use crate::model::supply::{BusState, MotorState};
 use crate::model::vehicle::VehicleRate;
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, MotorCondition, PerRotor, Vehicle};
+use crate::simd::{Kernel, vectorised};
 
 /// Kind of a plant's actuators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -58,7 +60,7 @@ pub(super) struct BusDraw {
 
 impl BusDraw {
     /// Takes the next stage.
-    pub(super) fn add(&mut self, bus: Option<BusState>) {
+    pub(super) fn add(&mut self, bus: Option<&BusState>) {
         let weight = if matches!(self.stages, 1 | 2) { 2.0 } else { 1.0 };
         self.stages += 1;
         if let Some(bus) = bus {
@@ -68,11 +70,32 @@ impl BusDraw {
     }
 }
 
+/// A stage of an integration: the derivative, what made it, and the bus.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stage {
+    /// Derivative of body and rotors, and the balance that made it.
+    pub(super) rate: VehicleRate,
+    /// The bus of a battery with a voltage.
+    pub(super) bus: Option<BusState>,
+    /// Bus voltage from which the next one is searched [V].
+    near_v: f64,
+}
+
+impl Stage {
+    /// The derivative that is integrated.
+    #[inline(always)]
+    pub(super) fn derivative(&self) -> PlantRate {
+        PlantRate { body: self.rate.body, rotor_acceleration: self.rate.rotor_acceleration }
+    }
+}
+
 /// A vehicle at a site with one kind of actuators.
 #[derive(Clone, Debug)]
 pub struct Plant {
     vehicle: Arc<Vehicle>,
+    motor: MotorLaw,
     environment: Environment,
+    air: LocalAir,
     kind: PlantKind,
     static_thrust_n: f64,
     longest_step_s: f64,
@@ -97,9 +120,12 @@ impl Plant {
         let static_thrust_n = vehicle.static_thrust_n(environment.density_kg_m3);
         let longest_step_s = vehicle.longest_step_s();
         let thrust_n = [0.0; MAX_ROTORS];
+        let air = LocalAir::about(&environment, &Vector3::zeros());
         Self {
+            motor: vehicle.motor.law(),
             vehicle,
             environment,
+            air,
             kind,
             static_thrust_n,
             longest_step_s,
@@ -201,8 +227,9 @@ impl Plant {
             let rate = self.vehicle.thrust_derivative(environment, &state.body, &self.thrust_n[..n]);
             return self.acting(rate.v_dot_ned, balance);
         }
-        let (rate, bus) = self.rate(state, throttle, locked);
-        Loads { bus, ..self.acting(rate.body.v_dot_ned, rate.balance) }
+        let mut stage = self.stage();
+        self.rate(state, throttle, locked, &mut stage);
+        self.acted(&stage)
     }
 
     /// Acceleration and balance with wind and bus as they are without running motors.
@@ -211,65 +238,98 @@ impl Plant {
         Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance, bus }
     }
 
-    /// Derivative of body and rotors, the balance that made it, and the bus.
-    #[inline]
-    pub(super) fn rate(
-        &self,
-        state: &PlantState,
-        throttle: &PerRotor,
-        locked: bool,
-    ) -> (VehicleRate, Option<BusState>) {
-        let higher = self.environment.at(&state.body.p_ned);
-        let environment = higher.as_ref().unwrap_or(&self.environment);
-        let (vehicle, body, speed) = (&self.vehicle, &state.body, &state.rotor_speed);
-        let (mut rate, bus) = match (&self.motors, &self.battery) {
-            _ if let Some(start) = &self.start => {
-                self.starting_derivative(start, environment, state, throttle, locked)
-            }
-            (motors, Some(battery)) if !locked => {
-                const SOUND: [MotorCondition; MAX_ROTORS] = [MotorCondition::Sound; MAX_ROTORS];
-                let supply = (battery.pack(), battery.charge());
-                let motors = motors.as_ref().unwrap_or(&SOUND);
-                let (rate, bus) =
-                    vehicle.supplied_derivative(environment, body, speed, throttle, motors, supply);
-                (rate, Some(bus))
-            }
-            (Some(motors), None) if !locked => {
-                (vehicle.faulty_derivative(environment, body, speed, throttle, motors), None)
-            }
-            (_, battery) => {
-                let rate = vehicle.powered_derivative(environment, body, speed, throttle, locked);
-                (rate, battery.as_ref().map(|battery| battery.at_rest()))
-            }
-        };
-        if let Some(deviations) = &self.thrust_deviations
-            && !locked
-        {
-            ring::add(deviations, vehicle, body.q_ned_from_body, &mut rate);
+    /// What acts in a stage.
+    pub(super) fn acted(&self, stage: &Stage) -> Loads {
+        Loads {
+            a_ned: stage.rate.body.v_dot_ned,
+            wind_ned: self.environment.wind_ned_m_s,
+            balance: stage.rate.balance,
+            bus: stage.bus,
+        }
+    }
+
+    /// A stage to begin with.
+    pub(super) fn stage(&self) -> Stage {
+        let near_v = self.battery.as_ref().map_or(0.0, |battery| battery.near_v());
+        Stage { near_v, ..Stage::default() }
+    }
+
+    /// Gravity, air and wind at a place.
+    #[inline(always)]
+    pub(super) fn ambient(&self, p_ned: &Vector3<f64>) -> Ambient {
+        self.air.at(&self.environment, p_ned)
+    }
+
+    /// Thrusts of the rotors without deviations from their means [N].
+    pub(super) fn thrusts_n(&self, state: &PlantState) -> PerRotor {
+        self.vehicle.thrusts_n(&self.ambient(&state.body.p_ned), &state.body, &state.rotor_speed)
+    }
+
+    /// Derivative of body and rotors, the balance that makes it, and the bus; the stage is the one before, or
+    /// one to begin with.
+    pub(super) fn rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool, stage: &mut Stage) {
+        if self.start.is_some() {
+            self.starting_rate(state, throttle, locked, stage);
+        } else {
+            vectorised(RateKernel { plant: self, state, throttle, locked, stage });
         }
         if let Some(ground) = &self.ground {
+            let rate = &mut stage.rate;
             let reaction = ground.reaction(&self.vehicle, &state.body);
             rate.body.v_dot_ned += reaction.force_ned / self.vehicle.mass.mass_kg;
             rate.body.omega_dot_body += self.vehicle.mass.inertia_inverse * reaction.moment_body;
             rate.balance.ground_force_ned = reaction.force_ned;
             rate.balance.ground_moment_body = reaction.moment_body;
         }
-        (rate, bus)
+    }
+
+    /// Derivative with rotors that are held, or free and driven by motors in their conditions.
+    #[inline(always)]
+    fn driven_rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool, stage: &mut Stage) {
+        let (vehicle, law, speed) = (&*self.vehicle, &self.motor, &state.rotor_speed);
+        let n = vehicle.rotors.len();
+        let ambient = self.ambient(&state.body.p_ned);
+        let deviations = self.thrust_deviations.as_ref().filter(|_| !locked);
+        let Stage { rate, bus, near_v } = stage;
+        vehicle.derive(&ambient, &state.body, speed, deviations, rate, |torque_nm| match &self.battery {
+            Some(battery) if !locked => {
+                let mut motors = [MotorState::default(); MAX_ROTORS];
+                for (i, motor) in motors.iter_mut().enumerate().take(n) {
+                    *motor = MotorState {
+                        condition: self.condition(i),
+                        throttle: throttle[i],
+                        omega_rad_s: speed[i],
+                        torque_nm: torque_nm[i],
+                    };
+                }
+                let (supply, of_bus) = battery.pack().supply(battery.charge(), law, &motors[..n], *near_v);
+                (*bus, *near_v) = (Some(of_bus), of_bus.bus_v);
+                vehicle.of_each(false, |i| supply.acceleration(law, &motors[i]))
+            }
+            battery => {
+                *bus = battery.as_ref().map(|battery| battery.at_rest());
+                match &self.motors {
+                    Some(motors) => vehicle.of_each(locked, |i| {
+                        law.acceleration_in(motors[i], throttle[i], speed[i], torque_nm[i])
+                    }),
+                    None => {
+                        vehicle.of_each(locked, |i| law.acceleration(throttle[i], speed[i], torque_nm[i]))
+                    }
+                }
+            }
+        });
     }
 
     /// Derivative with rotors that are free or being started; the battery supplies those that are driven.
-    fn starting_derivative(
-        &self,
-        start: &StartCourse,
-        environment: &Environment,
-        state: &PlantState,
-        throttle: &PerRotor,
-        locked: bool,
-    ) -> (VehicleRate, Option<BusState>) {
-        let (vehicle, speed) = (&self.vehicle, &state.rotor_speed);
+    fn starting_rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool, stage: &mut Stage) {
+        let Some(start) = &self.start else { return };
+        let (vehicle, law, speed) = (&*self.vehicle, &self.motor, &state.rotor_speed);
         let n = vehicle.rotors.len();
-        let mut bus = self.battery.as_ref().map(|battery| battery.at_rest());
-        let rate = vehicle.driven_derivative(environment, &state.body, speed, |torque_nm| {
+        let ambient = self.ambient(&state.body.p_ned);
+        let deviations = self.thrust_deviations.as_ref().filter(|_| !locked);
+        let Stage { rate, bus, near_v } = stage;
+        *bus = self.battery.as_ref().map(|battery| battery.at_rest());
+        vehicle.derive(&ambient, &state.body, speed, deviations, rate, |torque_nm| {
             let drives: [Drive; MAX_ROTORS] =
                 std::array::from_fn(|i| start.drive(i, self.condition(i), locked));
             let supplied = self.battery.as_ref().filter(|_| !locked).map(|battery| {
@@ -282,27 +342,24 @@ impl Plant {
                     omega_rad_s: speed[i],
                     torque_nm: torque_nm[i],
                 });
-                let (supply, of_bus) = battery.pack().supply(battery.charge(), &vehicle.motor, &states[..n]);
-                bus = Some(of_bus);
+                let (supply, of_bus) = battery.pack().supply(battery.charge(), law, &states[..n], *near_v);
+                (*bus, *near_v) = (Some(of_bus), of_bus.bus_v);
                 (supply, states)
             });
-            std::array::from_fn(|i| match (&supplied, drives[i]) {
-                _ if i >= n => 0.0,
+            vehicle.of_each(false, |i| match (&supplied, drives[i]) {
                 (Some((supply, states)), Drive::Motor) if supply.bus_v > 0.0 => {
-                    supply.acceleration(&vehicle.motor, &states[i])
+                    supply.acceleration(law, &states[i])
                 }
-                (Some(_), Drive::Motor) => {
-                    start.acceleration(Drive::Free, &vehicle.motor, 0.0, speed[i], torque_nm[i])
-                }
-                (_, drive) => start.acceleration(drive, &vehicle.motor, throttle[i], speed[i], torque_nm[i]),
+                (Some(_), Drive::Motor) => start.acceleration(Drive::Free, law, 0.0, speed[i], torque_nm[i]),
+                (_, drive) => start.acceleration(drive, law, throttle[i], speed[i], torque_nm[i]),
             })
         });
-        (rate, bus)
     }
 
     /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its
     /// beginning.
     pub fn step(&mut self, state: &mut PlantState, throttle: &PerRotor, locked: bool, dt_s: f64) -> Loads {
+        self.follow_air(state);
         match self.kind {
             PlantKind::Ideal if !locked => self.step_ideal(state, throttle, dt_s),
             _ if self.start.is_some() => self.step_starting(state, throttle, locked, dt_s),
@@ -319,11 +376,17 @@ impl Plant {
         }
     }
 
-    /// Takes what the bus has given over a step of `dt_s` [s] from the battery.
-    pub(super) fn drain(&mut self, draw: &BusDraw, dt_s: f64) {
+    /// Goes to the air of a state's altitude.
+    pub(super) fn follow_air(&mut self, state: &PlantState) {
+        self.air.follow(&self.environment, &state.body.p_ned);
+    }
+
+    /// Takes what the bus has given over a step of `dt_s` [s] from the battery; the step's last stage is
+    /// given.
+    pub(super) fn drain(&mut self, draw: &BusDraw, last: &Stage, dt_s: f64) {
         if let Some(battery) = &mut self.battery {
             let [charge, energy] = draw.sums.map(|sum| sum * dt_s / 6.0);
-            battery.take(charge, energy);
+            battery.take(charge, energy, last.near_v);
         }
     }
 
@@ -387,12 +450,10 @@ impl Plant {
         if !(0..MAX_ROTORS).any(crossed) {
             return;
         }
-        let higher = self.environment.at(&state.body.p_ned);
-        let environment = higher.as_ref().unwrap_or(&self.environment);
-        let body = &state.body;
+        let (ambient, body) = (self.ambient(&state.body.p_ned), state.body);
         for (i, speed) in state.rotor_speed.iter_mut().enumerate().take(self.vehicle.rotors.len()) {
             let drive = start.drive(i, self.condition(i), locked);
-            let air_nm = || self.vehicle.air_torque_nm(environment, body, i, 0.0);
+            let air_nm = || self.vehicle.air_torque_nm(&ambient, &body, i, 0.0);
             if before[i] * *speed < 0.0 && start.holds_at_rest(drive, air_nm()) {
                 *speed = 0.0;
             }
@@ -426,9 +487,11 @@ impl Plant {
             let before = state.rotor_speed;
             let now = |fraction: f64| body_at((f64::from(k) + fraction) / f64::from(steps));
             let from = PlantState { body: now(0.0), rotor_speed: before };
+            self.follow_air(&from);
+            let mut stage = self.stage();
             let next = runge_kutta_4(&from, h, |fraction, x| {
-                let (rate, _) = self.rate(&PlantState { body: now(fraction), ..*x }, &rest, true);
-                PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }
+                self.rate(&PlantState { body: now(fraction), ..*x }, &rest, true, &mut stage);
+                stage.derivative()
             });
             let end = PlantState { body: now(1.0), rotor_speed: next.rotor_speed };
             *state = self.settled(&before, end, true);
@@ -445,16 +508,15 @@ impl Plant {
     ) -> Loads {
         let mut first = None;
         let mut draw = BusDraw::default();
+        let mut stage = self.stage();
         let next = runge_kutta_4(state, dt_s, |_, x| {
-            let (rate, bus) = self.rate(x, throttle, locked);
-            if first.is_none() {
-                first = Some(Loads { bus, ..self.acting(rate.body.v_dot_ned, rate.balance) });
-            }
-            draw.add(bus);
-            PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }
+            self.rate(x, throttle, locked, &mut stage);
+            first.get_or_insert_with(|| self.acted(&stage));
+            draw.add(stage.bus.as_ref());
+            stage.derivative()
         });
         let loads = first.unwrap_or_else(|| self.loads(state, throttle, locked));
-        self.drain(&draw, dt_s);
+        self.drain(&draw, &stage, dt_s);
         *state = self.settled(&state.rotor_speed, next, locked);
         loads
     }
@@ -478,5 +540,23 @@ impl Plant {
         self.thrust_n = to;
         *state = next;
         loads
+    }
+}
+
+/// [`Plant::driven_rate`], compiled for the processor's wider registers.
+struct RateKernel<'a> {
+    plant: &'a Plant,
+    state: &'a PlantState,
+    throttle: &'a PerRotor,
+    locked: bool,
+    stage: &'a mut Stage,
+}
+
+impl Kernel for RateKernel<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.plant.driven_rate(self.state, self.throttle, self.locked, self.stage);
     }
 }

@@ -1,12 +1,9 @@
 //! Fluctuation of rotors' thrusts in the vortex ring, in six degrees of freedom: [`crate::model::wind`] draws
 //! it, where a rotor is decides how much of it there is, and both are held within a step of the simulation.
 
-use nalgebra::Vector3;
-
-use crate::frames::{Quaternion, rotate_ned_from_body};
+use crate::model::environment::Ambient;
 use crate::model::rigid_body::BodyState;
-use crate::model::vehicle::VehicleRate;
-use crate::model::{DiskState, Environment, MAX_ROTORS, PerRotor, Vehicle};
+use crate::model::{DiskState, MAX_ROTORS, PerRotor, Vehicle};
 
 /// Shares of their means by which the thrusts of a vehicle in this state deviate, of what was drawn for
 /// thrusts well inside the ring, [`WindCourse::ring_deviations`]; `mean_n` are the means [N]. With `mirrored`
@@ -16,16 +13,16 @@ use crate::model::{DiskState, Environment, MAX_ROTORS, PerRotor, Vehicle};
 pub fn deviations(
     drawn: &[[f64; 1]; MAX_ROTORS],
     mirrored: bool,
-    (vehicle, site): (&Vehicle, &Environment),
+    (vehicle, ambient): (&Vehicle, &Ambient),
     body: &BodyState,
     mean_n: &PerRotor,
 ) -> PerRotor {
+    let disks = DiskState::of_each(vehicle, ambient, body, mean_n);
     let mut deviations = [0.0; MAX_ROTORS];
     for (i, deviation) in deviations.iter_mut().enumerate().take(vehicle.rotors.len()) {
-        let disk = DiskState::of(vehicle, i, site, body, &site.wind_ned_m_s, mean_n[i]);
         let (draw, of_mean) = if mirrored { draw_of_mirror_images(vehicle, i) } else { (i, 1.0) };
         let [drawn] = drawn.get(draw).copied().unwrap_or_default();
-        *deviation = disk.map_or(0.0, |disk| disk.ring_share()) * of_mean * drawn;
+        *deviation = disks[i].map_or(0.0, |disk| disk.ring_share()) * of_mean * drawn;
     }
     deviations
 }
@@ -43,21 +40,4 @@ fn draw_of_mirror_images(vehicle: &Vehicle, i: usize) -> (usize, f64) {
     let mut images = (0..vehicle.rotors.len()).filter(|j| alike(*j));
     let first = images.next().unwrap_or(i);
     (first, 1.0 / ((1 + images.count()) as f64).sqrt())
-}
-
-/// Adds to the derivative of a vehicle with this attitude what deviations of its thrusts from their means
-/// make, in shares of them.
-pub fn add(deviations: &PerRotor, vehicle: &Vehicle, q_ned_from_body: Quaternion, rate: &mut VehicleRate) {
-    let (mut force_body, mut moment_body) = (Vector3::zeros(), Vector3::zeros());
-    for (i, rotor) in vehicle.rotors.iter().enumerate() {
-        let more_n = deviations[i] * rate.balance.thrust_n[i];
-        let more = rotor.axis_body * more_n;
-        rate.balance.thrust_n[i] += more_n;
-        force_body += more;
-        moment_body += rotor.position_body_m.cross(&more);
-    }
-    rate.balance.rotor_force_body += force_body;
-    rate.balance.rotor_moment_body += moment_body;
-    rate.body.v_dot_ned += rotate_ned_from_body(q_ned_from_body, force_body) / vehicle.mass.mass_kg;
-    rate.body.omega_dot_body += vehicle.mass.inertia_inverse * moment_body;
 }

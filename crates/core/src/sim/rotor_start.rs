@@ -8,6 +8,7 @@ use std::fmt;
 
 use super::integrator::runge_kutta_4;
 use crate::model::rotor_start::{BeforeStart, Drive, EscStart, RotorStart};
+use crate::model::motor::MotorLaw;
 use crate::model::{MAX_ROTORS, Motor, MotorCondition, PerRotor};
 
 /// Longest step of integration while a rotor is being started [s].
@@ -265,15 +266,15 @@ impl StartCourse {
 
     /// Angular acceleration of a rotor [rad/s^2] that is driven so, at a throttle in 0..1, its speed [rad/s]
     /// and the torque of the air [N m], which brakes a rotor that turns forwards.
-    pub fn acceleration(&self, drive: Drive, motor: &Motor, throttle: f64, omega: f64, air_nm: f64) -> f64 {
+    pub fn acceleration(&self, drive: Drive, law: &MotorLaw, throttle: f64, omega: f64, air_nm: f64) -> f64 {
         let turned_by = |torque_nm: f64| {
-            self.start.net_torque_nm(torque_nm - air_nm, omega) / motor.rotor_inertia_kg_m2()
+            self.start.net_torque_nm(torque_nm - air_nm, omega) * law.per_inertia()
         };
         match drive {
             Drive::Held => 0.0,
             Drive::Free => turned_by(0.0),
             Drive::Try => turned_by(self.start.try_torque_nm(omega)),
-            Drive::Motor => motor.unlocked_acceleration(throttle, omega, air_nm),
+            Drive::Motor => law.unlocked_acceleration(throttle, omega, air_nm),
         }
     }
 
@@ -299,14 +300,14 @@ pub fn start_in_steady_flow(
     air_nm: impl Fn(f64) -> f64,
 ) -> (Option<RotorStarted>, f64) {
     let mut course = StartCourse::new(start, motor.omega_max_rad_s(), 1);
-    let mut omega = from_rad_s;
+    let (law, mut omega) = (motor.law(), from_rad_s);
     while course.now_s < most_s {
         course.begin(&[1.0; MAX_ROTORS], &[omega; MAX_ROTORS], None, false);
         if matches!(course.rotors[0].state, EscState::Running | EscState::GivenUp) {
             break;
         }
         let drive = course.drive(0, MotorCondition::Sound, false);
-        let rate = |x: &f64| course.acceleration(drive, motor, 1.0, *x, air_nm(*x));
+        let rate = |x: &f64| course.acceleration(drive, &law, 1.0, *x, air_nm(*x));
         let next = runge_kutta_4(&omega, STEP_S, |_, x| rate(x));
         let stays = omega * next < 0.0 && course.holds_at_rest(drive, air_nm(0.0));
         omega = if stays { 0.0 } else { next };

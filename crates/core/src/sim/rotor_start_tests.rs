@@ -199,7 +199,7 @@ fn closed_form_free_rotors_windmill_backwards_in_hang_and_fall() {
         v_ned: Vector3::new(0.0, 0.0, 3.0),
         omega_body: Vector3::zeros(),
     };
-    let air_nm = vehicle(None).air_torque_nm(&site(), &body, 0, hanging[0]);
+    let air_nm = vehicle(None).air_torque_nm(&site().ambient(), &body, 0, hanging[0]);
     assert!(hanging[0] < -25.0 && air_nm.abs() < 1e-9, "{hanging:?} {air_nm}");
     fly(&mut sim, 0.7, 2.0);
     assert!((0..4).all(|i| (sim.state().rotor_speed[i] - hanging[0]).abs() < 1e-9), "steady");

@@ -11,14 +11,14 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, Vector3};
 
-use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
-use super::plant::{BusDraw, Loads, Plant};
+use super::integrator::{PlantState, runge_kutta_4, steps_in};
+use super::plant::{BusDraw, Loads, Plant, Stage};
 use crate::frames::{quaternion_from_euler, rotate_body_from_ned, rotate_ned_from_body};
 use crate::math;
 use crate::model::canopy::{CanopyState, Pull, Riser, Suspension};
+use crate::model::environment::{Ambient, LocalAir};
 use crate::model::rigid_body::BodyState;
-use crate::model::supply::BusState;
-use crate::model::{Environment, ForceBalance, Parachute, PerRotor, Vehicle};
+use crate::model::{Environment, Parachute, PerRotor, Vehicle};
 
 /// Angle of the riser's oscillation in a step [rad]: Runge-Kutta's error of phase is then 1e-5 of it, of
 /// amplitude 1e-6.
@@ -42,6 +42,8 @@ pub struct CanopyFlight {
     /// Impulse of weight, air and rotors on both bodies since the beginning, while the rotors are locked or a
     /// riser holds, NED [N s].
     pub impulse_ned: Vector3<f64>,
+    /// The air about its altitude.
+    air: LocalAir,
 }
 
 /// A canopy at an instant, for the record.
@@ -115,7 +117,8 @@ impl CanopyFlight {
         let confluence = canopy.v_ned + Vector3::new(cos, 0.0, -sin) * (length_m * riser_rate);
         let v_ned = confluence - rotate_ned_from_body(q_ned_from_body, omega_body.cross(&attachment));
         let (line, impulse_ned) = (Some(suspension.riser), Vector3::zeros());
-        let flight = Self { suspension, line, state: canopy, wind_ned: drift, impulse_ned };
+        let air = LocalAir::about(environment, &canopy.p_ned);
+        let flight = Self { suspension, line, state: canopy, wind_ned: drift, impulse_ned, air };
         Some((BodyState { p_ned, q_ned_from_body, v_ned, omega_body }, flight))
     }
 
@@ -144,25 +147,30 @@ impl CanopyFlight {
         locked: bool,
     ) -> Loads {
         let pull = self.pull(&state.body, &self.state);
-        let (rate, balance, bus) = pulled(plant, state, (throttle, locked), &pull);
-        Loads { bus, ..plant.acting(rate.body.v_dot_ned, balance) }
+        let mut stage = plant.stage();
+        pulled(plant, state, (throttle, locked), &pull, &mut stage);
+        plant.acted(&stage)
     }
 
-    /// Time derivative of position, momentum and impulse, the riser's force on the canopy given, at `t_s`
-    /// [s].
+    /// Time derivative of position, momentum and impulse of a canopy in this state, the riser's force on it
+    /// given, at `t_s` [s].
+    #[inline(always)]
     fn rate(
         &self,
         environment: &Environment,
-        [p_ned, momentum, _]: &Canopy,
+        CanopyState { p_ned, v_ned }: &CanopyState,
         riser_ned: Vector3<f64>,
         t_s: f64,
     ) -> Canopy {
-        let canopy = &self.suspension.canopy;
-        let v_ned = momentum / canopy.inertia_kg(t_s);
-        let higher = environment.at(p_ned);
-        let site = higher.as_ref().unwrap_or(environment);
-        let outer = canopy.outer_force_ned(site, &v_ned, &self.wind_ned, t_s);
-        [v_ned, outer + riser_ned, outer]
+        let ambient = Ambient { wind_ned_m_s: self.wind_ned, ..self.air.at(environment, p_ned) };
+        let outer = self.suspension.canopy.outer_force_ned(&ambient, v_ned, t_s);
+        [*v_ned, outer + riser_ned, outer]
+    }
+
+    /// The state of a canopy that is integrated, at `t_s` [s].
+    #[inline(always)]
+    fn at(&self, [p_ned, momentum, _]: &Canopy, t_s: f64) -> CanopyState {
+        CanopyState { p_ned: *p_ned, v_ned: momentum / self.suspension.canopy.inertia_kg(t_s) }
     }
 
     fn as_integrated(&self, t_s: f64) -> Canopy {
@@ -170,9 +178,9 @@ impl CanopyFlight {
         [p_ned, v_ned * self.suspension.canopy.inertia_kg(t_s), self.impulse_ned]
     }
 
-    fn set_integrated(&mut self, [p_ned, momentum, impulse_ned]: Canopy, t_s: f64) {
-        self.state = CanopyState { p_ned, v_ned: momentum / self.suspension.canopy.inertia_kg(t_s) };
-        self.impulse_ned = impulse_ned;
+    fn set_integrated(&mut self, canopy: Canopy, t_s: f64) {
+        self.state = self.at(&canopy, t_s);
+        self.impulse_ned = canopy[2];
     }
 
     /// In how many steps a time is integrated from `t_s` on [s].
@@ -190,15 +198,18 @@ impl CanopyFlight {
         steps_in(dt_s, longest_s.min(plant.longest_free_step_s()))
     }
 
-    /// Advances vehicle and canopy by `dt_s` [s] from `t_s` on under throttle commands, rotors locked or
-    /// free.
+    /// Advances vehicle and canopy by `dt_s` [s] from `t_s` on under throttle commands, rotors locked or free,
+    /// and returns what acted on the vehicle at the beginning.
     pub(super) fn step_with(
         &mut self,
         plant: &mut Plant,
         state: &mut PlantState,
         (throttle, locked): (&PerRotor, bool),
         (t_s, dt_s): (f64, f64),
-    ) {
+    ) -> Loads {
+        let mut acting = None;
+        plant.follow_air(state);
+        self.air.follow(plant.environment(), &self.state.p_ned);
         plant.begin_step(throttle, &state.rotor_speed, locked);
         let mut steps = self.steps(plant, t_s, dt_s);
         if !locked {
@@ -211,35 +222,40 @@ impl CanopyFlight {
             plant.begin_step(throttle, &state.rotor_speed, locked);
             let before = state.rotor_speed;
             let mut draw = BusDraw::default();
+            let mut stage = plant.stage();
             let (vehicle, canopy) =
                 runge_kutta_4(&(*state, self.as_integrated(from_s)), h, |fraction, (vehicle, canopy)| {
                     let now_s = from_s + fraction * h;
-                    let v_ned = canopy[1] / self.suspension.canopy.inertia_kg(now_s);
-                    let there = CanopyState { p_ned: canopy[0], v_ned };
+                    let there = self.at(canopy, now_s);
                     let pull = self.pull(&vehicle.body, &there);
-                    let (rate, _, bus) = pulled(plant, vehicle, (throttle, locked), &pull);
-                    draw.add(bus);
-                    let mut canopy_rate = self.rate(plant.environment(), canopy, -pull.force_ned, now_s);
+                    pulled(plant, vehicle, (throttle, locked), &pull, &mut stage);
+                    acting.get_or_insert_with(|| plant.acted(&stage));
+                    draw.add(stage.bus.as_ref());
+                    let mut canopy_rate = self.rate(plant.environment(), &there, -pull.force_ned, now_s);
+                    let rate = stage.derivative();
                     canopy_rate[2] += rate.body.v_dot_ned * mass_kg - pull.force_ned;
                     (rate, canopy_rate)
                 });
             *state = plant.settled(&before, vehicle, locked);
-            plant.drain(&draw, h);
+            plant.drain(&draw, &stage, h);
             plant.pass(h);
             self.set_integrated(canopy, from_s + h);
         }
         self.meet_ground(plant);
+        acting.unwrap_or_else(|| self.loads(plant, state, throttle, locked))
     }
 
     /// Advances the canopy alone by `dt_s` [s] from `t_s` on.
     pub(super) fn step(&mut self, plant: &Plant, (t_s, dt_s): (f64, f64)) {
+        self.air.follow(plant.environment(), &self.state.p_ned);
         let steps = self.steps(plant, t_s, dt_s);
         let h = dt_s / f64::from(steps);
         for k in 0..steps {
             let from_s = t_s + f64::from(k) * h;
             let impulse_ned = self.impulse_ned;
             let end = runge_kutta_4(&self.as_integrated(from_s), h, |fraction, canopy| {
-                self.rate(plant.environment(), canopy, Vector3::zeros(), from_s + fraction * h)
+                let now_s = from_s + fraction * h;
+                self.rate(plant.environment(), &self.at(canopy, now_s), Vector3::zeros(), now_s)
             });
             self.set_integrated(end, from_s + h);
             self.impulse_ned = impulse_ned;
@@ -263,12 +279,13 @@ fn pulled(
     state: &PlantState,
     (throttle, locked): (&PerRotor, bool),
     pull: &Pull,
-) -> (PlantRate, ForceBalance, Option<BusState>) {
-    let (mut rate, bus) = plant.rate(state, throttle, locked);
+    stage: &mut Stage,
+) {
+    plant.rate(state, throttle, locked, stage);
     let mass = &plant.vehicle().mass;
+    let rate = &mut stage.rate;
     rate.body.v_dot_ned += pull.force_ned / mass.mass_kg;
     rate.body.omega_dot_body += mass.inertia_inverse * pull.moment_body;
     rate.balance.canopy_force_ned = pull.force_ned;
     rate.balance.canopy_moment_body = pull.moment_body;
-    (PlantRate { body: rate.body, rotor_acceleration: rate.rotor_acceleration }, rate.balance, bus)
 }

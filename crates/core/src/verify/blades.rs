@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::{Check, CheckGroup, VerifyError};
-use crate::model::rotor::Inflow;
+use crate::model::rotor::HubMotion;
 use crate::model::{Airfoil, BladeStation, Blades, Rotor};
 use crate::units::RAD_PER_DEG;
 
@@ -87,7 +87,7 @@ pub fn between_knots(
     let blades = propeller(chord_and_pitch)?;
     let mut checks = Vec::new();
     for (name, [omega, climb, across]) in FLIGHT {
-        let inflow = Inflow::at_hub(&Vector3::new(across, 0.0, -climb), &-Vector3::z());
+        let inflow = HubMotion::of(&Vector3::new(across, 0.0, -climb), &-Vector3::z()).inflow();
         let flown = rotor.load(omega, inflow, density_kg_m3);
         let solved = blades.load(omega, climb, across, density_kg_m3);
         let (tip, v2) = (omega * blades.radius_m(), climb * climb + across * across);

@@ -66,9 +66,10 @@ pub fn motors(lander: &PlanProblem<'_>, quadrotor: &PlanProblem<'_>) -> CheckGro
 
 fn of_motor(name: &str, problem: &PlanProblem<'_>) -> Vec<Check> {
     let (rotor, motor) = (&problem.vehicle.rotor, &problem.vehicle.motor);
+    let law = motor.law();
     let torque_nm = |omega: f64| rotor.static_load(omega, problem.environment.density_kg_m3).torque_nm;
     let turned = |from: f64, throttle: f64, time_s: f64| {
-        speed_after(time_s, from, |omega| motor.acceleration(throttle, omega, torque_nm(omega)))
+        speed_after(time_s, from, |omega| law.acceleration(throttle, omega, torque_nm(omega)))
     };
     let said = |what: &str| format!("{name}: {what}");
     match *motor {
@@ -84,7 +85,7 @@ fn of_motor(name: &str, problem: &PlanProblem<'_>) -> Vec<Check> {
                 Check::new(
                     said("from rest at the current limit"),
                     "rad/s^2",
-                    motor.acceleration(1.0, 0.0, 0.0),
+                    law.acceleration(1.0, 0.0, 0.0),
                     at_the_limit,
                     1e-9,
                 ),

@@ -165,8 +165,8 @@ fn prop_the_lander_s_greatest_thrust_is_held() {
     let at = |omega: f64| m.vehicle.rotor.static_load(omega, m.site.environment.density_kg_m3);
     let speed =
         (0..).map(|i| 0.001 * f64::from(i)).find(|omega| at(*omega).thrust_n >= limits.thrust_n).unwrap();
-    let rate = m.vehicle.motor.acceleration(1.0, speed, at(speed).torque_nm);
-    let before = m.vehicle.motor.acceleration(1.0, speed - 1.0, at(speed - 1.0).torque_nm);
+    let rate = m.vehicle.motor.law().acceleration(1.0, speed, at(speed).torque_nm);
+    let before = m.vehicle.motor.law().acceleration(1.0, speed - 1.0, at(speed - 1.0).torque_nm);
     assert!(
         rate.abs() < 0.01 * before.abs(),
         "{limits:?}: {rate} rad/s^2, {before} a radian per second below"

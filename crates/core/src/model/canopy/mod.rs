@@ -20,7 +20,8 @@
 
 use nalgebra::Vector3;
 
-use super::{Environment, ModelError, check, check_positive};
+use super::environment::Ambient;
+use super::{ModelError, check, check_positive};
 
 mod riser;
 mod swing;
@@ -139,19 +140,14 @@ impl Canopy {
     }
 
     /// Force on canopy and apparent mass but for the riser's, NED [N]: weight, drag, and the momentum of the
-    /// air taken in; `site` is at the canopy's altitude, `wind_ned` the wind there [m/s].
-    pub fn outer_force_ned(
-        &self,
-        site: &Environment,
-        v_ned: &Vector3<f64>,
-        wind_ned: &Vector3<f64>,
-        t_s: f64,
-    ) -> Vector3<f64> {
+    /// air taken in, at a velocity over ground [m/s] where it is, `t_s` from the beginning of the hang [s].
+    pub fn outer_force_ned(&self, there: &Ambient, v_ned: &Vector3<f64>, t_s: f64) -> Vector3<f64> {
         let Filling { drag_area, apparent_mass_per_s, .. } = self.filling(t_s);
-        let u_ned = v_ned - wind_ned;
-        let drag = 0.5 * site.density_kg_m3 * (self.drag_area_m2 * drag_area) * u_ned.norm();
+        let u_ned = v_ned - there.wind_ned_m_s;
+        let drag = 0.5 * there.density_kg_m3 * (self.drag_area_m2 * drag_area) * u_ned.norm();
         let taken_in = self.apparent_mass_kg * apparent_mass_per_s;
-        site.gravity_ned() * self.mass_kg - u_ned * drag + wind_ned * taken_in
+        let weight_ned = Vector3::new(0.0, 0.0, there.gravity_m_s2 * self.mass_kg);
+        weight_ned - u_ned * drag + there.wind_ned_m_s * taken_in
     }
 
     /// Rate at which drag takes the canopy's speed through the air away [1/s], at that speed [m/s].

@@ -99,11 +99,11 @@ impl Suspension {
     /// # Errors
     /// [`ModelError`] when the vehicle would sink more slowly than its canopy: then the riser is slack.
     pub fn steady_descent(&self, vehicle: &Vehicle, site: &Environment) -> Result<SteadyDescent, ModelError> {
-        let calm = still(site);
+        let calm = still(site).ambient();
         let pull_n = |speed_m_s| sinking_v_dot_ned(vehicle, site, speed_m_s).z * vehicle.mass.mass_kg;
         let falls_on = |speed_m_s: f64| {
             let v_ned = Vector3::new(0.0, 0.0, speed_m_s);
-            let canopy_n = self.canopy.outer_force_ned(&calm, &v_ned, &Vector3::zeros(), f64::INFINITY);
+            let canopy_n = self.canopy.outer_force_ned(&calm, &v_ned, f64::INFINITY);
             pull_n(speed_m_s) + canopy_n.z > 0.0
         };
         let (mut low, mut high) = (0.0, FASTEST_M_S);

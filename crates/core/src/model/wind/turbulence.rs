@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::dryden::{Draw, Longitudinal, Noise, Step, Transverse};
 use super::given::GivenNoise;
-use crate::math;
+use crate::math::straight::{exp_of_minus, ln};
 use crate::random::{Purpose, Stream};
 
 /// Turbulence in Dryden's form.
@@ -46,7 +46,7 @@ impl TurbulenceScale {
             Self::LowAltitude => {
                 let h = (height_m / M_PER_FT).clamp(10.0, 2000.0);
                 let low = h.min(1000.0);
-                let along = low / math::powf(0.177 + 0.000_823 * low, 1.2);
+                let along = low / exp_of_minus(-1.2 * ln(0.177 + 0.000_823 * low));
                 let share = ((h - 1000.0) / 1000.0).max(0.0);
                 [along, along, low].map(|l| (l + share * (FREE_FT - l)) * M_PER_FT)
             }

@@ -32,10 +32,10 @@ impl DropSimulation {
                 canopy.loads(&self.plant, &self.state, throttle, phase != Phase::Powered)
             }
             Phase::Hanging => {
-                let (body, a_ned) = self.hanging();
+                let a_ned = self.hanging_a_ned();
                 let mut balance = self.plant.loads(&self.state, throttle, true).balance;
                 let others =
-                    rotate_ned_from_body(body.q_ned_from_body, balance.force_body()) + gravity * mass;
+                    rotate_ned_from_body(self.state.body.q_ned_from_body, balance.force_body()) + gravity * mass;
                 balance.canopy_force_ned = a_ned * mass - others;
                 self.plant.acting(a_ned, balance)
             }
@@ -56,12 +56,10 @@ impl DropSimulation {
 
     /// Gravity at the vehicle's altitude, NED [m/s^2]; in the study's fall, that of the release.
     fn gravity_ned(&self) -> Vector3<f64> {
-        let site = self.environment();
-        let higher = match self.phase {
-            Phase::Falling if !self.dynamic_fall() => None,
-            _ => site.at(&self.state.body.p_ned),
-        };
-        higher.as_ref().unwrap_or(site).gravity_ned()
+        match self.phase {
+            Phase::Falling if !self.dynamic_fall() => self.environment().gravity_ned(),
+            _ => Vector3::new(0.0, 0.0, self.plant.ambient(&self.state.body.p_ned).gravity_m_s2),
+        }
     }
 
     /// Acceleration now, NED [m/s^2].
