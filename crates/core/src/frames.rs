@@ -10,7 +10,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::math;
+use crate::math::{self, straight};
 use crate::real::Real;
 
 /// A quaternion `[w, x, y, z]`, body to NED; not necessarily of unit length.
@@ -87,9 +87,9 @@ pub fn normalized(q: Quaternion) -> Quaternion {
 
 /// Roll, pitch, yaw [rad] to a quaternion (rotations in the order yaw, pitch, roll).
 pub fn quaternion_from_euler(roll: f64, pitch: f64, yaw: f64) -> Quaternion {
-    let (sr, cr) = math::sin_cos(0.5 * roll);
-    let (sp, cp) = math::sin_cos(0.5 * pitch);
-    let (sy, cy) = math::sin_cos(0.5 * yaw);
+    let (sr, cr) = straight::sin_cos(0.5 * roll);
+    let (sp, cp) = straight::sin_cos(0.5 * pitch);
+    let (sy, cy) = straight::sin_cos(0.5 * yaw);
     [
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,
@@ -119,7 +119,7 @@ pub fn rotation_vector(q: Quaternion) -> Vector3<f64> {
 
 /// Roll [rad], in (-pi, pi].
 pub fn roll(q: Quaternion) -> f64 {
-    math::atan2(2.0 * (q[0] * q[1] + q[2] * q[3]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
+    straight::atan2(2.0 * (q[0] * q[1] + q[2] * q[3]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
 }
 
 /// Lateral parts of a quaternion below this are the rounding of planar flight: sums over the rotors cancel to
@@ -130,9 +130,9 @@ const PLANAR_TOLERANCE: f64 = 1e-9;
 /// through the vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
 pub fn pitch(q: Quaternion) -> f64 {
     if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE {
-        2.0 * math::atan2(q[2], q[0])
+        2.0 * straight::atan2(q[2], q[0])
     } else {
-        math::asin((2.0 * (q[0] * q[2] - q[3] * q[1])).clamp(-1.0, 1.0))
+        straight::asin(2.0 * (q[0] * q[2] - q[3] * q[1]))
     }
 }
 
@@ -145,18 +145,18 @@ pub fn bank(q: Quaternion) -> f64 {
 /// Angle between the body's up axis and the vertical [rad], in [0, pi].
 pub fn tilt(q: Quaternion) -> f64 {
     let up_ned = rotate_ned_from_body(q, -Vector3::z());
-    math::acos((-up_ned.z).clamp(-1.0, 1.0))
+    straight::acos(-up_ned.z)
 }
 
 /// Yaw (heading) [rad], in (-pi, pi], north to east positive.
 pub fn yaw(q: Quaternion) -> f64 {
-    math::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))
+    straight::atan2(2.0 * (q[0] * q[3] + q[1] * q[2]), 1.0 - 2.0 * (q[2] * q[2] + q[3] * q[3]))
 }
 
 /// An angle folded into [-pi, pi).
 pub fn wrap_pi(angle: f64) -> f64 {
-    use std::f64::consts::PI;
-    (angle + PI).rem_euclid(2.0 * PI) - PI
+    use std::f64::consts::{PI, TAU};
+    angle - TAU * ((angle + PI) * (1.0 / TAU)).floor()
 }
 
 #[cfg(test)]

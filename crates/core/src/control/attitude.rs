@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::{ControlLimits, Gains};
 use crate::frames::{Quaternion, conjugate, product, wrap_pi};
-use crate::math;
+use crate::math::straight;
 
 /// Wanted body rates [rad/s] at an attitude and its setpoint.
 pub fn rate_setpoint(
@@ -30,15 +30,15 @@ pub fn rate_setpoint(
 /// Tilt error about body x and y and twist error about the thrust axis [rad].
 pub fn tilt_and_twist(q_ned_from_body: Quaternion, q_sp_ned_from_body: Quaternion) -> Vector3<f64> {
     let [w, x, y, z] = product(conjugate(q_ned_from_body), q_sp_ned_from_body);
-    let upright = math::hypot(w, z);
-    let lying = math::hypot(x, y);
+    let upright = straight::hypot(w, z);
+    let lying = straight::hypot(x, y);
     // q_body_from_sp = swing * twist; the swing's axis lies in the body's x-y plane.
     let (cos, sin) = if upright > 0.0 { (w / upright, z / upright) } else { (1.0, 0.0) };
-    let angle_per_length = if lying > 0.0 { 2.0 * math::atan2(lying, upright) / lying } else { 0.0 };
+    let angle_per_length = if lying > 0.0 { 2.0 * straight::atan2(lying, upright) / lying } else { 0.0 };
     Vector3::new(
         angle_per_length * (x * cos - y * sin),
         angle_per_length * (x * sin + y * cos),
-        wrap_pi(2.0 * math::atan2(sin, cos)),
+        wrap_pi(2.0 * straight::atan2(sin, cos)),
     )
 }
 
@@ -46,6 +46,7 @@ pub fn tilt_and_twist(q_ned_from_body: Quaternion, q_sp_ned_from_body: Quaternio
 mod tests {
     use super::*;
     use crate::frames::{LEVEL, quaternion_from_euler, rotate_ned_from_body};
+    use crate::math;
     use proptest::prelude::*;
 
     fn about(axis: Vector3<f64>, angle: f64) -> Quaternion {

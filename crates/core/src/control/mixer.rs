@@ -14,6 +14,7 @@
 use nalgebra::{SMatrix, Vector3};
 
 use super::ControlError;
+use crate::math::straight::{at_least, at_most};
 use crate::model::{MAX_ROTORS, PerRotor};
 
 /// Allocation of collective and moments to rotors.
@@ -23,6 +24,8 @@ pub struct Mixer {
     thrust_limit_n: f64,
     /// Thrust of each rotor per newton of lift.
     lift: PerRotor,
+    /// Lift per newton of thrust of each rotor.
+    per_lift: PerRotor,
     /// Thrust of each rotor per newton metre of roll, pitch, yaw moment.
     moment: [PerRotor; 3],
     /// Roll, pitch, yaw moment per newton of each rotor, the inverse of all that.
@@ -56,7 +59,15 @@ impl Mixer {
         let inverse = allocation.pseudo_inverse(1e-12).unwrap_or_default();
         let effect =
             [1, 2, 3].map(|j| std::array::from_fn(|i| if i < n_rotors { inverse[(j, i)] } else { 0.0 }));
-        Ok(Self { n_rotors, thrust_limit_n, lift, moment: [column(1), column(2), column(3)], effect })
+        let per_lift = lift.map(|share| if share > 0.0 { 1.0 / share } else { 0.0 });
+        Ok(Self {
+            n_rotors,
+            thrust_limit_n,
+            lift,
+            per_lift,
+            moment: [column(1), column(2), column(3)],
+            effect,
+        })
     }
 
     /// Number of rotors.
@@ -90,23 +101,22 @@ impl Mixer {
             [bounded(moment_body.x), bounded(moment_body.y), bounded(moment_body.z)];
         let mut tilt: PerRotor =
             std::array::from_fn(|i| self.moment[0][i] * m_roll + self.moment[1][i] * m_pitch);
-        // A lift L fits when 0 <= L c_i + d_i <= T_lim for all i; there is one when s (d_i/c_i - d_j/c_j) <=
-        // T_lim/c_i.
-        let mut scale = 1.0f64;
+        // A lift L fits when 0 <= L c_i + d_i <= T_lim for all i; there is one when s (d_i - d_j c_i/c_j) <=
+        // T_lim.
+        let per_limit = 1.0 / limit;
+        let mut widest = 1.0f64;
         for i in 0..n {
             for j in 0..n {
-                let spread = tilt[i] * self.lift[j] - tilt[j] * self.lift[i];
-                let room = limit * self.lift[j];
-                if scale * spread > room {
-                    scale = room / spread;
-                }
+                let spread = tilt[i] - tilt[j] * (self.lift[i] * self.per_lift[j]);
+                widest = at_least(spread * per_limit, widest);
             }
         }
+        let scale = 1.0 / widest;
         let (mut lowest, mut highest) = (f64::NEG_INFINITY, f64::INFINITY);
-        for (share, lift) in tilt.iter_mut().zip(&self.lift).take(n) {
+        for (share, per_lift) in tilt.iter_mut().zip(&self.per_lift).take(n) {
             *share *= scale;
-            lowest = lowest.max(-*share / lift);
-            highest = highest.min((limit - *share) / lift);
+            lowest = at_least(-*share * per_lift, lowest);
+            highest = at_most((limit - *share) * per_lift, highest);
         }
         let lift = bounded(lift_n).min(highest).max(lowest);
         let mut thrust = [0.0; MAX_ROTORS];

@@ -13,7 +13,7 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::{Airframe, Gains};
-use crate::math;
+use crate::math::{self, straight};
 
 /// State of the velocity loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -94,12 +94,12 @@ impl ThrustVector {
     /// Roll and pitch [rad] that put the thrust along the wanted acceleration at the heading `yaw_rad`. In
     /// the plane, `theta_c = atan2(-a_N, up)`; level when nothing is wanted.
     pub fn roll_pitch(&self, yaw_rad: f64) -> (f64, f64) {
-        let (sin, cos) = math::sin_cos(yaw_rad);
+        let (sin, cos) = straight::sin_cos(yaw_rad);
         let a = &self.acceleration_sp_ned;
         let (ahead, right) = (cos * a.x + sin * a.y, cos * a.y - sin * a.x);
         if self.up_m_s2 <= 1e-9 && ahead == 0.0 && right == 0.0 {
             return (0.0, 0.0);
         }
-        (math::atan2(right, math::hypot(ahead, self.up_m_s2)), math::atan2(-ahead, self.up_m_s2))
+        (straight::atan2(right, straight::hypot(ahead, self.up_m_s2)), straight::atan2(-ahead, self.up_m_s2))
     }
 }

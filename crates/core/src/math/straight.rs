@@ -112,6 +112,32 @@ pub fn sin_cos_of_turns(turns: f64) -> (f64, f64) {
     (sign(a, quarter), sign(b, quarter.wrapping_add(1)))
 }
 
+/// Sine and cosine of an angle [rad]; within 1e-15 up to a turn or so, beyond by as much as the angle is
+/// greater.
+#[inline(always)]
+pub fn sin_cos(x: f64) -> (f64, f64) {
+    const PER_TAU: f64 = 1.0 / TAU;
+    sin_cos_of_turns(x * PER_TAU)
+}
+
+/// Arc sine [rad], within -pi/2..pi/2; that of the nearest end outside -1..1.
+#[inline(always)]
+pub fn asin(x: f64) -> f64 {
+    atan2(x, at_least((1.0 - x) * (1.0 + x), 0.0).sqrt())
+}
+
+/// Arc cosine [rad], within 0..pi; that of the nearest end outside -1..1.
+#[inline(always)]
+pub fn acos(x: f64) -> f64 {
+    atan2(at_least((1.0 - x) * (1.0 + x), 0.0).sqrt(), x)
+}
+
+/// Length of the hypotenuse of two legs whose squares are numbers of usual size.
+#[inline(always)]
+pub fn hypot(x: f64, y: f64) -> f64 {
+    (x * x + y * y).sqrt()
+}
+
 /// Beyond this ratio the angle is measured from the diagonal: tan(pi/8).
 const TAN_PI_8: f64 = 0.414_213_562_373_095_03;
 
@@ -205,11 +231,25 @@ mod tests {
 
     proptest! {
         #[test]
+        fn prop_circular_functions_are_the_librarys(angle in -7.0..7.0f64, x in -1.0..1.0f64) {
+            let (sin, cos) = sin_cos(angle);
+            prop_assert!((sin - math::sin(angle)).abs() < 2e-15 && (cos - math::cos(angle)).abs() < 2e-15);
+            prop_assert!((asin(x) - math::asin(x)).abs() < 1e-15, "{x}: {:e}", asin(x));
+            prop_assert!((acos(x) - math::acos(x)).abs() < 2e-15, "{x}: {:e}", acos(x));
+        }
+
+        #[test]
         fn prop_atan2_is_the_librarys_to_two_ulp(angle in -PI..PI, size in -200.0f64..200.0) {
             let (y, x) = (math::sin(angle) * math::exp(size), math::cos(angle) * math::exp(size));
             let (found, wanted) = (atan2(y, x), math::atan2(y, x));
             prop_assert!((found - wanted).abs() <= 3.0 * f64::EPSILON * wanted.abs(), "{found:e} {wanted:e}");
         }
+    }
+
+    #[test]
+    fn closed_form_ends_of_the_inverses() {
+        assert_eq!([asin(1.0), asin(-1.5), acos(-1.0), acos(1.5)], [FRAC_PI_2, -FRAC_PI_2, PI, 0.0]);
+        assert!(asin(f64::NAN).is_nan() && acos(f64::NAN).is_nan());
     }
 
     #[test]

@@ -317,13 +317,16 @@ mod tests {
         /// piece was before.
         #[test]
         fn prop_local_air_is_the_atmosphere_s(
-            titan: bool, anchor_m in 0.0f64..9_000.0, down_m in -78_000.0f64..11_000.0, moved_m in -99.0f64..99.0,
+            titan: bool, anchor_m in 0.0f64..9_000.0, down_m in -78_000.0f64..11_000.0,
+            moved_m in -99.0f64..99.0,
         ) {
             let atmosphere = if titan { Atmosphere::Titan } else { Atmosphere::Us1976 };
             let anchor = GeoPoint { altitude_m: anchor_m, ..GeoPoint::default() };
-            let site = Environment::new(9.8, 1.2, Vector3::zeros(), anchor).unwrap().within(atmosphere).unwrap();
+            let site = Environment::new(9.8, 1.2, Vector3::zeros(), anchor).unwrap();
+            let site = site.within(atmosphere).unwrap();
             let place = Vector3::new(0.0, 0.0, down_m);
-            let (found, wanted) = (LocalAir::about(&site, &place).at(&site, &place), site.at(&place).unwrap());
+            let found = LocalAir::about(&site, &place).at(&site, &place);
+            let wanted = site.at(&place).unwrap();
             for (found, wanted) in [
                 (found.gravity_m_s2, wanted.gravity_m_s2), (found.density_kg_m3, wanted.density_kg_m3),
             ] {

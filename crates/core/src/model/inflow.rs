@@ -53,9 +53,7 @@ pub fn vortex_ring(in_plane: f64) -> Option<[f64; 2]> {
 /// Whether a disk that moves along its thrust at `climb` and in its plane at `in_plane`, both in units of
 /// `v_h`, is in the vortex ring: inside Johnson's stability boundary, between N and X.
 pub fn is_in_vortex_ring(climb: f64, in_plane: f64) -> bool {
-    X < climb
-        && climb < N
-        &&     vortex_ring(in_plane).is_some_and(|[n, x]| x < climb && climb < n)
+    X < climb && climb < N && vortex_ring(in_plane).is_some_and(|[n, x]| x < climb && climb < n)
 }
 
 /// Distance inside the stability boundary over which the fluctuation of a rotor's thrust comes up, in units

@@ -13,8 +13,8 @@ use super::ModelError;
 use super::axis::Axis;
 use super::coefficient_table::CoefficientTable;
 pub use super::rotor_load::RotorLoad;
-use crate::math::straight::{self, at_least, at_most};
 use crate::math;
+use crate::math::straight::{self, at_least, at_most};
 
 /// Flow of the air at a rotor hub.
 #[derive(Clone, Copy, Debug, PartialEq)]

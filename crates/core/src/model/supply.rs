@@ -303,14 +303,19 @@ impl BusSearch {
         if excess_v.abs() <= close_v || self.high_v - self.low_v <= close_v || self.steps >= STEPS_AT_MOST {
             return true;
         }
-        if excess_v < 0.0 { self.low_v = self.bus_v } else { self.high_v = self.bus_v }
+        if excess_v < 0.0 {
+            self.low_v = self.bus_v
+        } else {
+            self.high_v = self.bus_v
+        }
         // Motors that take a constant power take a current that falls with the voltage.
-        let (from_v, before_v) = self.before.unwrap_or((self.bus_v - 1.0, excess_v - (1.0 - drop_v / self.bus_v)));
+        let (from_v, before_v) =
+            self.before.unwrap_or((self.bus_v - 1.0, excess_v - (1.0 - drop_v / self.bus_v)));
         let next_v = self.bus_v - excess_v * (self.bus_v - from_v) / (excess_v - before_v);
         self.before = Some((self.bus_v, excess_v));
         let next_v = at_most(at_least(next_v, self.low_v), self.high_v);
         // A secant that goes nowhere, or has not ended in time: the middle.
-        let late = self.steps >= SECANTS && self.steps % 2 == 0;
+        let late = self.steps >= SECANTS && self.steps.is_multiple_of(2);
         self.bus_v = if late || next_v == self.bus_v { 0.5 * (self.low_v + self.high_v) } else { next_v };
         false
     }
@@ -407,8 +412,8 @@ impl Supply {
     #[inline(always)]
     fn first_order_acceleration(&self, law: &FirstOrderLaw, per_j_omega: f64, state: &MotorState) -> f64 {
         let rate = law.acceleration_to(self.speed_share(state.throttle), state.omega_rad_s);
-        let most = self.motor_power_max_w * self.motor_efficiency * per_j_omega
-            - state.torque_nm * law.per_inertia;
+        let most =
+            self.motor_power_max_w * self.motor_efficiency * per_j_omega - state.torque_nm * law.per_inertia;
         if per_j_omega > 0.0 { at_most(rate, most) } else { rate }
     }
 
@@ -646,7 +651,8 @@ mod tests {
                 prop_assert!(current <= esc_max * (1.0 + 1e-9));
                 let takers = Takers::of(&law, std::slice::from_ref(state), 0.8);
                 let bus_w = takers.power_w(0, &supply) / 0.95;
-                prop_assert!((bus_w - current * supply.bus_v).abs() < 1e-6 * (1.0 + bus_w), "{bus_w} {current}");
+                let off_w = bus_w - current * supply.bus_v;
+                prop_assert!(off_w.abs() < 1e-6 * (1.0 + bus_w), "{bus_w} {current}");
             }
         }
     }

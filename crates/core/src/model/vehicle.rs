@@ -10,8 +10,8 @@
 use nalgebra::Vector3;
 
 use super::body_aero::AeroLoad;
-use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
 use super::environment::Ambient;
+use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
 use super::rotor::{HubMotion, Rotor, RotorLoad};
 use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, PerRotor, RotorStart};
 use crate::frames::rotate_body_from_ned;
@@ -441,13 +441,7 @@ impl Vehicle {
 
     /// The speed [rad/s] that rotor `i` (from 0) comes to from another one [rad/s] where nobody drives it and
     /// the body keeps its state; that other one where the vehicle's rotors are not free.
-    pub fn settled_speed_rad_s(
-        &self,
-        ambient: &Ambient,
-        body: &BodyState,
-        i: usize,
-        from_rad_s: f64,
-    ) -> f64 {
+    pub fn settled_speed_rad_s(&self, ambient: &Ambient, body: &BodyState, i: usize, from_rad_s: f64) -> f64 {
         let (Some(start), Rotor::BladeElement(table)) = (&self.start, &self.rotor) else { return from_rad_s };
         let scale_rad_s = self.hub_body_m_s(ambient, body, i).norm() / table.radius_m();
         start.settled_rad_s(from_rad_s, scale_rad_s, |omega| self.air_torque_nm(ambient, body, i, omega))

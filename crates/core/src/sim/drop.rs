@@ -459,11 +459,11 @@ impl DropSimulation {
         self.plant.set_time_s(span.0);
         let locked = self.phase != Phase::Powered;
         let held = self.canopy.as_ref().is_some_and(|canopy| canopy.line.is_some());
-        if held || self.dynamic_fall() {
-            if let Some(canopy) = &mut self.canopy {
-                self.clock.advance(h);
-                return canopy.step_with(&mut self.plant, &mut self.state, (&self.throttle, locked), span);
-            }
+        if (held || self.dynamic_fall())
+            && let Some(canopy) = &mut self.canopy
+        {
+            self.clock.advance(h);
+            return canopy.step_with(&mut self.plant, &mut self.state, (&self.throttle, locked), span);
         }
         if let Some(canopy) = &mut self.canopy {
             canopy.step(&self.plant, span);

@@ -7,8 +7,8 @@
 use std::fmt;
 
 use super::integrator::runge_kutta_4;
-use crate::model::rotor_start::{BeforeStart, Drive, EscStart, RotorStart};
 use crate::model::motor::MotorLaw;
+use crate::model::rotor_start::{BeforeStart, Drive, EscStart, RotorStart};
 use crate::model::{MAX_ROTORS, Motor, MotorCondition, PerRotor};
 
 /// Longest step of integration while a rotor is being started [s].
@@ -267,9 +267,8 @@ impl StartCourse {
     /// Angular acceleration of a rotor [rad/s^2] that is driven so, at a throttle in 0..1, its speed [rad/s]
     /// and the torque of the air [N m], which brakes a rotor that turns forwards.
     pub fn acceleration(&self, drive: Drive, law: &MotorLaw, throttle: f64, omega: f64, air_nm: f64) -> f64 {
-        let turned_by = |torque_nm: f64| {
-            self.start.net_torque_nm(torque_nm - air_nm, omega) * law.per_inertia()
-        };
+        let turned_by =
+            |torque_nm: f64| self.start.net_torque_nm(torque_nm - air_nm, omega) * law.per_inertia();
         match drive {
             Drive::Held => 0.0,
             Drive::Free => turned_by(0.0),

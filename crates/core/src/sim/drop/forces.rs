@@ -34,8 +34,8 @@ impl DropSimulation {
             Phase::Hanging => {
                 let a_ned = self.hanging_a_ned();
                 let mut balance = self.plant.loads(&self.state, throttle, true).balance;
-                let others =
-                    rotate_ned_from_body(self.state.body.q_ned_from_body, balance.force_body()) + gravity * mass;
+                let others = rotate_ned_from_body(self.state.body.q_ned_from_body, balance.force_body())
+                    + gravity * mass;
                 balance.canopy_force_ned = a_ned * mass - others;
                 self.plant.acting(a_ned, balance)
             }
