@@ -123,13 +123,20 @@ pub fn sin_cos(x: f64) -> (f64, f64) {
 /// Arc sine [rad], within -pi/2..pi/2; that of the nearest end outside -1..1.
 #[inline(always)]
 pub fn asin(x: f64) -> f64 {
-    atan2(x, at_least((1.0 - x) * (1.0 + x), 0.0).sqrt())
+    atan2(x, other_leg(x))
 }
 
 /// Arc cosine [rad], within 0..pi; that of the nearest end outside -1..1.
 #[inline(always)]
 pub fn acos(x: f64) -> f64 {
-    atan2(at_least((1.0 - x) * (1.0 + x), 0.0).sqrt(), x)
+    atan2(other_leg(x), x)
+}
+
+/// `sqrt(1 - x^2)`, 0 beyond 1.
+#[inline(always)]
+fn other_leg(x: f64) -> f64 {
+    let square = (1.0 - x) * (1.0 + x);
+    (if square < 0.0 { 0.0 } else { square }).sqrt()
 }
 
 /// Length of the hypotenuse of two legs whose squares are numbers of usual size.

@@ -198,8 +198,8 @@ impl CanopyFlight {
         steps_in(dt_s, longest_s.min(plant.longest_free_step_s()))
     }
 
-    /// Advances vehicle and canopy by `dt_s` [s] from `t_s` on under throttle commands, rotors locked or free,
-    /// and returns what acted on the vehicle at the beginning.
+    /// Advances vehicle and canopy by `dt_s` [s] from `t_s` on under throttle commands, rotors locked or
+    /// free, and returns what acted on the vehicle at the beginning.
     pub(super) fn step_with(
         &mut self,
         plant: &mut Plant,
