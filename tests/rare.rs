@@ -275,7 +275,7 @@ fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
             most * (1.0 - erfc(z * std::f64::consts::FRAC_1_SQRT_2))
         };
         let most = unknowns::ranges(g, speed);
-        let load = |v: &samara::model::Vehicle| v.aero.load(nalgebra::Vector3::new(5.0, 0.0, 2.0), 1.0);
+        let load = |v: &samara::model::Vehicle| v.aero.load(samara::vector::V3::new(5.0, 0.0, 2.0), 1.0);
         let drag = |v: &samara::model::Vehicle| v.aero.coefficients()[0].eval(0.3);
         for (found, expected) in [
             (flown.mass.mass_kg / vehicle.mass.mass_kg, 1.0 + off(DrawnQuantity::Mass, most.mass)),

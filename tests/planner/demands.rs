@@ -72,7 +72,7 @@ fn closed_form_the_least_peak_is_that_of_the_level_descent() {
     let (vehicle, environment) = titan();
     let drag = {
         let descent = Vector3::new(0.0, 0.0, 1.0);
-        -vehicle.aero.load(descent, environment.density_kg_m3).force_body.z
+        -vehicle.aero.load(descent.into(), environment.density_kg_m3).force_body.z
     };
     let (m, g, dt) = (vehicle.mass.mass_kg, environment.gravity_m_s2, 1e-4);
     let (mut v, mut t, mut most) = (3.675f64, 0.0, 0.0f64);

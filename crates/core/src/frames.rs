@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::math::{self, straight};
 use crate::real::Real;
+use crate::vector::V3;
 
 /// A quaternion `[w, x, y, z]`, body to NED; not necessarily of unit length.
 pub type Quaternion<S = f64> = [S; 4];
@@ -19,48 +20,80 @@ pub type Quaternion<S = f64> = [S; 4];
 /// The identity: body axes along north, east, down.
 pub const LEVEL: Quaternion = [1.0, 0.0, 0.0, 0.0];
 
+/// The matrix in (7), `v_body = C(q) v_ned`, by rows. For a non-unit `q` it is `|q|^2` times a rotation.
+#[derive(Clone, Copy, Debug)]
+pub struct Turn<S>([V3<S>; 3]);
+
+impl<S: Real> Turn<S> {
+    /// The matrix of an attitude.
+    #[inline(always)]
+    pub fn of(q_ned_from_body: Quaternion<S>) -> Self {
+        let [q0, q1, q2, q3] = q_ned_from_body;
+        Self([
+            V3::new(
+                q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3,
+                (q1 * q2 + q0 * q3) * 2.0,
+                (q1 * q3 - q0 * q2) * 2.0,
+            ),
+            V3::new(
+                (q1 * q2 - q0 * q3) * 2.0,
+                q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3,
+                (q2 * q3 + q0 * q1) * 2.0,
+            ),
+            V3::new(
+                (q1 * q3 + q0 * q2) * 2.0,
+                (q2 * q3 - q0 * q1) * 2.0,
+                q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3,
+            ),
+        ])
+    }
+
+    /// Body components of a vector given in NED: `C(q) v`.
+    #[inline(always)]
+    pub fn to_body(&self, v_ned: V3<S>) -> V3<S> {
+        let [x, y, z] = self.0;
+        V3::new(x.dot(v_ned), y.dot(v_ned), z.dot(v_ned))
+    }
+
+    /// NED components of a vector given in body axes: `C(q)^T v`. Differs from the paper: (7) writes the
+    /// inverse, which is the same for a unit quaternion and has no business in the derivatives of a non-unit
+    /// one.
+    #[inline(always)]
+    pub fn to_ned(&self, v_body: V3<S>) -> V3<S> {
+        let [x, y, z] = self.0;
+        x * v_body.x + y * v_body.y + z * v_body.z
+    }
+}
+
 /// The matrix in (7): `v_body = C(q) v_ned`. For a non-unit `q` it is `|q|^2` times a rotation.
 #[inline(always)]
-pub fn dcm_body_from_ned<S: Real>(q: Quaternion<S>) -> Matrix3<S> {
-    let [q0, q1, q2, q3] = q;
-    let two = S::from_f64(2.0);
-    Matrix3::new(
-        q0 * q0 + q1 * q1 - q2 * q2 - q3 * q3,
-        two * (q1 * q2 + q0 * q3),
-        two * (q1 * q3 - q0 * q2),
-        two * (q1 * q2 - q0 * q3),
-        q0 * q0 - q1 * q1 + q2 * q2 - q3 * q3,
-        two * (q2 * q3 + q0 * q1),
-        two * (q1 * q3 + q0 * q2),
-        two * (q2 * q3 - q0 * q1),
-        q0 * q0 - q1 * q1 - q2 * q2 + q3 * q3,
-    )
+pub fn dcm_body_from_ned(q: Quaternion) -> Matrix3<f64> {
+    let rows = Turn::of(q).0.map(|row| Vector3::from(row).transpose());
+    Matrix3::from_rows(&rows)
 }
 
 /// Body components of a vector given in NED: `C(q) v`, (7).
 #[inline(always)]
-pub fn rotate_body_from_ned<S: Real>(q: Quaternion<S>, v_ned: Vector3<S>) -> Vector3<S> {
-    dcm_body_from_ned(q) * v_ned
+pub fn rotate_body_from_ned(q: Quaternion, v_ned: Vector3<f64>) -> Vector3<f64> {
+    Turn::of(q).to_body(v_ned.into()).into()
 }
 
-/// NED components of a vector given in body axes: `C(q)^T v`. Differs from the paper: (7) writes the inverse,
-/// which is the same for a unit quaternion and has no business in the derivatives of a non-unit one.
+/// NED components of a vector given in body axes: [`Turn::to_ned`].
 #[inline(always)]
-pub fn rotate_ned_from_body<S: Real>(q: Quaternion<S>, v_body: Vector3<S>) -> Vector3<S> {
-    dcm_body_from_ned(q).transpose() * v_body
+pub fn rotate_ned_from_body(q: Quaternion, v_body: Vector3<f64>) -> Vector3<f64> {
+    Turn::of(q).to_ned(v_body.into()).into()
 }
 
 /// Time derivative of the attitude quaternion, (2): `1/2 Omega(omega) q`, body rates in rad/s.
 #[inline(always)]
-pub fn quaternion_rate<S: Real>(q: Quaternion<S>, omega_body: Vector3<S>) -> Quaternion<S> {
+pub fn quaternion_rate<S: Real>(q: Quaternion<S>, omega_body: V3<S>) -> Quaternion<S> {
     let [q0, q1, q2, q3] = q;
     let (p, r_q, r) = (omega_body.x, omega_body.y, omega_body.z);
-    let half = S::from_f64(0.5);
     [
-        half * (-(p * q1) - r_q * q2 - r * q3),
-        half * (p * q0 + r * q2 - r_q * q3),
-        half * (r_q * q0 - r * q1 + p * q3),
-        half * (r * q0 + r_q * q1 - p * q2),
+        (-(p * q1) - r_q * q2 - r * q3) * 0.5,
+        (p * q0 + r * q2 - r_q * q3) * 0.5,
+        (r_q * q0 - r * q1 + p * q3) * 0.5,
+        (r * q0 + r_q * q1 - p * q2) * 0.5,
     ]
 }
 
@@ -224,7 +257,7 @@ mod tests {
         ) {
             let q = quaternion_from_euler(r, p, y);
             let omega = Vector3::new(wx, wy, wz);
-            let rate = quaternion_rate(q, omega);
+            let rate = quaternion_rate(q, omega.into());
             let h = 1e-6;
             let step = |s: f64| std::array::from_fn(|i| q[i] + s * h * rate[i]);
             let b = Vector3::new(0.3, -0.7, 0.2);

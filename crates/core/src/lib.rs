@@ -43,4 +43,5 @@ pub mod time;
 pub mod trajectory;
 pub mod tune;
 pub mod units;
+pub mod vector;
 pub mod verify;

@@ -1,58 +1,230 @@
 //! The scalar that the dynamics are written over.
 //!
-//! The rigid body and its aerodynamics are written once, over any [`Real`]: `f64` flies, dual numbers check
-//! the planner's hand-written derivatives in the tests, and lanes of several vehicles can follow. The trait
-//! holds what these equations need and nothing else.
+//! What flies is written once, over any [`Real`]: `f64` flies, eight flights fly side by side in one register
+//! type ([`crate::simd::Lanes`]) to the same bits, and dual numbers give exact derivatives of the same source
+//! ([`Dual`]). Since eight flights cannot take two branches, a comparison gives a [`Mask`], and
+//! [`Real::select`] picks by it; a place in a table is a [`Cell`]. A number of a kind can be made only from
+//! another one of that kind ([`Real::of`]): there is none of a register type where there are no such
+//! registers.
+//!
+//! All methods are inlined always, so that what calls them is compiled for the registers of its caller; code
+//! over a `Real` must be marked so too, and has no closures, which cannot be.
 
 use std::fmt::Debug;
-use std::ops::{Add, AddAssign, Div, DivAssign, Mul, MulAssign, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
+
+use crate::math::straight;
+
+pub use dual::Dual;
+
+mod dual;
+
+/// Outcome of a comparison.
+pub trait Mask: Copy + Debug + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// Whether it holds anywhere.
+    fn any(self) -> bool;
+    /// Whether it holds everywhere.
+    fn all(self) -> bool;
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn any(self) -> bool {
+        self
+    }
+    #[inline(always)]
+    fn all(self) -> bool {
+        self
+    }
+}
+
+/// A place in a table: a whole number, zero or more.
+pub trait Cell: Copy + Debug {
+    /// So many places on.
+    fn after(self, places: usize) -> Self;
+    /// The place in row `self` of rows of `columns`, in column `column`.
+    fn row(self, columns: usize, column: Self) -> Self;
+}
+
+impl Cell for usize {
+    #[inline(always)]
+    fn after(self, places: usize) -> Self {
+        self + places
+    }
+    #[inline(always)]
+    fn row(self, columns: usize, column: Self) -> Self {
+        self * columns + column
+    }
+}
 
 /// A real number or something that behaves like one.
 pub trait Real:
     Copy
     + Debug
-    + PartialEq
-    + num_traits::Zero
-    + num_traits::One
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
     + Div<Output = Self>
     + Neg<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
+    + Mul<f64, Output = Self>
     + AddAssign
     + SubAssign
     + MulAssign
-    + DivAssign
     + 'static
 {
-    /// The constant `x`.
-    fn from_f64(x: f64) -> Self;
-    /// The value without derivatives: what a table search or a comparison looks at.
-    fn value(self) -> f64;
+    /// Outcome of a comparison.
+    type Mask: Mask;
+    /// Place in a table.
+    type Cell: Cell;
+
+    /// A constant of this number's kind.
+    fn of(self, x: f64) -> Self;
     /// Square root.
     fn sqrt(self) -> Self;
-    /// Four-quadrant arc tangent of `self / x` [rad].
+    /// Size.
+    fn abs(self) -> Self;
+    /// This size with the sign of another number.
+    fn copysign(self, sign: Self) -> Self;
+    /// The nearest whole number that is not greater.
+    fn floor(self) -> Self;
+    /// Whether it is less than another number; not where one of them is none.
+    fn less(self, other: Self) -> Self::Mask;
+    /// `yes` where the mask holds, `no` elsewhere.
+    fn select(mask: Self::Mask, yes: Self, no: Self) -> Self;
+    /// The greater of two numbers, the second where the first is none.
+    fn at_least(self, least: Self) -> Self;
+    /// The smaller of two numbers, the second where the first is none.
+    fn at_most(self, most: Self) -> Self;
+
+    /// The whole part as a place, at most `last`; 0 of what is negative or none.
+    fn cell(self, last: usize) -> Self::Cell;
+    /// The left knot of the interval of increasing knots, at least two, that it lies in; the outermost one
+    /// beyond the ends.
+    fn interval(self, knots: &[f64]) -> Self::Cell;
+    /// A place as a number of this number's kind.
+    fn of_cell(self, cell: Self::Cell) -> Self;
+    /// What a table has at a place.
+    fn gather<const K: usize>(self, table: &[[f64; K]], cell: Self::Cell) -> [Self; K];
+
+    /// Four-quadrant arc tangent of `self / x` [rad]: [`straight::atan2`].
     fn atan2(self, x: Self) -> Self;
+    /// `exp(-self)` of a number of at least zero: [`straight::exp_of_minus`].
+    fn exp_of_minus(self) -> Self;
+    /// Natural logarithm of a positive number: [`straight::ln`].
+    fn ln(self) -> Self;
+    /// Sine and cosine of an angle in turns: [`straight::sin_cos_of_turns`].
+    fn sin_cos_of_turns(self) -> (Self, Self);
 }
 
+/// A [`Real`] that has the bits of floating-point numbers, of which [`straight`] makes elementary functions.
+pub trait Bits: Real {
+    /// `2^-n` of the whole number in the last bits of `n + 1.5 2^52`, |n| < 1022.
+    fn two_to_minus(shifted: Self) -> Self;
+    /// Exponent and mantissa of a positive normal number `2^k m`, m between sqrt(1/2) and sqrt(2).
+    fn split(self) -> (Self, Self);
+    /// Whether the whole number in the last bits of `n + 1.5 2^52` is odd.
+    fn is_odd(shifted: Self) -> Self::Mask;
+    /// Itself with its sign changed where bit 1 of `n + more` is set, n as in [`Self::is_odd`].
+    fn signed_by(self, shifted: Self, more: u64) -> Self;
+}
+
+/// Of the root of a half the upper 32 bits.
+pub(crate) const ROOT_HALF: u64 = 0x3fe6_a09e_0000_0000;
+
 impl Real for f64 {
+    type Mask = bool;
+    type Cell = usize;
+
     #[inline(always)]
-    fn from_f64(x: f64) -> Self {
+    fn of(self, x: f64) -> Self {
         x
     }
     #[inline(always)]
-    fn value(self) -> f64 {
-        self
+    fn sqrt(self) -> Self {
+        Self::sqrt(self)
     }
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        f64::sqrt(self)
+    fn abs(self) -> Self {
+        Self::abs(self)
+    }
+    #[inline(always)]
+    fn copysign(self, sign: Self) -> Self {
+        Self::copysign(self, sign)
+    }
+    #[inline(always)]
+    fn floor(self) -> Self {
+        Self::floor(self)
+    }
+    #[inline(always)]
+    fn less(self, other: Self) -> bool {
+        self < other
+    }
+    #[inline(always)]
+    fn select(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+    #[inline(always)]
+    fn at_least(self, least: Self) -> Self {
+        if self > least { self } else { least }
+    }
+    #[inline(always)]
+    fn at_most(self, most: Self) -> Self {
+        if self < most { self } else { most }
+    }
+    #[inline(always)]
+    fn cell(self, last: usize) -> usize {
+        // `as usize` saturates: NaN and negatives give 0.
+        (self as usize).min(last)
+    }
+    #[inline(always)]
+    fn interval(self, knots: &[f64]) -> usize {
+        knots[1..knots.len() - 1].partition_point(|&knot| knot <= self)
+    }
+    #[inline(always)]
+    fn of_cell(self, cell: usize) -> Self {
+        cell as Self
+    }
+    #[inline(always)]
+    fn gather<const K: usize>(self, table: &[[f64; K]], cell: usize) -> [Self; K] {
+        table[cell]
     }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
-        crate::math::straight::atan2(self, x)
+        straight::atan2(self, x)
+    }
+    #[inline(always)]
+    fn exp_of_minus(self) -> Self {
+        straight::exp_of_minus(self)
+    }
+    #[inline(always)]
+    fn ln(self) -> Self {
+        straight::ln(self)
+    }
+    #[inline(always)]
+    fn sin_cos_of_turns(self) -> (Self, Self) {
+        straight::sin_cos_of_turns(self)
     }
 }
 
-#[cfg(test)]
-pub(crate) mod dual;
+impl Bits for f64 {
+    #[inline(always)]
+    fn two_to_minus(shifted: Self) -> Self {
+        Self::from_bits(1023u64.wrapping_sub(shifted.to_bits() & 0xfff) << 52)
+    }
+    #[inline(always)]
+    fn split(self) -> (Self, Self) {
+        let shifted = self.to_bits().wrapping_add(0x3ff0_0000_0000_0000 - ROOT_HALF);
+        let k = Self::from_bits((shifted >> 52) | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + 1023.0);
+        (k, Self::from_bits((shifted & 0x000f_ffff_ffff_ffff) + ROOT_HALF))
+    }
+    #[inline(always)]
+    fn is_odd(shifted: Self) -> bool {
+        shifted.to_bits() & 1 == 1
+    }
+    #[inline(always)]
+    fn signed_by(self, shifted: Self, more: u64) -> Self {
+        Self::from_bits(self.to_bits() ^ ((shifted.to_bits().wrapping_add(more) & 2) << 62))
+    }
+}

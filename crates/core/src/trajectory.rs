@@ -207,8 +207,8 @@ impl Trajectory {
         let Some((a, b, h, s)) = self.locate(t_s) else { return self.end_node(t_s).q_ned_from_body };
         let vector = |q: Quaternion| nalgebra::Vector4::from(q);
         let (da, db) = (
-            quaternion_rate(a.q_ned_from_body, a.omega_body),
-            quaternion_rate(b.q_ned_from_body, b.omega_body),
+            quaternion_rate(a.q_ned_from_body, a.omega_body.into()),
+            quaternion_rate(b.q_ned_from_body, b.omega_body.into()),
         );
         hermite(vector(a.q_ned_from_body), vector(da), vector(b.q_ned_from_body), vector(db), h, s).into()
     }

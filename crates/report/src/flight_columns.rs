@@ -92,7 +92,7 @@ pub(super) fn flight_columns(mission: &Mission, ground: bool) -> Columns<Sample>
         let (vehicle, site) = (mission.vehicle.clone(), mission.site.environment.clone());
         columns = columns.numbers((1..=n).flat_map(of_rotor), DISK, move |s, k| {
             let body = &s.state.body;
-            let there = Ambient { wind_ned_m_s: s.wind_ned, ..site.ambient_at(&body.p_ned) };
+            let there = Ambient { wind_ned_m_s: s.wind_ned.into(), ..site.ambient_at(&body.p_ned) };
             let disk = DiskState::of_each(&vehicle, &there, body, &s.balance.thrust_n)[k / 2]?;
             Some([disk.climb, disk.in_plane][k % 2])
         });

@@ -325,7 +325,7 @@ impl VerdictBuilder {
         self.in_ring = (sample.phase == Phase::Powered).then(|| {
             let body = &sample.state.body;
             air.follow(site, &body.p_ned);
-            let there = Ambient { wind_ned_m_s: sample.wind_ned, ..air.at(site, &body.p_ned) };
+            let there = Ambient { wind_ned_m_s: sample.wind_ned.into(), ..air.at(site, &body.p_ned) };
             let disks = DiskState::of_each(vehicle, &there, body, &sample.balance.thrust_n);
             (sample.t_s, disks.map(|disk| disk.is_some_and(|disk| disk.is_in_vortex_ring())))
         });

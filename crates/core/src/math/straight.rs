@@ -1,11 +1,13 @@
-//! Elementary functions without branches, on numbers side by side: written as scalar code, of which the
-//! compiler makes vector instructions in a loop over lanes. A number's result does not depend on its lane,
-//! its neighbours or the width of the registers.
+//! Elementary functions without branches, for numbers one by one and side by side: over any [`Real`], and as
+//! scalar code of which the compiler makes vector instructions in a loop over lanes. A number's result does
+//! not depend on its lane, its neighbours or the width of the registers.
 //!
 //! Polynomials of logarithm, sine and cosine: FreeBSD's msun (`e_log.c`, `k_sin.c`, `k_cos.c`; Sun
 //! Microsystems, 1993).
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI, TAU};
+
+use crate::real::{Bits, Real};
 
 /// Added to a number below it in size, the sum's last bits are the number's nearest integer: 1.5 2^52.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
@@ -33,19 +35,18 @@ const EXP: [f64; 14] = [
 
 /// `exp(-x)` of an x of at least zero, within 2 units in the last place; beyond 700 as at 700, 1e-304.
 #[inline(always)]
-pub fn exp_of_minus(x: f64) -> f64 {
-    let x = if x < 700.0 { x } else { 700.0 };
+pub fn exp_of_minus<S: Bits>(x: S) -> S {
+    let x = x.at_most(x.of(700.0));
     let shifted = x * LOG2_E + ROUNDING;
     let whole = shifted - ROUNDING;
     let r = (whole * LN_2[0] - x) + whole * LN_2[1];
     // Taylor's series, |r| <= ln(2)/2.
-    let mut sum = 0.0;
+    let mut sum = x.of(0.0);
     for coefficient in EXP {
-        sum = coefficient + r * sum;
+        sum = r * sum + coefficient;
     }
     // The whole number is in the last bits of what it was shifted to.
-    let exponent = 1023u64.wrapping_sub(shifted.to_bits() & 0xfff);
-    sum * f64::from_bits(exponent << 52)
+    sum * S::two_to_minus(shifted)
 }
 
 /// Coefficients of `(ln(1 + f) - f + f^2/2)/s - f^2/2` in s^2, `s = f/(2 + f)`.
@@ -61,19 +62,15 @@ const LN: [f64; 7] = [
 
 /// Natural logarithm of a positive normal number, within 2 units in the last place.
 #[inline(always)]
-pub fn ln(x: f64) -> f64 {
-    // x = 2^k m with m between sqrt(1/2) and sqrt(2).
-    const ROOT_HALF: u64 = 0x3fe6_a09e_0000_0000;
-    let shifted = x.to_bits().wrapping_add(0x3ff0_0000_0000_0000 - ROOT_HALF);
-    let k = f64::from_bits((shifted >> 52) | 0x4330_0000_0000_0000) - (4_503_599_627_370_496.0 + 1023.0);
-    let m = f64::from_bits((shifted & 0x000f_ffff_ffff_ffff) + ROOT_HALF);
+pub fn ln<S: Bits>(x: S) -> S {
+    let (k, m) = x.split();
     let f = m - 1.0;
-    let s = f / (2.0 + f);
+    let s = f / (f + 2.0);
     let z = s * s;
     let z2 = z * z;
     let [c1, c2, c3, c4, c5, c6, c7] = LN;
-    let r = z * (c1 + z2 * (c3 + z2 * (c5 + z2 * c7))) + z2 * (c2 + z2 * (c4 + z2 * c6));
-    let half = 0.5 * f * f;
+    let r = z * (z2 * (z2 * (z2 * c7 + c5) + c3) + c1) + z2 * (z2 * (z2 * c6 + c4) + c2);
+    let half = f * 0.5 * f;
     k * LN_2[0] - ((half - (s * (half + r) + k * LN_2[1])) - f)
 }
 
@@ -96,52 +93,50 @@ const COS: [f64; 6] = [
 
 /// Sine and cosine of an angle of at most a turn or so, given in turns; within 1e-15.
 #[inline(always)]
-pub fn sin_cos_of_turns(turns: f64) -> (f64, f64) {
-    let shifted = 4.0 * turns + ROUNDING;
-    let x = TAU * (turns - 0.25 * (shifted - ROUNDING));
+pub fn sin_cos_of_turns<S: Bits>(turns: S) -> (S, S) {
+    let shifted = turns * 4.0 + ROUNDING;
+    let x = (turns - (shifted - ROUNDING) * 0.25) * TAU;
     let z = x * x;
     let [s1, s2, s3, s4, s5, s6] = SIN;
     let [c1, c2, c3, c4, c5, c6] = COS;
-    let sin = x + x * z * (s1 + z * (s2 + z * (s3 + z * (s4 + z * (s5 + z * s6)))));
-    let cos = 1.0 - 0.5 * z + z * z * (c1 + z * (c2 + z * (c3 + z * (c4 + z * (c5 + z * c6)))));
-    let quarter = shifted.to_bits();
-    let swapped = quarter & 1 == 1;
-    let (a, b) = if swapped { (cos, sin) } else { (sin, cos) };
+    let sin = x + x * z * (z * (z * (z * (z * (z * s6 + s5) + s4) + s3) + s2) + s1);
+    let cos = x.of(1.0) - z * 0.5 + z * z * (z * (z * (z * (z * (z * c6 + c5) + c4) + c3) + c2) + c1);
+    let swapped = S::is_odd(shifted);
+    let (a, b) = (S::select(swapped, cos, sin), S::select(swapped, sin, cos));
     // The sine is negative in the third and the fourth quarter, the cosine in the second and the third.
-    let sign = |x: f64, negative: u64| f64::from_bits(x.to_bits() ^ ((negative & 2) << 62));
-    (sign(a, quarter), sign(b, quarter.wrapping_add(1)))
+    (a.signed_by(shifted, 0), b.signed_by(shifted, 1))
 }
 
 /// Sine and cosine of an angle [rad]; within 1e-15 up to a turn or so, beyond by as much as the angle is
 /// greater.
 #[inline(always)]
-pub fn sin_cos(x: f64) -> (f64, f64) {
-    const PER_TAU: f64 = 1.0 / TAU;
-    sin_cos_of_turns(x * PER_TAU)
+pub fn sin_cos<S: Real>(x: S) -> (S, S) {
+    (x * (1.0 / TAU)).sin_cos_of_turns()
 }
 
 /// Arc sine [rad], within -pi/2..pi/2; that of the nearest end outside -1..1.
 #[inline(always)]
-pub fn asin(x: f64) -> f64 {
-    atan2(x, other_leg(x))
+pub fn asin<S: Real>(x: S) -> S {
+    x.atan2(other_leg(x))
 }
 
 /// Arc cosine [rad], within 0..pi; that of the nearest end outside -1..1.
 #[inline(always)]
-pub fn acos(x: f64) -> f64 {
-    atan2(other_leg(x), x)
+pub fn acos<S: Real>(x: S) -> S {
+    other_leg(x).atan2(x)
 }
 
 /// `sqrt(1 - x^2)`, 0 beyond 1.
 #[inline(always)]
-fn other_leg(x: f64) -> f64 {
-    let square = (1.0 - x) * (1.0 + x);
-    (if square < 0.0 { 0.0 } else { square }).sqrt()
+fn other_leg<S: Real>(x: S) -> S {
+    let one = x.of(1.0);
+    let square = (one - x) * (one + x);
+    S::select(square.less(x.of(0.0)), x.of(0.0), square).sqrt()
 }
 
 /// Length of the hypotenuse of two legs whose squares are numbers of usual size.
 #[inline(always)]
-pub fn hypot(x: f64, y: f64) -> f64 {
+pub fn hypot<S: Real>(x: S, y: S) -> S {
     (x * x + y * y).sqrt()
 }
 
@@ -167,27 +162,27 @@ const ATAN: [f64; 11] = [
 /// Four-quadrant arc tangent [rad] without branches, within two units in the last place of the exact one; 0
 /// at the origin.
 #[inline(always)]
-pub fn atan2(y: f64, x: f64) -> f64 {
-    let (ax, ay) = (x.abs(), y.abs());
-    let steep = ay > ax;
-    let near = if steep { ax } else { ay };
-    let far = if steep { ay } else { ax };
-    let diagonal = near > TAN_PI_8 * far;
-    let numerator = if diagonal { near - far } else { near };
-    let denominator = if diagonal { near + far } else { far };
-    let t = numerator / if denominator > f64::MIN_POSITIVE { denominator } else { f64::MIN_POSITIVE };
+pub fn atan2<S: Real>(y: S, x: S) -> S {
+    let (ax, ay, zero) = (x.abs(), y.abs(), x.of(0.0));
+    let steep = ax.less(ay);
+    let near = S::select(steep, ax, ay);
+    let far = S::select(steep, ay, ax);
+    let diagonal = (far * TAN_PI_8).less(near);
+    let numerator = S::select(diagonal, near - far, near);
+    let denominator = S::select(diagonal, near + far, far);
+    let t = numerator / denominator.at_least(x.of(f64::MIN_POSITIVE));
     let z = t * t;
     // Estrin's scheme: the products do not wait for one another.
     let [c0, c1, c2, c3, c4, c5, c6, c7, c8, c9, c10] = ATAN;
     let z2 = z * z;
     let z4 = z2 * z2;
-    let low = (c0 + c1 * z) + (c2 + c3 * z) * z2;
-    let middle = (c4 + c5 * z) + (c6 + c7 * z) * z2;
-    let high = (c8 + c9 * z) + c10 * z2;
+    let low = (z * c1 + c0) + (z * c3 + c2) * z2;
+    let middle = (z * c5 + c4) + (z * c7 + c6) * z2;
+    let high = (z * c9 + c8) + z2 * c10;
     let series = low + (middle + high * z4) * z4;
-    let angle = t + t * z * series + if diagonal { FRAC_PI_4 } else { 0.0 };
-    let angle = if steep { FRAC_PI_2 - angle } else { angle };
-    let angle = if x < 0.0 { PI - angle } else { angle };
+    let angle = t + t * z * series + S::select(diagonal, x.of(FRAC_PI_4), zero);
+    let angle = S::select(steep, x.of(FRAC_PI_2) - angle, angle);
+    let angle = S::select(x.less(zero), x.of(PI) - angle, angle);
     angle.copysign(y)
 }
 

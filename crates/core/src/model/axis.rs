@@ -1,5 +1,7 @@
 //! An axis of a table: its knots, and the interval between two of them that a value lies in.
 
+use crate::real::Real;
+
 /// Increasing knots, at least two.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Axis {
@@ -21,12 +23,17 @@ impl Axis {
 
     /// Left knot of the interval that `x` lies in, from 0; the outermost one beyond the ends.
     #[inline(always)]
-    pub(crate) fn interval(&self, x: f64) -> usize {
-        let last = self.knots.len() - 2;
+    pub(crate) fn interval<S: Real>(&self, x: S) -> S::Cell {
         match self.inverse_spacing {
-            // `as usize` saturates: NaN and negatives give 0.
-            Some(inv) => (((x - self.knots[0]) * inv) as usize).min(last),
-            None => self.knots[1..=last].partition_point(|&k| k <= x),
+            Some(inv) => ((x - self.knots[0]) * inv).cell(self.knots.len() - 2),
+            None => x.interval(&self.knots),
         }
+    }
+
+    /// Distance from the left knot of an interval.
+    #[inline(always)]
+    pub(crate) fn from_knot<S: Real>(&self, x: S, interval: S::Cell) -> S {
+        let [knot] = x.gather(self.knots.as_chunks::<1>().0, interval);
+        x - knot
     }
 }

@@ -27,6 +27,7 @@ use super::ModelError;
 use super::spline::PeriodicSpline;
 use crate::math::straight;
 use crate::real::Real;
+use crate::vector::V3;
 
 /// The body's coefficient tables and reference dimensions.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,9 +44,9 @@ pub struct BodyAero {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AeroLoad<S = f64> {
     /// Force [N], body axes.
-    pub force_body: Vector3<S>,
+    pub force_body: V3<S>,
     /// Moment about the centre of mass [N m], body axes.
-    pub moment_body: Vector3<S>,
+    pub moment_body: V3<S>,
 }
 
 /// [`BodyAero`]'s components (force x, force z, moment y, and force y where there is one) with derivatives
@@ -139,36 +140,39 @@ impl BodyAero {
 
     /// Force and moment at the air-relative body velocity [m/s] and density [kg/m^3].
     #[inline(always)]
-    pub fn load<S: Real>(&self, v_air_body: Vector3<S>, density: f64) -> AeroLoad<S> {
-        let (u, v, w) = (v_air_body.x, v_air_body.y, v_air_body.z);
+    pub fn load<S: Real>(&self, v_air_body: V3<S>, density: S) -> AeroLoad<S> {
+        let V3 { x: u, y: v, z: w } = v_air_body;
+        let zero = density.of(0.0);
         let in_plane = u * u + w * w;
-        let zero = S::zero();
         let squared = in_plane + v * v;
         let side = match self.side_area_m2 {
-            Some(area_m2) if squared.value() > 0.0 => {
-                -(S::from_f64(0.5 * density * area_m2) * squared.sqrt() * v)
+            Some(area_m2) => {
+                let side = -(density * 0.5 * area_m2 * squared.sqrt() * v);
+                S::select(zero.less(squared), side, zero)
             }
-            _ => zero,
+            None => zero,
         };
-        if in_plane.value() <= 0.0 {
-            // No flow in the plane of symmetry: alpha is undefined. At rest all loads vanish; so do, in a
-            // purely lateral flow, all but the side force.
-            return AeroLoad { force_body: Vector3::new(zero, side, zero), moment_body: Vector3::zeros() };
-        }
         let alpha = w.atan2(u);
-        let inverse = S::one() / in_plane.sqrt();
+        let inverse = density.of(1.0) / in_plane.sqrt();
         let (cos, sin) = (u * inverse, w * inverse);
         let pressure = match self.side_area_m2 {
             Some(_) => (squared * in_plane).sqrt(),
             None => squared,
         };
-        let qs = S::from_f64(0.5 * density * self.area_m2) * pressure;
+        let qs = density * 0.5 * self.area_m2 * pressure;
         // All three have the same knots.
         let place = self.c_drag.place(alpha);
         let (cd, cl, cm) = (self.c_drag.at(place), self.c_lift.at(place), self.c_pitch.at(place));
+        // Without flow in the plane of symmetry alpha is undefined. At rest all loads vanish; so do, in a
+        // purely lateral flow, all but the side force.
+        let flows = !in_plane.less(zero.of(f64::MIN_POSITIVE));
         AeroLoad {
-            force_body: Vector3::new(qs * (cl * sin - cd * cos), side, -(qs * (cd * sin + cl * cos))),
-            moment_body: Vector3::new(zero, qs * S::from_f64(self.span_m) * cm, zero),
+            force_body: V3::new(
+                S::select(flows, qs * (cl * sin - cd * cos), zero),
+                side,
+                S::select(flows, -(qs * (cd * sin + cl * cos)), zero),
+            ),
+            moment_body: V3::new(zero, S::select(flows, qs * self.span_m * cm, zero), zero),
         }
     }
 

@@ -20,6 +20,7 @@ use std::f64::consts::PI;
 use super::blade_element::{Blades, DiskMotion, RotorCoefficients};
 use super::rotor_load::RotorLoad;
 use super::{ModelError, check_positive};
+use crate::real::{Cell as _, Mask as _, Real};
 
 /// Intervals of the grid along the speed share.
 pub const SPEED_STEPS: usize = 100;
@@ -118,58 +119,59 @@ impl CoefficientTable {
     /// [with those](Self::with_backwards); without them the rotor is at rest, as within a step that ends
     /// there.
     #[inline(always)]
-    pub fn load(&self, omega_rad_s: f64, climb_m_s: f64, in_plane_m_s: f64, density_kg_m3: f64) -> RotorLoad {
-        if let Some(cells) = &self.backwards
-            && omega_rad_s < 0.0
-        {
-            return self.load_backwards(
-                cells,
-                -omega_rad_s * self.radius_m,
-                climb_m_s,
-                in_plane_m_s,
-                density_kg_m3,
-            );
+    pub fn load<S: Real>(
+        &self,
+        omega_rad_s: S,
+        climb_m_s: S,
+        in_plane_m_s: S,
+        density_kg_m3: S,
+    ) -> RotorLoad<S> {
+        let backwards = omega_rad_s.less(omega_rad_s.of(0.0));
+        let turning = S::select(backwards, omega_rad_s.of(0.0), omega_rad_s);
+        let hub = [climb_m_s, in_plane_m_s, density_kg_m3];
+        let steps = [SPEED_STEPS, FLOW_STEPS];
+        let load = self.bilinear(&self.cells, steps, turning * self.radius_m, hub);
+        match &self.backwards {
+            Some(cells) if backwards.any() => {
+                let other = self.load_backwards(cells, -omega_rad_s * self.radius_m, hub);
+                RotorLoad {
+                    thrust_n: S::select(backwards, other.thrust_n, load.thrust_n),
+                    torque_nm: S::select(backwards, other.torque_nm, load.torque_nm),
+                    in_plane_n: S::select(backwards, other.in_plane_n, load.in_plane_n),
+                }
+            }
+            _ => load,
         }
-        let turning = if omega_rad_s < 0.0 { 0.0 } else { omega_rad_s };
-        let (steps, tip_m_s) = ([SPEED_STEPS, FLOW_STEPS], turning * self.radius_m);
-        self.bilinear(&self.cells, steps, tip_m_s, climb_m_s, in_plane_m_s, density_kg_m3)
     }
 
     #[cold]
-    fn load_backwards(
-        &self,
-        cells: &[[f64; 3]],
-        tip_m_s: f64,
-        climb_m_s: f64,
-        in_plane_m_s: f64,
-        density_kg_m3: f64,
-    ) -> RotorLoad {
-        self.bilinear(cells, BACKWARDS_STEPS, tip_m_s, climb_m_s, in_plane_m_s, density_kg_m3)
+    #[inline(never)]
+    fn load_backwards<S: Real>(&self, cells: &[[f64; 3]], tip_m_s: S, hub: [S; 3]) -> RotorLoad<S> {
+        self.bilinear(cells, BACKWARDS_STEPS, tip_m_s, hub)
     }
 
     /// Load by cells on a grid of so many steps of speed share and flow share, at a tip speed of zero or
-    /// more.
+    /// more, of a hub with this climb, motion in the plane and density.
     #[inline(always)]
-    fn bilinear(
+    fn bilinear<S: Real>(
         &self,
         cells: &[[f64; 3]],
         [speeds, flows]: [usize; 2],
-        tip: f64,
-        climb_m_s: f64,
-        in_plane_m_s: f64,
-        density_kg_m3: f64,
-    ) -> RotorLoad {
+        tip: S,
+        [climb_m_s, in_plane_m_s, density_kg_m3]: [S; 3],
+    ) -> RotorLoad<S> {
         let square = climb_m_s * climb_m_s + in_plane_m_s * in_plane_m_s;
         let airspeed = square.sqrt();
-        let speed = share(airspeed, airspeed + HALF_AT * tip);
+        let speed = share(airspeed, airspeed + tip * HALF_AT);
         let flow = share(-climb_m_s, climb_m_s.abs() + in_plane_m_s);
         let (i, a) = place(speed * speeds as f64, speeds);
         let (j, b) = place((flow + 1.0) * (flows / 2) as f64, flows);
-        let at = i * (flows + 1) + j;
-        let mix = |x: [f64; 3], y: [f64; 3], s: f64| [0, 1, 2].map(|k| x[k] + s * (y[k] - x[k]));
-        let along = |at: usize| mix(cells[at], cells[at + 1], b);
-        let [thrust, in_plane, torque] = mix(along(at), along(at + flows + 1), a);
-        let scale = PI * self.radius_m * self.radius_m * (tip * tip + square) * density_kg_m3;
+        let at = i.row(flows + 1, j);
+        let slower = mix(tip.gather(cells, at), tip.gather(cells, at.after(1)), b);
+        let at = at.after(flows + 1);
+        let faster = mix(tip.gather(cells, at), tip.gather(cells, at.after(1)), b);
+        let [thrust, in_plane, torque] = mix(slower, faster, a);
+        let scale = (tip * tip + square) * (PI * self.radius_m * self.radius_m) * density_kg_m3;
         RotorLoad {
             thrust_n: scale * thrust,
             in_plane_n: scale * in_plane,
@@ -201,14 +203,20 @@ impl CoefficientTable {
 
 /// `a/b`; 0 of 0.
 #[inline(always)]
-fn share(a: f64, b: f64) -> f64 {
-    if b > 0.0 { a / b } else { 0.0 }
+fn share<S: Real>(a: S, b: S) -> S {
+    let zero = a.of(0.0);
+    S::select(zero.less(b), a / b, zero)
 }
 
 /// Left end and fraction of an interval of width 1.
 #[inline(always)]
-fn place(x: f64, steps: usize) -> (usize, f64) {
-    // `as usize` saturates: NaN and negatives give 0.
-    let left = (x as usize).min(steps - 1);
-    (left, x - left as f64)
+fn place<S: Real>(x: S, steps: usize) -> (S::Cell, S) {
+    let left = x.cell(steps - 1);
+    (left, x - x.of_cell(left))
+}
+
+/// A share of the way from some numbers to others.
+#[inline(always)]
+fn mix<S: Real>(x: [S; 3], y: [S; 3], share: S) -> [S; 3] {
+    [x[0] + share * (y[0] - x[0]), x[1] + share * (y[1] - x[1]), x[2] + share * (y[2] - x[2])]
 }

@@ -3,10 +3,10 @@
 use std::f64::consts::PI;
 
 use super::environment::Ambient;
-use super::rigid_body::BodyState;
+use super::rigid_body::{BodyState, Motion};
 use super::rotor::HubMotion;
 use super::{MAX_ROTORS, PerRotor, Rotor, Vehicle, inflow};
-use crate::frames::rotate_body_from_ned;
+use crate::frames::Turn;
 
 /// Velocity of a rotor's disk through the air over `v_h = sqrt(T/(2 rho A))`, T the rotor's thrust.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,12 +30,12 @@ impl DiskState {
         let Rotor::BladeElement(table) = &vehicle.rotor else { return states };
         let area_m2 = PI * table.radius_m() * table.radius_m();
         let per_thrust = 0.5 / (ambient.density_kg_m3 * area_m2);
-        let v_air_body = rotate_body_from_ned(body.q_ned_from_body, body.v_ned - ambient.wind_ned_m_s);
+        let Motion { q_ned_from_body, v_ned, omega_body } = body.motion();
+        let v_air_body = Turn::of(q_ned_from_body).to_body(v_ned - ambient.wind_ned_m_s);
         for ((state, mount), thrust_n) in states.iter_mut().zip(&vehicle.rotors).zip(thrust_n) {
             let v_h = (per_thrust * thrust_n.abs()).sqrt();
             if v_h > 0.0 {
-                let hub = v_air_body + body.omega_body.cross(&mount.position_body_m);
-                let hub = HubMotion::of(&hub, &mount.axis_body);
+                let hub = HubMotion::of(mount.hub_body_m_s(v_air_body, omega_body), &mount.axis_body);
                 *state = Some(Self { climb: hub.climb_m_s / v_h, in_plane: hub.in_plane_m_s / v_h });
             }
         }

@@ -10,6 +10,7 @@ use super::{Atmosphere, ModelError};
 use crate::math;
 use crate::math::straight::{at_least, at_most};
 use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
+use crate::vector::V3;
 
 /// The site: gravity, density, wind, and the place of the local NED frame's origin on the globe.
 #[derive(Clone, Debug, PartialEq)]
@@ -29,13 +30,13 @@ pub struct Environment {
 
 /// Gravity, air and wind at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ambient {
+pub struct Ambient<S = f64> {
     /// Gravity, along +down [m/s^2].
-    pub gravity_m_s2: f64,
+    pub gravity_m_s2: S,
     /// Density of the air [kg/m^3].
-    pub density_kg_m3: f64,
+    pub density_kg_m3: S,
     /// Velocity of the air over the ground, NED [m/s].
-    pub wind_ned_m_s: Vector3<f64>,
+    pub wind_ned_m_s: V3<S>,
 }
 
 /// Gravity and density of a site about an altitude, for what evaluates them in each stage of an integration:
@@ -158,7 +159,7 @@ impl AirPiece {
         Ambient {
             gravity_m_s2: value(self.gravity_m_s2),
             density_kg_m3: value(self.density_kg_m3),
-            wind_ned_m_s,
+            wind_ned_m_s: wind_ned_m_s.into(),
         }
     }
 }
@@ -264,7 +265,7 @@ impl Environment {
     #[inline(always)]
     pub fn ambient(&self) -> Ambient {
         let Self { gravity_m_s2, density_kg_m3, wind_ned_m_s, .. } = *self;
-        Ambient { gravity_m_s2, density_kg_m3, wind_ned_m_s }
+        Ambient { gravity_m_s2, density_kg_m3, wind_ned_m_s: wind_ned_m_s.into() }
     }
 
     /// Gravity, air and wind at `p_ned` [m].

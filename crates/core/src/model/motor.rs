@@ -8,7 +8,7 @@
 //! the angular acceleration of the body about the shaft to that of the rotor; it is left out here. For rotors
 //! that push up it is the yaw acceleration, zero in the plane.
 
-use crate::math::straight::{at_least, at_most};
+use crate::real::Real;
 
 /// A motor with its speed controller.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,33 +158,34 @@ pub struct FirstOrderLaw {
 impl EscDcLaw {
     /// Voltage that the speed controller asks for at the throttle in 0..1 and the speed [rad/s] [V].
     #[inline(always)]
-    pub fn asked_v(&self, throttle: f64, omega: f64) -> f64 {
+    pub fn asked_v<S: Real>(&self, throttle: S, omega: S) -> S {
         let m = &self.motor;
         let omega_c = throttle * m.omega_max_rad_s;
-        m.back_emf_constant_v_s_rad * omega_c + m.esc_gain_v_s_rad * (omega_c - omega)
+        omega_c * m.back_emf_constant_v_s_rad + (omega_c - omega) * m.esc_gain_v_s_rad
     }
 
     /// Current at a voltage across the motor [V] and a speed [rad/s], within the motor's own limits [A].
     #[inline(always)]
-    pub fn current_a(&self, voltage: f64, omega: f64) -> f64 {
+    pub fn current_a<S: Real>(&self, voltage: S, omega: S) -> S {
         let m = &self.motor;
-        let current = (voltage - m.back_emf_constant_v_s_rad * omega) * self.per_ohm;
-        at_most(at_least(current, m.current_min_a), m.current_max_a)
+        let current = (voltage - omega * m.back_emf_constant_v_s_rad) * self.per_ohm;
+        current.at_least(omega.of(m.current_min_a)).at_most(omega.of(m.current_max_a))
     }
 
     /// Angular acceleration at a current [A] against a torque of the air [N m], [rad/s^2].
     #[inline(always)]
-    pub fn acceleration_at(&self, current_a: f64, torque_aero: f64) -> f64 {
-        (self.motor.torque_constant_nm_a * current_a - torque_aero) * self.per_inertia
+    pub fn acceleration_at<S: Real>(&self, current_a: S, torque_aero: S) -> S {
+        (current_a * self.motor.torque_constant_nm_a - torque_aero) * self.per_inertia
     }
 }
 
 impl FirstOrderLaw {
     /// Angular acceleration towards a share of the speed at full throttle, from a speed [rad/s], [rad/s^2].
     #[inline(always)]
-    pub fn acceleration_to(&self, share: f64, omega: f64) -> f64 {
+    pub fn acceleration_to<S: Real>(&self, share: S, omega: S) -> S {
         let difference = share * self.omega_max_rad_s - omega;
-        difference * if difference > 0.0 { self.per_tau_up } else { self.per_tau_down }
+        let rises = omega.of(0.0).less(difference);
+        difference * S::select(rises, omega.of(self.per_tau_up), omega.of(self.per_tau_down))
     }
 }
 
@@ -200,17 +201,18 @@ impl MotorLaw {
     /// Angular acceleration of the rotor [rad/s^2] at the throttle in 0..1, its speed [rad/s] and the
     /// aerodynamic torque that brakes it [N m]. A rotor at rest is never driven backwards.
     #[inline(always)]
-    pub fn acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
+    pub fn acceleration<S: Real>(&self, throttle: S, omega: S, torque_aero: S) -> S {
         forwards(omega, self.unlocked_acceleration(throttle, omega, torque_aero))
     }
 
     /// Angular acceleration [rad/s^2] as [`Self::acceleration`] has it of a rotor that the air may drive
     /// backwards.
     #[inline(always)]
-    pub fn unlocked_acceleration(&self, throttle: f64, omega: f64, torque_aero: f64) -> f64 {
+    pub fn unlocked_acceleration<S: Real>(&self, throttle: S, omega: S, torque_aero: S) -> S {
         match self {
             Self::EscDc(law) => {
-                let voltage = at_most(at_least(law.asked_v(throttle, omega), 0.0), law.motor.voltage_max_v);
+                let asked = law.asked_v(throttle, omega).at_least(omega.of(0.0));
+                let voltage = asked.at_most(omega.of(law.motor.voltage_max_v));
                 law.acceleration_at(law.current_a(voltage, omega), torque_aero)
             }
             Self::FirstOrder(law) => law.acceleration_to(throttle, omega),
@@ -221,19 +223,21 @@ impl MotorLaw {
     /// condition. Without current the air alone brakes a DC motor, `omega_dot = -Q_aero/J_r`; a motor of
     /// first order slows down as at zero throttle, since its model has no torque.
     #[inline(always)]
-    pub fn acceleration_in(
+    pub fn acceleration_in<S: Real>(
         &self,
         condition: MotorCondition,
-        throttle: f64,
-        omega: f64,
-        torque_aero: f64,
-    ) -> f64 {
+        throttle: S,
+        omega: S,
+        torque_aero: S,
+    ) -> S {
         match (condition, self) {
             (MotorCondition::Sound, _) => self.acceleration(throttle, omega, torque_aero),
-            (MotorCondition::Held, _) => 0.0,
-            (MotorCondition::Unpowered, Self::FirstOrder(_)) => self.acceleration(0.0, omega, torque_aero),
+            (MotorCondition::Held, _) => omega.of(0.0),
+            (MotorCondition::Unpowered, Self::FirstOrder(_)) => {
+                self.acceleration(omega.of(0.0), omega, torque_aero)
+            }
             (MotorCondition::Unpowered, Self::EscDc(law)) => {
-                forwards(omega, law.acceleration_at(0.0, torque_aero))
+                forwards(omega, law.acceleration_at(omega.of(0.0), torque_aero))
             }
         }
     }
@@ -241,6 +245,7 @@ impl MotorLaw {
 
 /// An acceleration [rad/s^2] of a rotor at a speed [rad/s] that nothing drives backwards.
 #[inline(always)]
-pub fn forwards(omega: f64, acceleration: f64) -> f64 {
-    if omega <= 0.0 && acceleration < 0.0 { 0.0 } else { acceleration }
+pub fn forwards<S: Real>(omega: S, acceleration: S) -> S {
+    let zero = omega.of(0.0);
+    S::select(!zero.less(omega) & acceleration.less(zero), zero, acceleration)
 }

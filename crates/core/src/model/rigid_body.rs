@@ -8,39 +8,78 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::frames::{Quaternion, quaternion_rate, rotate_ned_from_body};
+use crate::frames::{Quaternion, Turn, quaternion_rate};
 use crate::real::Real;
+use crate::vector::V3;
 
 /// State of the rigid body: position, attitude, velocity and body rates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyState<S = f64> {
+pub struct BodyState {
     /// Position from the point of release, NED [m].
-    pub p_ned: Vector3<S>,
+    pub p_ned: Vector3<f64>,
     /// Attitude, body to NED, scalar first.
-    pub q_ned_from_body: Quaternion<S>,
+    pub q_ned_from_body: Quaternion,
     /// Velocity over ground, NED [m/s].
-    pub v_ned: Vector3<S>,
+    pub v_ned: Vector3<f64>,
     /// Body rates [P Q R] [rad/s].
-    pub omega_body: Vector3<S>,
+    pub omega_body: Vector3<f64>,
 }
 
 /// Time derivative of a [`BodyState`], field by field.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct BodyRate<S = f64> {
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyRate {
     /// Derivative of the position, NED [m/s], (1).
-    pub p_dot_ned: Vector3<S>,
+    pub p_dot_ned: Vector3<f64>,
+    /// Quaternion rate [1/s], (2).
+    pub q_dot: Quaternion,
+    /// Acceleration, NED [m/s^2], (3).
+    pub v_dot_ned: Vector3<f64>,
+    /// Angular acceleration, body [rad/s^2], (4).
+    pub omega_dot_body: Vector3<f64>,
+}
+
+/// What of a [`BodyState`] its own derivative depends on, over any [`Real`].
+#[derive(Clone, Copy, Debug)]
+pub struct Motion<S> {
+    /// Attitude, body to NED, scalar first.
+    pub q_ned_from_body: Quaternion<S>,
+    /// Velocity over ground, NED [m/s].
+    pub v_ned: V3<S>,
+    /// Body rates [P Q R] [rad/s].
+    pub omega_body: V3<S>,
+}
+
+/// Time derivative of a [`Motion`], field by field.
+#[derive(Clone, Copy, Debug)]
+pub struct MotionRate<S> {
     /// Quaternion rate [1/s], (2).
     pub q_dot: Quaternion<S>,
     /// Acceleration, NED [m/s^2], (3).
-    pub v_dot_ned: Vector3<S>,
+    pub v_dot_ned: V3<S>,
     /// Angular acceleration, body [rad/s^2], (4).
-    pub omega_dot_body: Vector3<S>,
+    pub omega_dot_body: V3<S>,
 }
 
-impl Default for BodyRate {
-    fn default() -> Self {
-        let zero = Vector3::zeros();
-        Self { p_dot_ned: zero, q_dot: [0.0; 4], v_dot_ned: zero, omega_dot_body: zero }
+impl BodyState {
+    /// The motion of the body.
+    #[inline(always)]
+    pub fn motion(&self) -> Motion<f64> {
+        Motion {
+            q_ned_from_body: self.q_ned_from_body,
+            v_ned: self.v_ned.into(),
+            omega_body: self.omega_body.into(),
+        }
+    }
+
+    /// The derivative of the state, by that of its motion.
+    #[inline(always)]
+    pub fn rate(&self, motion: &MotionRate<f64>) -> BodyRate {
+        BodyRate {
+            p_dot_ned: self.v_ned,
+            q_dot: motion.q_dot,
+            v_dot_ned: motion.v_dot_ned.into(),
+            omega_dot_body: motion.omega_dot_body.into(),
+        }
     }
 }
 
@@ -83,29 +122,25 @@ impl MassProperties {
     }
 }
 
-fn lift<S: Real>(m: &Matrix3<f64>) -> Matrix3<S> {
-    m.map(S::from_f64)
-}
-
-/// Derivative of the state under a body force [N] and moment [N m] (body axes, gravity excluded):
-/// (1)-(4) with `v_dot = C^T F/m + [0 0 g]` and `omega_dot = J^-1 (M - omega x J omega)`.
+/// Derivative of the motion under a body force [N] and moment [N m] (body axes, gravity excluded): (1)-(4)
+/// with `v_dot = C^T F/m + [0 0 g]` and `omega_dot = J^-1 (M - omega x J omega)`. `turn` is the attitude's.
 #[inline(always)]
 pub fn derivative<S: Real>(
     mass: &MassProperties,
-    gravity_m_s2: f64,
-    state: &BodyState<S>,
-    force_body: Vector3<S>,
-    moment_body: Vector3<S>,
-) -> BodyRate<S> {
-    let omega = state.omega_body;
-    let mut v_dot = rotate_ned_from_body(state.q_ned_from_body, force_body * S::from_f64(1.0 / mass.mass_kg));
-    v_dot.z += S::from_f64(gravity_m_s2);
-    let momentum = lift::<S>(&mass.inertia_kg_m2) * omega;
-    BodyRate {
-        p_dot_ned: state.v_ned,
-        q_dot: quaternion_rate(state.q_ned_from_body, omega),
+    gravity_m_s2: S,
+    motion: &Motion<S>,
+    turn: &Turn<S>,
+    force_body: V3<S>,
+    moment_body: V3<S>,
+) -> MotionRate<S> {
+    let omega = motion.omega_body;
+    let mut v_dot = turn.to_ned(force_body * gravity_m_s2.of(1.0 / mass.mass_kg));
+    v_dot.z += gravity_m_s2;
+    let momentum = omega.times(&mass.inertia_kg_m2);
+    MotionRate {
+        q_dot: quaternion_rate(motion.q_ned_from_body, omega),
         v_dot_ned: v_dot,
-        omega_dot_body: lift::<S>(&mass.inertia_inverse) * (moment_body - omega.cross(&momentum)),
+        omega_dot_body: (moment_body - omega.cross(momentum)).times(&mass.inertia_inverse),
     }
 }
 

@@ -14,46 +14,47 @@ use super::axis::Axis;
 use super::coefficient_table::CoefficientTable;
 pub use super::rotor_load::RotorLoad;
 use crate::math;
-use crate::math::straight::{self, at_least, at_most};
+use crate::real::{Cell as _, Real};
+use crate::vector::V3;
 
 /// Flow of the air at a rotor hub.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Inflow {
+pub struct Inflow<S = f64> {
     /// Airspeed of the hub [m/s].
-    pub airspeed_m_s: f64,
+    pub airspeed_m_s: S,
     /// Angle of the flow against the rotor disk [rad]: `atan2(W_i, hypot(U_i, V_i))`; +pi/2 is flow from
     /// below, a vertical descent. Differs from the paper's (12), `atan2(W_i, U_i)`, for sideways flow only:
     /// the disk is round.
-    pub angle_rad: f64,
+    pub angle_rad: S,
 }
 
 /// Motion of a rotor's hub through the air.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct HubMotion {
+pub struct HubMotion<S = f64> {
     /// Along the thrust [m/s].
-    pub climb_m_s: f64,
+    pub climb_m_s: S,
     /// In the disk's plane, body axes [m/s].
-    pub in_disk_body_m_s: Vector3<f64>,
+    pub in_disk_body_m_s: V3<S>,
     /// Length of what is in the disk's plane [m/s].
-    pub in_plane_m_s: f64,
+    pub in_plane_m_s: S,
 }
 
-impl HubMotion {
+impl<S: Real> HubMotion<S> {
     /// Motion of a hub at `v_body` [m/s], thrust along the unit vector `axis_body`.
     #[inline(always)]
-    pub fn of(v_body: &Vector3<f64>, axis_body: &Vector3<f64>) -> Self {
-        let climb_m_s = v_body.dot(axis_body);
-        let in_disk_body_m_s = v_body - axis_body * climb_m_s;
+    pub fn of(v_body: V3<S>, axis_body: &Vector3<f64>) -> Self {
+        let climb_m_s = v_body.along(axis_body);
+        let in_disk_body_m_s = v_body - V3::constant(climb_m_s, axis_body) * climb_m_s;
         Self { climb_m_s, in_disk_body_m_s, in_plane_m_s: in_disk_body_m_s.norm() }
     }
 
     /// The flow at the hub, (10)-(12).
     #[inline(always)]
-    pub fn inflow(&self) -> Inflow {
+    pub fn inflow(&self) -> Inflow<S> {
         let (climb, in_plane) = (self.climb_m_s, self.in_plane_m_s);
         Inflow {
             airspeed_m_s: (climb * climb + in_plane * in_plane).sqrt(),
-            angle_rad: straight::atan2(-climb, in_plane),
+            angle_rad: (-climb).atan2(in_plane),
         }
     }
 }
@@ -87,24 +88,32 @@ impl Rotor {
                 table.load(omega_rad_s, -v * sin, (v * cos).max(0.0), density_kg_m3)
             }
             Self::Table(table) => table.load(omega_rad_s, inflow, density_kg_m3),
-            Self::Quadratic { thrust_n_per_rad2_s2, torque_per_thrust_m, density_kg_m3: reference } => {
-                let thrust_n = thrust_n_per_rad2_s2 * (density_kg_m3 / reference) * omega_rad_s * omega_rad_s;
-                RotorLoad { thrust_n, torque_nm: torque_per_thrust_m * thrust_n, in_plane_n: 0.0 }
+            Self::Quadratic { .. } => {
+                let hub = HubMotion::of(V3::constant(0.0, &Vector3::zeros()), &Vector3::z());
+                self.load_at_hub(omega_rad_s, &hub, density_kg_m3)
             }
         }
     }
 
     /// Load of a rotor whose hub moves so through the air.
     #[inline(always)]
-    pub(crate) fn load_at_hub(&self, omega_rad_s: f64, hub: &HubMotion, density_kg_m3: f64) -> RotorLoad {
+    pub(crate) fn load_at_hub<S: Real>(
+        &self,
+        omega_rad_s: S,
+        hub: &HubMotion<S>,
+        density_kg_m3: S,
+    ) -> RotorLoad<S> {
         match self {
             Self::BladeElement(table) => {
                 table.load(omega_rad_s, hub.climb_m_s, hub.in_plane_m_s, density_kg_m3)
             }
-            Self::Quadratic { .. } => {
-                self.load(omega_rad_s, Inflow { airspeed_m_s: 0.0, angle_rad: 0.0 }, density_kg_m3)
-            }
             Self::Table(table) => table.load(omega_rad_s, hub.inflow(), density_kg_m3),
+            Self::Quadratic { thrust_n_per_rad2_s2, torque_per_thrust_m, density_kg_m3: reference } => {
+                let share = density_kg_m3 / omega_rad_s.of(*reference);
+                let thrust_n = share * *thrust_n_per_rad2_s2 * omega_rad_s * omega_rad_s;
+                let torque_nm = thrust_n * *torque_per_thrust_m;
+                RotorLoad { thrust_n, torque_nm, in_plane_n: omega_rad_s.of(0.0) }
+            }
         }
     }
 
@@ -162,10 +171,17 @@ fn axis(name: &str, knots: &[f64]) -> Result<Axis, ModelError> {
 
 /// Left knot and fraction of the interval; clamped.
 #[inline(always)]
-fn locate(axis: &Axis, x: f64) -> (usize, f64) {
+fn locate<S: Real>(axis: &Axis, x: S) -> (S::Cell, S) {
     let i = axis.interval(x);
-    let fraction = (x - axis.knots[i]) * axis.per_width[i];
-    (i, at_most(at_least(fraction, 0.0), 1.0))
+    let [per_width] = x.gather(axis.per_width.as_chunks::<1>().0, i);
+    let fraction = axis.from_knot(x, i) * per_width;
+    (i, fraction.at_least(x.of(0.0)).at_most(x.of(1.0)))
+}
+
+/// A share of the way from one pair of numbers to another.
+#[inline(always)]
+fn mix<S: Real>(x: [S; 2], y: [S; 2], share: S) -> [S; 2] {
+    [x[0] + share * (y[0] - x[0]), x[1] + share * (y[1] - x[1])]
 }
 
 impl RotorTable {
@@ -238,20 +254,24 @@ impl RotorTable {
 
     /// Thrust and torque; the density scales both.
     #[inline(always)]
-    pub fn load(&self, omega_rad_s: f64, inflow: Inflow, density_kg_m3: f64) -> RotorLoad {
+    pub fn load<S: Real>(&self, omega_rad_s: S, inflow: Inflow<S>, density_kg_m3: S) -> RotorLoad<S> {
         let (i, a) = locate(&self.omega, omega_rad_s);
         let (j, b) = locate(&self.airspeed, inflow.airspeed_m_s);
         let (k, c) = locate(&self.angle, inflow.angle_rad);
         let (nj, nk) = (self.airspeed.knots.len(), self.angle.knots.len());
-        let mix = |x: [f64; 2], y: [f64; 2], s: f64| [x[0] + s * (y[0] - x[0]), x[1] + s * (y[1] - x[1])];
-        let along_angle = |i: usize, j: usize| {
-            let at = (i * nj + j) * nk + k;
-            mix(self.cells[at], self.cells[at + 1], c)
-        };
-        let along_airspeed = |i: usize| mix(along_angle(i, j), along_angle(i, j + 1), b);
-        let [thrust, torque] = mix(along_airspeed(i), along_airspeed(i + 1), a);
-        let scale = density_kg_m3 / self.density_kg_m3;
-        RotorLoad { thrust_n: scale * thrust, torque_nm: scale * torque, in_plane_n: 0.0 }
+        let first = i.row(nj, j).row(nk, k);
+        let mut at_speed = [[omega_rad_s; 2]; 2];
+        for (faster, load) in at_speed.iter_mut().enumerate() {
+            let mut at_airspeed = [[omega_rad_s; 2]; 2];
+            for (more, load) in at_airspeed.iter_mut().enumerate() {
+                let at = first.after((faster * nj + more) * nk);
+                *load = mix(a.gather(&self.cells, at), a.gather(&self.cells, at.after(1)), c);
+            }
+            *load = mix(at_airspeed[0], at_airspeed[1], b);
+        }
+        let [thrust, torque] = mix(at_speed[0], at_speed[1], a);
+        let scale = density_kg_m3 / a.of(self.density_kg_m3);
+        RotorLoad { thrust_n: scale * thrust, torque_nm: scale * torque, in_plane_n: a.of(0.0) }
     }
 }
 

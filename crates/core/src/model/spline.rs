@@ -18,8 +18,8 @@ pub struct PeriodicSpline {
 
 /// A place on the knots of a spline.
 #[derive(Clone, Copy, Debug)]
-pub struct Place<S> {
-    piece: usize,
+pub struct Place<S: Real> {
+    piece: S::Cell,
     from_knot: S,
 }
 
@@ -103,14 +103,14 @@ impl PeriodicSpline {
     /// Where `x` lies, for this spline and others of the same knots.
     #[inline(always)]
     pub fn place<S: Real>(&self, x: S) -> Place<S> {
-        let piece = self.axis.interval(x.value());
-        Place { piece, from_knot: x - S::from_f64(self.axis.knots[piece]) }
+        let piece = self.axis.interval(x);
+        Place { piece, from_knot: self.axis.from_knot(x, piece) }
     }
 
     /// Value at a place.
     #[inline(always)]
     pub fn at<S: Real>(&self, Place { piece, from_knot: d }: Place<S>) -> S {
-        let [c0, c1, c2, c3] = self.pieces[piece].map(S::from_f64);
+        let [c0, c1, c2, c3] = d.gather(&self.pieces, piece);
         c0 + d * (c1 + d * (c2 + d * c3))
     }
 

@@ -22,7 +22,7 @@
 
 use super::motor::{EscDcLaw, FirstOrderLaw, Motor, MotorCondition, MotorLaw, forwards};
 use super::{MAX_ROTORS, ModelError, PerRotor, check, check_positive};
-use crate::math::straight::{at_least, at_most};
+use crate::real::{Mask as _, Real};
 
 /// Part of the voltage without load to which battery and motors agree.
 const AGREEMENT: f64 = 1e-13;
@@ -72,13 +72,13 @@ pub enum Throttle {
 
 /// What the supply leaves to each motor.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Supply {
+pub struct Supply<S = f64> {
     /// Bus voltage [V].
-    pub bus_v: f64,
+    pub bus_v: S,
     /// Most electric power of a motor [W].
-    pub motor_power_max_w: f64,
+    pub motor_power_max_w: S,
     /// Bus voltage over the nominal one.
-    pub voltage_share: f64,
+    pub voltage_share: S,
     /// Shaft over electric power of a motor of first order.
     pub motor_efficiency: f64,
     /// Meaning of the throttle of a motor of first order.
@@ -111,17 +111,47 @@ pub struct HeldBy {
     pub pack_current: bool,
 }
 
+/// The bus at an instant, as it is solved.
+#[derive(Clone, Copy, Debug)]
+pub struct Bus<S: Real> {
+    /// Voltage [V].
+    pub bus_v: S,
+    /// Current of the pack [A].
+    pub pack_a: S,
+    /// Current of each speed controller [A].
+    pub esc_a: [S; MAX_ROTORS],
+    /// Where the bus voltage holds a motor back.
+    pub held_by_voltage: S::Mask,
+    /// Where the current of a speed controller does.
+    pub held_by_esc_current: S::Mask,
+    /// Where the current of the pack does.
+    pub held_by_pack_current: S::Mask,
+}
+
+impl Bus<f64> {
+    /// The bus of a battery at a share of its charge.
+    pub fn at_charge(&self, charge: f64) -> BusState {
+        let Self { bus_v, pack_a, esc_a, .. } = *self;
+        let held_by = HeldBy {
+            voltage: self.held_by_voltage,
+            esc_current: self.held_by_esc_current,
+            pack_current: self.held_by_pack_current,
+        };
+        BusState { bus_v, pack_a, esc_a, charge, held_by }
+    }
+}
+
 /// Condition, command, speed and load of one motor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct MotorState {
+pub struct MotorState<S = f64> {
     /// What a fault has made of it.
     pub condition: MotorCondition,
     /// Throttle command, 0..1.
-    pub throttle: f64,
+    pub throttle: S,
     /// Speed [rad/s].
-    pub omega_rad_s: f64,
+    pub omega_rad_s: S,
     /// Torque of the air that brakes it [N m].
-    pub torque_nm: f64,
+    pub torque_nm: S,
 }
 
 impl Pack {
@@ -202,26 +232,35 @@ impl Pack {
         (square >= 0.0).then(|| 0.5 * (open_v + square.sqrt()))
     }
 
-    /// What motors in these states get at a share of the charge, and what they take. The search for the bus
-    /// voltage begins at `near_v` [V], which changes no more of its outcome than what battery and motors may
-    /// disagree by: a part 1e-13 of the voltage without load.
+    /// What motors in these states get of a battery with this voltage without load [V], and what they take; no
+    /// voltage: nothing. The search for the bus voltage begins at `near_v` [V], which changes no more of its
+    /// outcome than what battery and motors may disagree by: a part 1e-13 of the voltage without load.
     #[inline(always)]
-    pub fn supply(
+    pub fn supply<S: Real>(
         &self,
-        charge: f64,
+        open_v: S,
         law: &MotorLaw,
-        motors: &[MotorState],
-        near_v: f64,
-    ) -> (Supply, BusState) {
-        if charge <= 0.0 {
-            return (self.left_of(0.0, 0.0), BusState::default());
+        motors: &[MotorState<S>],
+        near_v: S,
+    ) -> (Supply<S>, Bus<S>) {
+        let zero = open_v.of(0.0);
+        let charged = zero.less(open_v);
+        let none = charged & !charged;
+        let mut bus = Bus {
+            bus_v: zero,
+            pack_a: zero,
+            esc_a: [zero; MAX_ROTORS],
+            held_by_voltage: none,
+            held_by_esc_current: none,
+            held_by_pack_current: none,
+        };
+        if !charged.any() {
+            return (self.left_of(zero, zero), bus);
         }
-        let open_v = self.open_circuit_v(charge);
-        let resistance_ohm = self.limits.resistance_ohm;
-        let most_a = at_most(self.limits.current_max_a, 0.5 * open_v / resistance_ohm);
-        let takers = Takers::of(law, motors, self.limits.motor_efficiency);
-        let mut search = BusSearch::new(open_v, near_v);
-        let mut bus = BusState::default();
+        let resistance_ohm = open_v.of(self.limits.resistance_ohm);
+        let most_a = open_v.of(self.limits.current_max_a).at_most(open_v * 0.5 / resistance_ohm);
+        let takers = Takers::of(law, motors, zero, 1.0 / self.limits.motor_efficiency);
+        let mut search = BusSearch::new(open_v, near_v, !charged);
         let supply = loop {
             let supply = self.at(search.bus_v, most_a, &takers, &mut bus);
             let drop_v = resistance_ohm * bus.pack_a;
@@ -229,22 +268,40 @@ impl Pack {
                 break supply;
             }
         };
-        bus.charge = charge;
+        let limit_a = zero.of(self.limits.esc_current_max_a * (1.0 - AT_LIMIT));
         for (state, current_a) in motors.iter().zip(bus.esc_a) {
-            bus.held_by.voltage |= supply.is_held_by_voltage(law, state);
-            bus.held_by.esc_current |= current_a >= self.limits.esc_current_max_a * (1.0 - AT_LIMIT);
+            bus.held_by_voltage = bus.held_by_voltage | supply.is_held_by_voltage(law, state);
+            bus.held_by_esc_current = bus.held_by_esc_current | !current_a.less(limit_a);
         }
+        if charged.all() {
+            return (supply, bus);
+        }
+        bus.bus_v = S::select(charged, bus.bus_v, zero);
+        bus.pack_a = S::select(charged, bus.pack_a, zero);
+        for current in &mut bus.esc_a {
+            *current = S::select(charged, *current, zero);
+        }
+        bus.held_by_voltage = bus.held_by_voltage & charged;
+        bus.held_by_esc_current = bus.held_by_esc_current & charged;
+        bus.held_by_pack_current = bus.held_by_pack_current & charged;
+        let nothing = self.left_of(zero, zero);
+        let supply = Supply {
+            bus_v: bus.bus_v,
+            motor_power_max_w: S::select(charged, supply.motor_power_max_w, nothing.motor_power_max_w),
+            voltage_share: S::select(charged, supply.voltage_share, nothing.voltage_share),
+            ..supply
+        };
         (supply, bus)
     }
 
     /// What is left to a motor at a bus voltage and a ceiling of its speed controller's current.
     #[inline(always)]
-    fn left_of(&self, bus_v: f64, ceiling_a: f64) -> Supply {
+    fn left_of<S: Real>(&self, bus_v: S, ceiling_a: S) -> Supply<S> {
         let PackLimits { esc_efficiency, motor_efficiency, nominal_v, throttle, .. } = self.limits;
         Supply {
             bus_v,
             motor_power_max_w: ceiling_a * bus_v * esc_efficiency,
-            voltage_share: bus_v / nominal_v,
+            voltage_share: bus_v / bus_v.of(nominal_v),
             motor_efficiency,
             throttle,
         }
@@ -252,71 +309,82 @@ impl Pack {
 
     /// Supply at a voltage, the pack's current at most `most_a`; the bus is told its currents.
     #[inline(always)]
-    fn at(&self, bus_v: f64, most_a: f64, takers: &Takers<'_>, bus: &mut BusState) -> Supply {
+    fn at<S: Real>(&self, bus_v: S, most_a: S, takers: &Takers<'_, S>, bus: &mut Bus<S>) -> Supply<S> {
         let limits = &self.limits;
-        let supply = self.left_of(bus_v, limits.esc_current_max_a);
-        let per_watt = 1.0 / (bus_v * limits.esc_efficiency);
+        let esc_max_a = bus_v.of(limits.esc_current_max_a);
+        let supply = self.left_of(bus_v, esc_max_a);
+        let per_watt = bus_v.of(1.0) / (bus_v * limits.esc_efficiency);
         bus.bus_v = bus_v;
-        bus.pack_a = 0.0;
+        bus.pack_a = bus_v.of(0.0);
         for (i, current) in bus.esc_a.iter_mut().enumerate().take(takers.motors.len()) {
             *current = takers.power_w(i, &supply) * per_watt;
             bus.pack_a += *current;
         }
-        bus.held_by.pack_current = bus.pack_a > most_a;
-        if !bus.held_by.pack_current {
+        let beyond = most_a.less(bus.pack_a);
+        bus.held_by_pack_current = beyond;
+        if !beyond.any() {
             return supply;
         }
         let ceiling_a = ceiling(&bus.esc_a, takers.motors.len(), most_a);
-        bus.esc_a = bus.esc_a.map(|current| at_most(current, ceiling_a));
-        bus.pack_a = most_a;
-        self.left_of(bus_v, ceiling_a)
+        for current in &mut bus.esc_a {
+            *current = S::select(beyond, current.at_most(ceiling_a), *current);
+        }
+        bus.pack_a = S::select(beyond, most_a, bus.pack_a);
+        self.left_of(bus_v, S::select(beyond, ceiling_a, esc_max_a))
     }
 }
 
 /// The search for the voltage at which battery and motors agree: secants, inside bounds that narrow. Below
 /// half the voltage without load is no solution, above all of it neither, and the excess of the voltage over
 /// the battery's, `V + R I(V) - E`, rises in between.
-struct BusSearch {
-    bus_v: f64,
-    open_v: f64,
-    low_v: f64,
-    high_v: f64,
-    /// Voltage and excess that were tried before.
-    before: Option<(f64, f64)>,
+struct BusSearch<S: Real> {
+    bus_v: S,
+    open_v: S,
+    low_v: S,
+    high_v: S,
+    /// Voltage that was tried before, and its excess.
+    before: [S; 2],
+    /// Where it has ended.
+    over: S::Mask,
     steps: u32,
 }
 
-impl BusSearch {
+impl<S: Real> BusSearch<S> {
     #[inline(always)]
-    fn new(open_v: f64, near_v: f64) -> Self {
-        let (low_v, high_v) = (0.5 * open_v, open_v);
-        let bus_v = at_most(at_least(near_v, low_v), high_v);
-        Self { bus_v, open_v, low_v, high_v, before: None, steps: 0 }
+    fn new(open_v: S, near_v: S, over: S::Mask) -> Self {
+        let (low_v, high_v) = (open_v * 0.5, open_v);
+        let bus_v = near_v.at_least(low_v).at_most(high_v);
+        Self { bus_v, open_v, low_v, high_v, before: [bus_v; 2], over, steps: 0 }
     }
 
-    /// Whether the voltage has been found, by its excess [V] and the drop across the battery's resistance
-    /// [V]; if not, it is changed.
+    /// Whether the voltage has been found everywhere, by its excess [V] and the drop across the battery's
+    /// resistance [V]; where not, it is changed.
     #[inline(always)]
-    fn ends(&mut self, excess_v: f64, drop_v: f64) -> bool {
-        let close_v = AGREEMENT * self.open_v;
+    fn ends(&mut self, excess_v: S, drop_v: S) -> bool {
+        let close_v = self.open_v * AGREEMENT;
         self.steps += 1;
-        if excess_v.abs() <= close_v || self.high_v - self.low_v <= close_v || self.steps >= STEPS_AT_MOST {
+        self.over = self.over | !close_v.less(excess_v.abs()) | !close_v.less(self.high_v - self.low_v);
+        if self.over.all() || self.steps >= STEPS_AT_MOST {
             return true;
         }
-        if excess_v < 0.0 {
-            self.low_v = self.bus_v
-        } else {
-            self.high_v = self.bus_v
+        let below = excess_v.less(excess_v.of(0.0));
+        self.low_v = S::select(below, self.bus_v, self.low_v);
+        self.high_v = S::select(below, self.high_v, self.bus_v);
+        if self.steps == 1 {
+            // Motors that take a constant power take a current that falls with the voltage.
+            let rise = excess_v.of(1.0) - drop_v / self.bus_v;
+            self.before = [self.bus_v - 1.0, excess_v - rise];
         }
-        // Motors that take a constant power take a current that falls with the voltage.
-        let (from_v, before_v) =
-            self.before.unwrap_or((self.bus_v - 1.0, excess_v - (1.0 - drop_v / self.bus_v)));
+        let [from_v, before_v] = self.before;
         let next_v = self.bus_v - excess_v * (self.bus_v - from_v) / (excess_v - before_v);
-        self.before = Some((self.bus_v, excess_v));
-        let next_v = at_most(at_least(next_v, self.low_v), self.high_v);
+        self.before = [self.bus_v, excess_v];
+        let next_v = next_v.at_least(self.low_v).at_most(self.high_v);
         // A secant that goes nowhere, or has not ended in time: the middle.
+        let middle_v = (self.low_v + self.high_v) * 0.5;
+        let moves = next_v.less(self.bus_v) | self.bus_v.less(next_v);
         let late = self.steps >= SECANTS && self.steps.is_multiple_of(2);
-        self.bus_v = if late || next_v == self.bus_v { 0.5 * (self.low_v + self.high_v) } else { next_v };
+        let next_v = if late { middle_v } else { S::select(moves, next_v, middle_v) };
+        self.bus_v = S::select(self.over, self.bus_v, next_v);
         false
     }
 }
@@ -324,14 +392,15 @@ impl BusSearch {
 /// The ceiling under which the first `n` currents add up to `most_a`, which they exceed: an equal share of
 /// what those leave that take less.
 #[inline(always)]
-fn ceiling(currents: &PerRotor, n: usize, most_a: f64) -> f64 {
-    let mut share_a = 0.0;
+fn ceiling<S: Real>(currents: &[S; MAX_ROTORS], n: usize, most_a: S) -> S {
+    let (zero, one) = (most_a.of(0.0), most_a.of(1.0));
+    let mut share_a = zero;
     for _ in 0..n {
-        let (mut left_a, mut above) = (most_a, 0.0);
+        let (mut left_a, mut above) = (most_a, zero);
         for current in currents.iter().take(n) {
-            let less = *current < share_a;
-            left_a -= if less { *current } else { 0.0 };
-            above += if less { 0.0 } else { 1.0 };
+            let less = current.less(share_a);
+            left_a -= S::select(less, *current, zero);
+            above += S::select(less, zero, one);
         }
         share_a = left_a / above;
     }
@@ -339,44 +408,45 @@ fn ceiling(currents: &PerRotor, n: usize, most_a: f64) -> f64 {
 }
 
 /// Motors on a bus.
-struct Takers<'a> {
+struct Takers<'a, S> {
     law: &'a MotorLaw,
-    motors: &'a [MotorState],
+    motors: &'a [MotorState<S>],
     /// What of each motor's current does not depend on the voltage: [`MotorLaw::of_state`].
-    steady: PerRotor,
+    steady: [S; MAX_ROTORS],
     per_motor_efficiency: f64,
 }
 
-impl<'a> Takers<'a> {
+impl<'a, S: Real> Takers<'a, S> {
     #[inline(always)]
-    fn of(law: &'a MotorLaw, motors: &'a [MotorState], motor_efficiency: f64) -> Self {
-        let mut steady = [0.0; MAX_ROTORS];
+    fn of(law: &'a MotorLaw, motors: &'a [MotorState<S>], zero: S, per_motor_efficiency: f64) -> Self {
+        let mut steady = [zero; MAX_ROTORS];
         for (of_motor, state) in steady.iter_mut().zip(motors) {
             *of_motor = law.of_state(state);
         }
-        Self { law, motors, steady, per_motor_efficiency: 1.0 / motor_efficiency }
+        Self { law, motors, steady, per_motor_efficiency }
     }
 
     /// Electric power that motor `i` (from 0) takes [W]; none when it brakes, and none without current.
     #[inline(always)]
-    fn power_w(&self, i: usize, supply: &Supply) -> f64 {
+    fn power_w(&self, i: usize, supply: &Supply<S>) -> S {
         let state = &self.motors[i];
-        if state.condition != MotorCondition::Sound {
-            return 0.0;
-        }
         let omega = state.omega_rad_s;
+        if state.condition != MotorCondition::Sound {
+            return omega.of(0.0);
+        }
         let power_w = match self.law {
             MotorLaw::EscDc(law) => {
                 let current = supply.dc_current_a(law, self.steady[i], omega);
-                (law.motor.back_emf_constant_v_s_rad * omega + law.motor.resistance_ohm * current) * current
+                let emf_v = omega * law.motor.back_emf_constant_v_s_rad;
+                (emf_v + current * law.motor.resistance_ohm) * current
             }
             MotorLaw::FirstOrder(law) => {
                 let rate = forwards(omega, supply.first_order_acceleration(law, self.steady[i], state));
-                let torque_nm = state.torque_nm + law.rotor_inertia_kg_m2 * rate;
+                let torque_nm = state.torque_nm + rate * law.rotor_inertia_kg_m2;
                 torque_nm * omega * self.per_motor_efficiency
             }
         };
-        at_least(power_w, 0.0)
+        power_w.at_least(omega.of(0.0))
     }
 }
 
@@ -385,82 +455,92 @@ impl MotorLaw {
     /// voltage that its speed controller asks for [V]; of one of first order `1/(J omega)` [s/(N m)], zero
     /// where its power does not bound its acceleration.
     #[inline(always)]
-    fn of_state(&self, state: &MotorState) -> f64 {
+    fn of_state<S: Real>(&self, state: &MotorState<S>) -> S {
+        let omega = state.omega_rad_s;
         match self {
-            Self::EscDc(law) => law.asked_v(state.throttle, state.omega_rad_s),
-            Self::FirstOrder(law) if state.omega_rad_s > 0.0 => law.per_inertia / state.omega_rad_s,
-            Self::FirstOrder(_) => 0.0,
+            Self::EscDc(law) => law.asked_v(state.throttle, omega),
+            Self::FirstOrder(law) => {
+                let zero = omega.of(0.0);
+                S::select(zero.less(omega), omega.of(law.per_inertia) / omega, zero)
+            }
         }
     }
 }
 
-impl Supply {
+impl<S: Real> Supply<S> {
     /// Current of a DC motor [A]: what its speed controller, that asks for a voltage [V], gives it at the bus
     /// voltage, at most that of the power left to it.
     #[inline(always)]
-    fn dc_current_a(&self, law: &EscDcLaw, asked_v: f64, omega: f64) -> f64 {
+    fn dc_current_a(&self, law: &EscDcLaw, asked_v: S, omega: S) -> S {
         let m = &law.motor;
-        let voltage = at_most(at_least(asked_v, 0.0), at_most(m.voltage_max_v, self.bus_v));
+        let most_v = omega.of(m.voltage_max_v).at_most(self.bus_v);
+        let voltage = asked_v.at_least(omega.of(0.0)).at_most(most_v);
         let current = law.current_a(voltage, omega);
         // The current of a power P: R I^2 + K_e omega I = P.
-        let emf_v = m.back_emf_constant_v_s_rad * omega;
-        let root = (emf_v * emf_v + 4.0 * m.resistance_ohm * self.motor_power_max_w).sqrt();
-        at_most(current, (root - emf_v) * (0.5 * law.per_ohm))
+        let emf_v = omega * m.back_emf_constant_v_s_rad;
+        let root = (emf_v * emf_v + self.motor_power_max_w * (4.0 * m.resistance_ohm)).sqrt();
+        current.at_most((root - emf_v) * (0.5 * law.per_ohm))
     }
 
     /// Acceleration of a motor of first order [rad/s^2], by its [`MotorLaw::of_state`].
     #[inline(always)]
-    fn first_order_acceleration(&self, law: &FirstOrderLaw, per_j_omega: f64, state: &MotorState) -> f64 {
+    fn first_order_acceleration(&self, law: &FirstOrderLaw, per_j_omega: S, state: &MotorState<S>) -> S {
         let rate = law.acceleration_to(self.speed_share(state.throttle), state.omega_rad_s);
         let most =
             self.motor_power_max_w * self.motor_efficiency * per_j_omega - state.torque_nm * law.per_inertia;
-        if per_j_omega > 0.0 { at_most(rate, most) } else { rate }
+        S::select(rate.of(0.0).less(per_j_omega), rate.at_most(most), rate)
     }
 
     /// Part of the speed at full throttle that a motor of first order goes for.
     #[inline(always)]
-    fn speed_share(&self, throttle: f64) -> f64 {
+    fn speed_share(&self, throttle: S) -> S {
         match self.throttle {
-            Throttle::Speed => at_most(throttle, self.voltage_share),
-            Throttle::Duty => at_most(throttle * self.voltage_share, 1.0),
+            Throttle::Speed => throttle.at_most(self.voltage_share),
+            Throttle::Duty => (throttle * self.voltage_share).at_most(throttle.of(1.0)),
         }
     }
 
     /// Whether a motor is commanded beyond the bus voltage, and not beyond its own; of one whose throttle is
     /// a duty cycle, whether that is full and gives less than the speed of full throttle.
     #[inline(always)]
-    fn is_held_by_voltage(&self, law: &MotorLaw, state: &MotorState) -> bool {
-        state.condition == MotorCondition::Sound
-            && match law {
-                MotorLaw::EscDc(law) => {
-                    self.bus_v < law.motor.voltage_max_v
-                        && law.asked_v(state.throttle, state.omega_rad_s) > self.bus_v
-                }
-                MotorLaw::FirstOrder(_) => match self.throttle {
-                    Throttle::Speed => self.voltage_share < state.throttle,
-                    Throttle::Duty => state.throttle >= 1.0 && self.voltage_share < 1.0,
-                },
+    fn is_held_by_voltage(&self, law: &MotorLaw, state: &MotorState<S>) -> S::Mask {
+        let (throttle, bus_v) = (state.throttle, self.bus_v);
+        let held = match law {
+            MotorLaw::EscDc(law) => {
+                let asked_v = law.asked_v(throttle, state.omega_rad_s);
+                bus_v.less(bus_v.of(law.motor.voltage_max_v)) & bus_v.less(asked_v)
             }
+            MotorLaw::FirstOrder(_) => match self.throttle {
+                Throttle::Speed => self.voltage_share.less(throttle),
+                Throttle::Duty => {
+                    let full = bus_v.of(1.0);
+                    !throttle.less(full) & self.voltage_share.less(full)
+                }
+            },
+        };
+        if state.condition == MotorCondition::Sound { held } else { held & !held }
     }
 
     /// Angular acceleration of a rotor [rad/s^2] as [`MotorLaw::acceleration_in`] has it, with what the
     /// supply leaves to the motor. A motor of first order needs a rotor with inertia for a limit of its power
     /// to act.
     #[inline(always)]
-    pub fn acceleration(&self, law: &MotorLaw, state: &MotorState) -> f64 {
+    pub fn acceleration(&self, law: &MotorLaw, state: &MotorState<S>) -> S {
         let (omega, torque_nm) = (state.omega_rad_s, state.torque_nm);
         if state.condition != MotorCondition::Sound {
             return law.acceleration_in(state.condition, state.throttle, omega, torque_nm);
-        }
-        if self.bus_v <= 0.0 {
-            return law.acceleration_in(MotorCondition::Unpowered, state.throttle, omega, torque_nm);
         }
         let steady = law.of_state(state);
         let rate = match law {
             MotorLaw::EscDc(law) => law.acceleration_at(self.dc_current_a(law, steady, omega), torque_nm),
             MotorLaw::FirstOrder(law) => self.first_order_acceleration(law, steady, state),
         };
-        forwards(omega, rate)
+        let supplied = omega.of(0.0).less(self.bus_v);
+        if supplied.all() {
+            return forwards(omega, rate);
+        }
+        let off = law.acceleration_in(MotorCondition::Unpowered, state.throttle, omega, torque_nm);
+        S::select(supplied, forwards(omega, rate), off)
     }
 }
 
@@ -510,7 +590,9 @@ mod tests {
     }
 
     fn supplied(pack: &Pack, charge: f64, motor: &Motor, states: &[MotorState]) -> (Supply, BusState) {
-        pack.supply(charge, &motor.law(), states, pack.open_circuit_v(charge))
+        let open_v = if charge > 0.0 { pack.open_circuit_v(charge) } else { 0.0 };
+        let (supply, bus) = pack.supply(open_v, &motor.law(), states, open_v);
+        (supply, bus.at_charge(charge))
     }
 
     fn steady(omega_rad_s: f64) -> MotorState {
@@ -639,9 +721,9 @@ mod tests {
             });
             let law = motor.law();
             let open_v = pack.open_circuit_v(charge);
-            let (supply, currents) = pack.supply(charge, &law, &states, open_v);
+            let (supply, currents) = pack.supply(open_v, &law, &states, open_v);
             // Wherever the search begins, it ends there.
-            let (elsewhere, _) = pack.supply(charge, &law, &states, begin * open_v);
+            let (elsewhere, _) = pack.supply(open_v, &law, &states, begin * open_v);
             prop_assert!((elsewhere.bus_v / supply.bus_v - 1.0).abs() < 1e-11, "{elsewhere:?} {supply:?}");
             prop_assert!(supply.bus_v >= 0.499 * open_v && supply.bus_v <= open_v);
             prop_assert!(currents.pack_a <= pack_max * (1.0 + 1e-9));
@@ -649,7 +731,7 @@ mod tests {
             prop_assert!((drop_v - resistance_ohm * currents.pack_a).abs() < 1e-6, "{drop_v} {currents:?}");
             for (state, current) in states.iter().zip(currents.esc_a) {
                 prop_assert!(current <= esc_max * (1.0 + 1e-9));
-                let takers = Takers::of(&law, std::slice::from_ref(state), 0.8);
+                let takers = Takers::of(&law, std::slice::from_ref(state), 0.0, 1.0 / 0.8);
                 let bus_w = takers.power_w(0, &supply) / 0.95;
                 let off_w = bus_w - current * supply.bus_v;
                 prop_assert!(off_w.abs() < 1e-6 * (1.0 + bus_w), "{bus_w} {current}");

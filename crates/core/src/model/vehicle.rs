@@ -11,11 +11,12 @@ use nalgebra::Vector3;
 
 use super::body_aero::AeroLoad;
 use super::environment::Ambient;
-use super::rigid_body::{BodyRate, BodyState, MassProperties, derivative};
+use super::rigid_body::{BodyRate, BodyState, MassProperties, Motion, MotionRate, derivative};
 use super::rotor::{HubMotion, Rotor, RotorLoad};
 use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, PerRotor, RotorStart};
-use crate::frames::rotate_body_from_ned;
+use crate::frames::Turn;
 use crate::real::Real;
+use crate::vector::V3;
 
 /// Sense of rotation of a rotor, seen from above.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +67,13 @@ pub struct RotorMount {
 }
 
 impl RotorMount {
+    /// Velocity of the hub through the air, body axes [m/s], of a vehicle that moves so through it [m/s] and
+    /// turns at these rates [rad/s].
+    #[inline(always)]
+    pub fn hub_body_m_s<S: Real>(&self, v_air_body: V3<S>, omega_body: V3<S>) -> V3<S> {
+        v_air_body + omega_body.cross(V3::constant(omega_body.x, &self.position_body_m))
+    }
+
     /// Distance of the hub from another rotor's axis [m], where this one stands below that one and so in its
     /// wake: behind it in the direction of the thrust that both give.
     pub fn beside_the_axis_above_m(&self, above: &Self) -> Option<f64> {
@@ -161,6 +169,101 @@ pub struct VehicleRate {
     pub rotor_acceleration: PerRotor,
     /// Forces and moments that made it.
     pub balance: ForceBalance,
+}
+
+/// Derivative of a vehicle's motion and rotors, with the forces and moments that made it, over any [`Real`].
+/// What the ground and a canopy do is not in it.
+#[derive(Clone, Copy, Debug)]
+pub struct FlightRate<S> {
+    /// Derivative of the body's motion.
+    pub motion: MotionRate<S>,
+    /// Angular acceleration of each rotor [rad/s^2].
+    pub rotor_acceleration: [S; MAX_ROTORS],
+    /// Force of the rotors (9) [N], body.
+    pub rotor_force_body: V3<S>,
+    /// Force of the air on the body (17) [N], body.
+    pub aero_force_body: V3<S>,
+    /// Weight [N].
+    pub weight_n: S,
+    /// Moment of the rotors' forces (6) [N m], body.
+    pub rotor_moment_body: V3<S>,
+    /// Moment of the air on the body (18) [N m], body.
+    pub aero_moment_body: V3<S>,
+    /// Reaction of the torque that turns the rotors [N m], body; zero when switched off.
+    pub reaction_moment_body: V3<S>,
+    /// Moment of the rotors' angular momentum (22) [N m], body; zero when switched off.
+    pub gyro_moment_body: V3<S>,
+    /// Thrust of each rotor [N].
+    pub thrust_n: [S; MAX_ROTORS],
+    /// Aerodynamic torque of each rotor [N m].
+    pub torque_nm: [S; MAX_ROTORS],
+}
+
+impl<S: Real> FlightRate<S> {
+    /// Nothing acts, for numbers of a kind of which one is given.
+    pub fn nothing(kind: S) -> Self {
+        let zero = kind.of(0.0);
+        let none = V3::new(zero, zero, zero);
+        let motion = MotionRate { q_dot: [zero; 4], v_dot_ned: none, omega_dot_body: none };
+        Self {
+            motion,
+            rotor_acceleration: [zero; MAX_ROTORS],
+            rotor_force_body: none,
+            aero_force_body: none,
+            weight_n: zero,
+            rotor_moment_body: none,
+            aero_moment_body: none,
+            reaction_moment_body: none,
+            gyro_moment_body: none,
+            thrust_n: [zero; MAX_ROTORS],
+            torque_nm: [zero; MAX_ROTORS],
+        }
+    }
+}
+
+impl FlightRate<f64> {
+    /// The balance of forces and moments.
+    pub fn balance(&self) -> ForceBalance {
+        ForceBalance {
+            rotor_force_body: self.rotor_force_body.into(),
+            aero_force_body: self.aero_force_body.into(),
+            gravity_force_ned: Vector3::new(0.0, 0.0, self.weight_n),
+            rotor_moment_body: self.rotor_moment_body.into(),
+            aero_moment_body: self.aero_moment_body.into(),
+            reaction_moment_body: self.reaction_moment_body.into(),
+            gyro_moment_body: self.gyro_moment_body.into(),
+            thrust_n: self.thrust_n,
+            torque_nm: self.torque_nm,
+            ..ForceBalance::default()
+        }
+    }
+}
+
+/// What turns the rotors of a vehicle.
+pub trait Drives<S> {
+    /// Angular acceleration of each rotor [rad/s^2] against the torques of the air [N m].
+    fn accelerations(self, torque_nm: &[S; MAX_ROTORS]) -> [S; MAX_ROTORS];
+}
+
+/// Rotors that are driven by sound motors on a stiff supply, or held.
+struct Motors<'a> {
+    vehicle: &'a Vehicle,
+    rotor_speed: &'a PerRotor,
+    throttle: &'a PerRotor,
+    held: bool,
+}
+
+impl Drives<f64> for Motors<'_> {
+    fn accelerations(self, torque_nm: &PerRotor) -> PerRotor {
+        let mut rates = [0.0; MAX_ROTORS];
+        if !self.held {
+            let law = self.vehicle.motor.law();
+            for (i, rate) in rates.iter_mut().enumerate().take(self.vehicle.rotors.len()) {
+                *rate = law.acceleration(self.throttle[i], self.rotor_speed[i], torque_nm[i]);
+            }
+        }
+        rates
+    }
 }
 
 /// `h lambda` of a Runge-Kutta step `h` and the motor's rate: up to 1.596 the factor by which a step shrinks
@@ -272,27 +375,41 @@ impl Vehicle {
 
     /// Force of the air on the body at a state.
     #[inline(always)]
-    pub fn aero_load<S: Real>(&self, environment: &Environment, state: &BodyState<S>) -> AeroLoad<S> {
-        let v_air_ned = state.v_ned - environment.wind_ned_m_s.map(S::from_f64);
-        self.aero.load(rotate_body_from_ned(state.q_ned_from_body, v_air_ned), environment.density_kg_m3)
+    pub fn aero_load(&self, environment: &Environment, state: &BodyState) -> AeroLoad {
+        let v_air_ned = V3::from(state.v_ned - environment.wind_ned_m_s);
+        self.aero.load(Turn::of(state.q_ned_from_body).to_body(v_air_ned), environment.density_kg_m3)
     }
 
     /// Derivative of the body under given thrusts [N] (one per rotor), actuators left out: the planner's and
     /// the ideal plant's dynamics, `f(x, u)` of (25).
     #[inline(always)]
-    pub fn thrust_derivative<S: Real>(
+    pub fn thrust_derivative(
         &self,
         environment: &Environment,
-        state: &BodyState<S>,
+        state: &BodyState,
+        thrust_n: &[f64],
+    ) -> BodyRate {
+        state.rate(&self.thrust_rate(environment, &state.motion(), thrust_n))
+    }
+
+    /// [`Self::thrust_derivative`] of the motion, over any [`Real`].
+    #[inline(always)]
+    pub fn thrust_rate<S: Real>(
+        &self,
+        environment: &Environment,
+        motion: &Motion<S>,
         thrust_n: &[S],
-    ) -> BodyRate<S> {
-        let aero = self.aero_load(environment, state);
+    ) -> MotionRate<S> {
+        let kind = motion.v_ned.x;
+        let turn = Turn::of(motion.q_ned_from_body);
+        let v_air_ned = motion.v_ned - V3::constant(kind, &environment.wind_ned_m_s);
+        let aero = self.aero.load(turn.to_body(v_air_ned), kind.of(environment.density_kg_m3));
         let (mut force, mut moment) = (aero.force_body, aero.moment_body);
         for (i, (rotor, &thrust)) in self.rotors.iter().zip(thrust_n).enumerate() {
-            force += rotor.axis_body.map(S::from_f64) * thrust;
-            moment += self.moment_per_thrust(i, environment.density_kg_m3).map(S::from_f64) * thrust;
+            force += V3::constant(kind, &rotor.axis_body) * thrust;
+            moment += V3::constant(kind, &self.moment_per_thrust(i, environment.density_kg_m3)) * thrust;
         }
-        derivative(&self.mass, environment.gravity_m_s2, state, force, moment)
+        derivative(&self.mass, kind.of(environment.gravity_m_s2), motion, &turn, force, moment)
     }
 
     /// Balance of forces under given thrusts [N], actuators left out (rotor momentum too: the speeds are not
@@ -319,8 +436,8 @@ impl Vehicle {
 
     fn unpowered_balance(&self, environment: &Environment, aero: &AeroLoad) -> ForceBalance {
         ForceBalance {
-            aero_force_body: aero.force_body,
-            aero_moment_body: aero.moment_body,
+            aero_force_body: aero.force_body.into(),
+            aero_moment_body: aero.moment_body.into(),
             gravity_force_ned: environment.gravity_ned() * self.mass.mass_kg,
             ..ForceBalance::default()
         }
@@ -336,107 +453,108 @@ impl Vehicle {
         throttle: &PerRotor,
         locked: bool,
     ) -> VehicleRate {
-        let mut rate = VehicleRate::default();
-        let law = self.motor.law();
-        self.derive(&environment.ambient(), state, rotor_speed, None, &mut rate, |torque_nm| {
-            self.of_each(locked, |i| law.acceleration(throttle[i], rotor_speed[i], torque_nm[i]))
-        });
-        rate
+        let motors = Motors { vehicle: self, rotor_speed, throttle, held: locked };
+        let mut rate = FlightRate::nothing(0.0);
+        self.derive(&environment.ambient(), &state.motion(), rotor_speed, None, motors, &mut rate);
+        let FlightRate { motion, rotor_acceleration, .. } = rate;
+        VehicleRate { body: state.rate(&motion), rotor_acceleration, balance: rate.balance() }
     }
 
-    /// One number for each rotor; zero for each that is held.
+    /// Derivative of motion and rotors, which are driven so; `deviations` are how far thrusts are off what
+    /// the rotors' model has, in shares of it. What the ground and a canopy do is not in it.
     #[inline(always)]
-    pub fn of_each(&self, held: bool, of: impl Fn(usize) -> f64) -> PerRotor {
-        let mut all = [0.0; MAX_ROTORS];
-        if !held {
-            for (i, one) in all.iter_mut().enumerate().take(self.rotors.len()) {
-                *one = of(i);
-            }
-        }
-        all
-    }
-
-    /// Derivative of body and rotors; `accelerations` gives those of the rotors [rad/s^2] at the torques of
-    /// the air [N m], `deviations` how far thrusts are off what the rotors' model has, in shares of it. What
-    /// the ground and a canopy do is not in it.
-    #[inline(always)]
-    pub fn derive(
+    pub fn derive<S: Real>(
         &self,
-        ambient: &Ambient,
-        state: &BodyState,
-        rotor_speed: &PerRotor,
-        deviations: Option<&PerRotor>,
-        rate: &mut VehicleRate,
-        accelerations: impl FnOnce(&PerRotor) -> PerRotor,
+        ambient: &Ambient<S>,
+        motion: &Motion<S>,
+        rotor_speed: &[S; MAX_ROTORS],
+        deviations: Option<&[S; MAX_ROTORS]>,
+        drives: impl Drives<S>,
+        rate: &mut FlightRate<S>,
     ) {
-        let VehicleRate { body, rotor_acceleration, balance } = rate;
-        let v_air_body = rotate_body_from_ned(state.q_ned_from_body, state.v_ned - ambient.wind_ned_m_s);
-        let aero = self.aero.load(v_air_body, ambient.density_kg_m3);
-        let mut drag_per_speed = [0.0; MAX_ROTORS];
-        let mut in_disk_body_m_s = [Vector3::zeros(); MAX_ROTORS];
+        let zero = ambient.gravity_m_s2.of(0.0);
+        let none = V3::new(zero, zero, zero);
+        let (density, omega) = (ambient.density_kg_m3, motion.omega_body);
+        let turn = Turn::of(motion.q_ned_from_body);
+        let v_air_body = turn.to_body(motion.v_ned - ambient.wind_ned_m_s);
+        let aero = self.aero.load(v_air_body, density);
+        let mut drag_per_speed = [zero; MAX_ROTORS];
+        let mut in_disk_body_m_s = [none; MAX_ROTORS];
         for (i, rotor) in self.rotors.iter().enumerate() {
-            let hub_body = v_air_body + state.omega_body.cross(&rotor.position_body_m);
-            let hub = HubMotion::of(&hub_body, &rotor.axis_body);
-            let load = self.rotor_load(rotor, &hub, rotor_speed[i], ambient.density_kg_m3);
-            balance.thrust_n[i] = match deviations {
+            let hub = HubMotion::of(rotor.hub_body_m_s(v_air_body, omega), &rotor.axis_body);
+            let load = self.rotor_load(rotor, &hub, rotor_speed[i], density);
+            rate.thrust_n[i] = match deviations {
                 Some(deviations) => load.thrust_n + deviations[i] * load.thrust_n,
                 None => load.thrust_n,
             };
-            balance.torque_nm[i] = load.torque_nm;
+            rate.torque_nm[i] = load.torque_nm;
             in_disk_body_m_s[i] = hub.in_disk_body_m_s;
-            drag_per_speed[i] = if hub.in_plane_m_s > 0.0 { load.in_plane_n / hub.in_plane_m_s } else { 0.0 };
+            let moves = zero.less(hub.in_plane_m_s);
+            drag_per_speed[i] = S::select(moves, load.in_plane_n / hub.in_plane_m_s, zero);
         }
-        *rotor_acceleration = accelerations(&balance.torque_nm);
+        rate.rotor_acceleration = drives.accelerations(&rate.torque_nm);
         let inertia = self.motor.rotor_inertia_kg_m2();
-        let (mut force, mut moment) = (Vector3::zeros(), Vector3::zeros());
-        let (mut reaction, mut momentum, mut momentum_rate) =
-            (Vector3::zeros(), Vector3::zeros(), Vector3::zeros());
+        let (mut force, mut moment) = (none, none);
+        let (mut reaction, mut momentum, mut momentum_rate) = (none, none, none);
         for (i, rotor) in self.rotors.iter().enumerate() {
-            let of_rotor = rotor.axis_body * balance.thrust_n[i] - in_disk_body_m_s[i] * drag_per_speed[i];
+            let axis = V3::constant(zero, &rotor.axis_body);
+            let of_rotor = axis * rate.thrust_n[i] - in_disk_body_m_s[i] * drag_per_speed[i];
             force += of_rotor;
-            moment += rotor.position_body_m.cross(&of_rotor);
+            moment += V3::constant(zero, &rotor.position_body_m).cross(of_rotor);
             let sense = rotor.spin.sign();
             if self.options.reaction_torque {
-                reaction -= rotor.axis_body * (sense * balance.torque_nm[i]);
+                reaction -= axis * (rate.torque_nm[i] * sense);
             }
             if self.options.rotor_momentum {
-                momentum += rotor.axis_body * (sense * (inertia * rotor_speed[i]));
-                momentum_rate += rotor.axis_body * (sense * (inertia * rotor_acceleration[i]));
+                momentum += axis * (rotor_speed[i] * inertia * sense);
+                momentum_rate += axis * (rate.rotor_acceleration[i] * inertia * sense);
             }
         }
-        balance.rotor_force_body = force;
-        balance.aero_force_body = aero.force_body;
-        balance.gravity_force_ned = Vector3::new(0.0, 0.0, ambient.gravity_m_s2 * self.mass.mass_kg);
-        balance.rotor_moment_body = moment;
-        balance.aero_moment_body = aero.moment_body;
-        balance.reaction_moment_body = reaction;
-        balance.gyro_moment_body = -(momentum_rate + state.omega_body.cross(&momentum));
-        let (force, moment) = (balance.force_body(), balance.moment_body());
-        *body = derivative(&self.mass, ambient.gravity_m_s2, state, force, moment);
+        rate.rotor_force_body = force;
+        rate.aero_force_body = aero.force_body;
+        rate.weight_n = ambient.gravity_m_s2 * self.mass.mass_kg;
+        rate.rotor_moment_body = moment;
+        rate.aero_moment_body = aero.moment_body;
+        rate.reaction_moment_body = reaction;
+        rate.gyro_moment_body = -(momentum_rate + omega.cross(momentum));
+        let force = rate.rotor_force_body + rate.aero_force_body;
+        let moment = rate.rotor_moment_body
+            + rate.aero_moment_body
+            + rate.reaction_moment_body
+            + rate.gyro_moment_body;
+        rate.motion = derivative(&self.mass, ambient.gravity_m_s2, motion, &turn, force, moment);
     }
 
     /// Thrusts of the rotors at their speeds [rad/s], without deviations [N].
-    pub fn thrusts_n(&self, ambient: &Ambient, body: &BodyState, rotor_speed: &PerRotor) -> PerRotor {
-        let v_air_body = rotate_body_from_ned(body.q_ned_from_body, body.v_ned - ambient.wind_ned_m_s);
-        self.of_each(false, |i| {
-            let rotor = &self.rotors[i];
-            let hub = v_air_body + body.omega_body.cross(&rotor.position_body_m);
-            let hub = HubMotion::of(&hub, &rotor.axis_body);
-            self.rotor_load(rotor, &hub, rotor_speed[i], ambient.density_kg_m3).thrust_n
-        })
+    #[inline(always)]
+    pub fn thrusts_n<S: Real>(
+        &self,
+        ambient: &Ambient<S>,
+        motion: &Motion<S>,
+        rotor_speed: &[S; MAX_ROTORS],
+    ) -> [S; MAX_ROTORS] {
+        let turn = Turn::of(motion.q_ned_from_body);
+        let v_air_body = turn.to_body(motion.v_ned - ambient.wind_ned_m_s);
+        let mut thrust_n = [ambient.density_kg_m3.of(0.0); MAX_ROTORS];
+        for (i, rotor) in self.rotors.iter().enumerate() {
+            let hub = rotor.hub_body_m_s(v_air_body, motion.omega_body);
+            let hub = HubMotion::of(hub, &rotor.axis_body);
+            thrust_n[i] = self.rotor_load(rotor, &hub, rotor_speed[i], ambient.density_kg_m3).thrust_n;
+        }
+        thrust_n
     }
 
     /// Torque of the air that brakes rotor `i` (from 0) at a speed [rad/s], negative: backwards [N m].
     pub fn air_torque_nm(&self, ambient: &Ambient, body: &BodyState, i: usize, omega_rad_s: f64) -> f64 {
-        let hub = HubMotion::of(&self.hub_body_m_s(ambient, body, i), &self.rotors[i].axis_body);
+        let hub = HubMotion::of(self.hub_body_m_s(ambient, body, i), &self.rotors[i].axis_body);
         self.rotor_load(&self.rotors[i], &hub, omega_rad_s, ambient.density_kg_m3).torque_nm
     }
 
     /// Velocity of the hub of rotor `i` (from 0) through the air, body axes [m/s].
-    fn hub_body_m_s(&self, ambient: &Ambient, body: &BodyState, i: usize) -> Vector3<f64> {
-        let v_air_ned = body.v_ned - ambient.wind_ned_m_s;
-        let v_air_body = rotate_body_from_ned(body.q_ned_from_body, v_air_ned);
-        v_air_body + body.omega_body.cross(&self.rotors[i].position_body_m)
+    fn hub_body_m_s(&self, ambient: &Ambient, body: &BodyState, i: usize) -> V3<f64> {
+        let Motion { q_ned_from_body, v_ned, omega_body } = body.motion();
+        let v_air_body = Turn::of(q_ned_from_body).to_body(v_ned - ambient.wind_ned_m_s);
+        self.rotors[i].hub_body_m_s(v_air_body, omega_body)
     }
 
     /// The speed [rad/s] that rotor `i` (from 0) comes to from another one [rad/s] where nobody drives it and
@@ -448,12 +566,19 @@ impl Vehicle {
     }
 
     #[inline(always)]
-    fn rotor_load(&self, rotor: &RotorMount, hub: &HubMotion, omega: f64, density_kg_m3: f64) -> RotorLoad {
+    fn rotor_load<S: Real>(
+        &self,
+        rotor: &RotorMount,
+        hub: &HubMotion<S>,
+        omega: S,
+        density_kg_m3: S,
+    ) -> RotorLoad<S> {
         let alone = self.rotor.load_at_hub(omega, hub, density_kg_m3);
+        let Interference { thrust, torque } = rotor.interference;
         RotorLoad {
-            thrust_n: rotor.interference.thrust * alone.thrust_n,
-            torque_nm: rotor.interference.torque * alone.torque_nm,
-            in_plane_n: rotor.interference.thrust * alone.in_plane_n,
+            thrust_n: alone.thrust_n * thrust,
+            torque_nm: alone.torque_nm * torque,
+            in_plane_n: alone.in_plane_n * thrust,
         }
     }
 }

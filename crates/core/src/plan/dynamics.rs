@@ -206,9 +206,10 @@ impl<const NU: usize> Dynamics<BODY_STATES, NU> for VehicleDynamics<NU> {
     fn value(&self, x: &SVector<f64, BODY_STATES>, u: &SVector<f64, NU>) -> SVector<f64, BODY_STATES> {
         let (q, v, omega) = split(x);
         let c = dcm_body_from_ned(q);
-        let load = self.aero.load(c * (v - self.wind_ned), self.density);
-        let force = load.force_body + mul(&self.force_map, u);
-        let moment = load.moment_body + mul(&self.moment_map, u) - omega.cross(&(self.inertia * omega));
+        let load = self.aero.load((c * (v - self.wind_ned)).into(), self.density);
+        let force = Vector3::from(load.force_body) + mul(&self.force_map, u);
+        let moment =
+            Vector3::from(load.moment_body) + mul(&self.moment_map, u) - omega.cross(&(self.inertia * omega));
         let q_dot = quaternion_rate_map(&q) * omega;
         let mut v_dot = c.tr_mul(&force) / self.mass;
         v_dot.z += self.gravity;

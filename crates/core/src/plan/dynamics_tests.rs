@@ -6,11 +6,11 @@ use proptest::prelude::*;
 use super::dynamics::*;
 use crate::math;
 use crate::model::environment::GeoPoint;
-use crate::model::rigid_body::{BodyState, MassProperties};
+use crate::model::rigid_body::{MassProperties, Motion};
 use crate::model::{BodyAero, Environment, Vehicle};
 use crate::model::{Interference, Motor, RotationSense, Rotor, RotorMount, VehicleOptions};
-use crate::real::Real as _;
-use crate::real::dual::HyperDual;
+use crate::real::Dual;
+use crate::vector::V3;
 use nalgebra::{Matrix3, SVector, Vector3};
 
 /// A vehicle that is symmetric about nothing, with a side force or without.
@@ -63,30 +63,20 @@ fn site() -> Environment {
     Environment::new(9.8, 1.3, Vector3::new(0.5, -0.8, 0.3), anchor).unwrap()
 }
 
-/// `f` with unit perturbations e1 along variable `i` and e2 along `j`; the product's part is the second
-/// derivative.
-fn dual_flight(
-    vehicle: &Vehicle,
-    site: &Environment,
-    x: &[f64; 10],
-    u: &[f64; 4],
-    (i, j): (usize, usize),
-) -> [HyperDual; 10] {
-    let seeded = |k: usize, value: f64| {
-        let mut z = HyperDual::from_f64(value);
-        z.eps1 = if k == i { 1.0 } else { 0.0 };
-        z.eps2 = if k == j { 1.0 } else { 0.0 };
-        z
-    };
-    let z: [HyperDual; 10] = std::array::from_fn(|k| seeded(k, x[k]));
-    let thrust: [HyperDual; 4] = std::array::from_fn(|k| seeded(10 + k, u[k]));
-    let state = BodyState {
-        p_ned: Vector3::from_element(HyperDual::from_f64(0.0)),
+/// A number with its first and second derivatives with respect to all states and thrusts.
+type Twice = Dual<Dual<f64, 14>, 14>;
+
+/// `f` with its derivatives.
+fn dual_flight(vehicle: &Vehicle, site: &Environment, x: &[f64; 10], u: &[f64; 4]) -> [Twice; 10] {
+    let seeded = |k: usize, value: f64| Dual::variable(Dual::variable(value, k), k);
+    let z: [Twice; 10] = std::array::from_fn(|k| seeded(k, x[k]));
+    let thrust: [Twice; 4] = std::array::from_fn(|k| seeded(10 + k, u[k]));
+    let motion = Motion {
         q_ned_from_body: [z[0], z[1], z[2], z[3]],
-        v_ned: Vector3::new(z[4], z[5], z[6]),
-        omega_body: Vector3::new(z[7], z[8], z[9]),
+        v_ned: V3::new(z[4], z[5], z[6]),
+        omega_body: V3::new(z[7], z[8], z[9]),
     };
-    let r = vehicle.thrust_derivative(site, &state, &thrust);
+    let r = vehicle.thrust_rate(site, &motion, &thrust);
     let (v, w) = (r.v_dot_ned, r.omega_dot_body);
     [r.q_dot[0], r.q_dot[1], r.q_dot[2], r.q_dot[3], v.x, v.y, v.z, w.x, w.y, w.z]
 }
@@ -106,10 +96,11 @@ proptest! {
         let (xs, us) = (SVector::from(x), SVector::from(u));
         let l = dynamics.linearise(&xs, &us);
         let c = dynamics.curvature(&xs, &us, &SVector::from(weights));
+        let dual = dual_flight(&vehicle, &site, &x, &u);
         for i in 0..14 {
             for j in 0..=i {
-                let dual = dual_flight(&vehicle, &site, &x, &u, (i, j));
-                let exact: f64 = dual.iter().zip(weights).map(|(f, weight)| weight * f.eps1eps2).sum();
+                let second = |f: &Twice| f.slope[i].slope[j];
+                let exact: f64 = dual.iter().zip(weights).map(|(f, weight)| weight * second(f)).sum();
                 let ours = match (i < 10, j < 10) {
                     (true, _) => c.xx[(i, j)],
                     (false, true) => c.ux[(i - 10, j)],
@@ -117,7 +108,7 @@ proptest! {
                 };
                 prop_assert!((ours - exact).abs() < 1e-10 * (1.0 + exact.abs()), "({i}, {j}): {ours} {exact}");
                 for (row, f) in dual.iter().enumerate() {
-                    let first = f.eps1;
+                    let first = f.value.slope[i];
                     let ours = if i < 10 { l.a[(row, i)] } else { l.b[(row, i - 10)] };
                     prop_assert!((ours - first).abs() < 1e-11 * (1.0 + first.abs()), "row {row} by {i}");
                 }

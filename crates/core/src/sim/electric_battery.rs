@@ -43,6 +43,12 @@ impl ElectricBattery {
         self.left_c / self.capacity_c
     }
 
+    /// Voltage without load [V]; none without charge.
+    pub fn open_v(&self) -> f64 {
+        let charge = self.charge();
+        if charge > 0.0 { self.pack.open_circuit_v(charge) } else { 0.0 }
+    }
+
     /// Charge that has been taken [C].
     pub fn consumed_c(&self) -> f64 {
         self.consumed_c
@@ -55,9 +61,7 @@ impl ElectricBattery {
 
     /// The bus without load.
     pub fn at_rest(&self) -> BusState {
-        let charge = self.charge();
-        let bus_v = if charge > 0.0 { self.pack.open_circuit_v(charge) } else { 0.0 };
-        BusState { bus_v, charge, ..BusState::default() }
+        BusState { bus_v: self.open_v(), charge: self.charge(), ..BusState::default() }
     }
 
     /// Bus voltage that the last step ended with, from which the next one's is searched [V].

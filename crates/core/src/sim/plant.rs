@@ -19,14 +19,16 @@ use super::ground::Ground;
 use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
 use super::rotor_start::{EscState, StartCourse};
 use crate::frames::normalized;
+use crate::model::canopy::Pull;
 use crate::model::environment::{Ambient, LocalAir};
 use crate::model::motor::MotorLaw;
-use crate::model::rigid_body::BodyState;
+use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::rotor_start::Drive;
 use crate::model::supply::{BusState, MotorState};
-use crate::model::vehicle::VehicleRate;
+use crate::model::vehicle::{Drives, FlightRate};
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, MotorCondition, PerRotor, Vehicle};
 use crate::simd::{Kernel, vectorised};
+use crate::vector::V3;
 
 /// Kind of a plant's actuators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,10 +73,13 @@ impl BusDraw {
 }
 
 /// A stage of an integration: the derivative, what made it, and the bus.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Stage {
-    /// Derivative of body and rotors, and the balance that made it.
-    pub(super) rate: VehicleRate,
+    /// Derivative of motion and rotors, with everything that acts.
+    pub(super) rate: FlightRate<f64>,
+    /// Force [N], NED, and moment [N m], body, of the ground and of a canopy.
+    ground: [Vector3<f64>; 2],
+    canopy: [Vector3<f64>; 2],
     /// The bus of a battery with a voltage.
     pub(super) bus: Option<BusState>,
     /// Bus voltage from which the next one is searched [V].
@@ -82,10 +87,24 @@ pub(super) struct Stage {
 }
 
 impl Stage {
-    /// The derivative that is integrated.
+    /// The derivative of a state, for its integration.
     #[inline(always)]
-    pub(super) fn derivative(&self) -> PlantRate {
-        PlantRate { body: self.rate.body, rotor_acceleration: self.rate.rotor_acceleration }
+    pub(super) fn derivative(&self, state: &PlantState) -> PlantRate {
+        PlantRate {
+            body: state.body.rate(&self.rate.motion),
+            rotor_acceleration: self.rate.rotor_acceleration,
+        }
+    }
+
+    /// Adds a canopy's pull on the vehicle.
+    pub(super) fn pull(&mut self, mass: &MassProperties, pull: &Pull) {
+        self.canopy = [pull.force_ned, pull.moment_body];
+        self.push(mass, &self.canopy.clone());
+    }
+
+    fn push(&mut self, mass: &MassProperties, [force_ned, moment_body]: &[Vector3<f64>; 2]) {
+        self.rate.motion.v_dot_ned += V3::from(force_ned / mass.mass_kg);
+        self.rate.motion.omega_dot_body += V3::from(mass.inertia_inverse * moment_body);
     }
 }
 
@@ -240,18 +259,22 @@ impl Plant {
 
     /// What acts in a stage.
     pub(super) fn acted(&self, stage: &Stage) -> Loads {
-        Loads {
-            a_ned: stage.rate.body.v_dot_ned,
-            wind_ned: self.environment.wind_ned_m_s,
-            balance: stage.rate.balance,
-            bus: stage.bus,
-        }
+        let balance = ForceBalance {
+            ground_force_ned: stage.ground[0],
+            ground_moment_body: stage.ground[1],
+            canopy_force_ned: stage.canopy[0],
+            canopy_moment_body: stage.canopy[1],
+            ..stage.rate.balance()
+        };
+        let a_ned = stage.rate.motion.v_dot_ned.into();
+        Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance, bus: stage.bus }
     }
 
     /// A stage to begin with.
     pub(super) fn stage(&self) -> Stage {
         let near_v = self.battery.as_ref().map_or(0.0, |battery| battery.near_v());
-        Stage { near_v, ..Stage::default() }
+        let none = [Vector3::zeros(); 2];
+        Stage { rate: FlightRate::nothing(0.0), ground: none, canopy: none, bus: None, near_v }
     }
 
     /// Gravity, air and wind at a place.
@@ -262,98 +285,29 @@ impl Plant {
 
     /// Thrusts of the rotors without deviations from their means [N].
     pub(super) fn thrusts_n(&self, state: &PlantState) -> PerRotor {
-        self.vehicle.thrusts_n(&self.ambient(&state.body.p_ned), &state.body, &state.rotor_speed)
+        self.vehicle.thrusts_n(&self.ambient(&state.body.p_ned), &state.body.motion(), &state.rotor_speed)
     }
 
     /// Derivative of body and rotors, the balance that makes it, and the bus; the stage is the one before, or
     /// one to begin with.
     pub(super) fn rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool, stage: &mut Stage) {
-        if self.start.is_some() {
-            self.starting_rate(state, throttle, locked, stage);
-        } else {
-            vectorised(RateKernel { plant: self, state, throttle, locked, stage });
-        }
+        vectorised(RateKernel { plant: self, state, throttle, locked, stage });
         if let Some(ground) = &self.ground {
-            let rate = &mut stage.rate;
             let reaction = ground.reaction(&self.vehicle, &state.body);
-            rate.body.v_dot_ned += reaction.force_ned / self.vehicle.mass.mass_kg;
-            rate.body.omega_dot_body += self.vehicle.mass.inertia_inverse * reaction.moment_body;
-            rate.balance.ground_force_ned = reaction.force_ned;
-            rate.balance.ground_moment_body = reaction.moment_body;
+            stage.ground = [reaction.force_ned, reaction.moment_body];
+            stage.push(&self.vehicle.mass, &stage.ground.clone());
         }
     }
 
     /// Derivative with rotors that are held, or free and driven by motors in their conditions.
     #[inline(always)]
     fn driven_rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool, stage: &mut Stage) {
-        let (vehicle, law, speed) = (&*self.vehicle, &self.motor, &state.rotor_speed);
-        let n = vehicle.rotors.len();
         let ambient = self.ambient(&state.body.p_ned);
         let deviations = self.thrust_deviations.as_ref().filter(|_| !locked);
-        let Stage { rate, bus, near_v } = stage;
-        vehicle.derive(&ambient, &state.body, speed, deviations, rate, |torque_nm| match &self.battery {
-            Some(battery) if !locked => {
-                let mut motors = [MotorState::default(); MAX_ROTORS];
-                for (i, motor) in motors.iter_mut().enumerate().take(n) {
-                    *motor = MotorState {
-                        condition: self.condition(i),
-                        throttle: throttle[i],
-                        omega_rad_s: speed[i],
-                        torque_nm: torque_nm[i],
-                    };
-                }
-                let (supply, of_bus) = battery.pack().supply(battery.charge(), law, &motors[..n], *near_v);
-                (*bus, *near_v) = (Some(of_bus), of_bus.bus_v);
-                vehicle.of_each(false, |i| supply.acceleration(law, &motors[i]))
-            }
-            battery => {
-                *bus = battery.as_ref().map(|battery| battery.at_rest());
-                match &self.motors {
-                    Some(motors) => vehicle.of_each(locked, |i| {
-                        law.acceleration_in(motors[i], throttle[i], speed[i], torque_nm[i])
-                    }),
-                    None => {
-                        vehicle.of_each(locked, |i| law.acceleration(throttle[i], speed[i], torque_nm[i]))
-                    }
-                }
-            }
-        });
-    }
-
-    /// Derivative with rotors that are free or being started; the battery supplies those that are driven.
-    fn starting_rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool, stage: &mut Stage) {
-        let Some(start) = &self.start else { return };
-        let (vehicle, law, speed) = (&*self.vehicle, &self.motor, &state.rotor_speed);
-        let n = vehicle.rotors.len();
-        let ambient = self.ambient(&state.body.p_ned);
-        let deviations = self.thrust_deviations.as_ref().filter(|_| !locked);
-        let Stage { rate, bus, near_v } = stage;
-        *bus = self.battery.as_ref().map(|battery| battery.at_rest());
-        vehicle.derive(&ambient, &state.body, speed, deviations, rate, |torque_nm| {
-            let drives: [Drive; MAX_ROTORS] =
-                std::array::from_fn(|i| start.drive(i, self.condition(i), locked));
-            let supplied = self.battery.as_ref().filter(|_| !locked).map(|battery| {
-                let states: [MotorState; MAX_ROTORS] = std::array::from_fn(|i| MotorState {
-                    condition: match drives[i] {
-                        Drive::Motor => MotorCondition::Sound,
-                        _ => MotorCondition::Unpowered,
-                    },
-                    throttle: throttle[i],
-                    omega_rad_s: speed[i],
-                    torque_nm: torque_nm[i],
-                });
-                let (supply, of_bus) = battery.pack().supply(battery.charge(), law, &states[..n], *near_v);
-                (*bus, *near_v) = (Some(of_bus), of_bus.bus_v);
-                (supply, states)
-            });
-            vehicle.of_each(false, |i| match (&supplied, drives[i]) {
-                (Some((supply, states)), Drive::Motor) if supply.bus_v > 0.0 => {
-                    supply.acceleration(law, &states[i])
-                }
-                (Some(_), Drive::Motor) => start.acceleration(Drive::Free, law, 0.0, speed[i], torque_nm[i]),
-                (_, drive) => start.acceleration(drive, law, throttle[i], speed[i], torque_nm[i]),
-            })
-        });
+        let Stage { rate, bus, near_v, .. } = stage;
+        let (motion, speed) = (state.body.motion(), &state.rotor_speed);
+        let drives = PlantDrives { plant: self, speed, throttle, locked, bus, near_v };
+        self.vehicle.derive(&ambient, &motion, speed, deviations, drives, rate);
     }
 
     /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its
@@ -490,8 +444,9 @@ impl Plant {
             self.follow_air(&from);
             let mut stage = self.stage();
             let next = runge_kutta_4(&from, h, |fraction, x| {
-                self.rate(&PlantState { body: now(fraction), ..*x }, &rest, true, &mut stage);
-                stage.derivative()
+                let state = PlantState { body: now(fraction), ..*x };
+                self.rate(&state, &rest, true, &mut stage);
+                stage.derivative(&state)
             });
             let end = PlantState { body: now(1.0), rotor_speed: next.rotor_speed };
             *state = self.settled(&before, end, true);
@@ -513,7 +468,7 @@ impl Plant {
             self.rate(x, throttle, locked, &mut stage);
             first.get_or_insert_with(|| self.acted(&stage));
             draw.add(stage.bus.as_ref());
-            stage.derivative()
+            stage.derivative(x)
         });
         let loads = first.unwrap_or_else(|| self.loads(state, throttle, locked));
         self.drain(&draw, &stage, dt_s);
@@ -540,6 +495,99 @@ impl Plant {
         self.thrust_n = to;
         *state = next;
         loads
+    }
+}
+
+/// What turns the rotors of a plant; the bus is told.
+struct PlantDrives<'a> {
+    plant: &'a Plant,
+    speed: &'a PerRotor,
+    throttle: &'a PerRotor,
+    locked: bool,
+    bus: &'a mut Option<BusState>,
+    near_v: &'a mut f64,
+}
+
+impl Drives<f64> for PlantDrives<'_> {
+    #[inline(always)]
+    fn accelerations(self, torque_nm: &PerRotor) -> PerRotor {
+        let mut rates = [0.0; MAX_ROTORS];
+        let Self { plant, speed, throttle, locked, .. } = self;
+        if let Some(start) = &plant.start {
+            self.starting(start, torque_nm, &mut rates);
+        } else if let Some(battery) = plant.battery.as_ref().filter(|_| !locked) {
+            self.supplied(battery, torque_nm, &mut rates);
+        } else {
+            *self.bus = plant.battery.as_ref().map(|battery| battery.at_rest());
+            let law = &plant.motor;
+            if !locked {
+                for (i, rate) in rates.iter_mut().enumerate().take(plant.vehicle.rotors.len()) {
+                    *rate = law.acceleration_in(plant.condition(i), throttle[i], speed[i], torque_nm[i]);
+                }
+            }
+        }
+        rates
+    }
+}
+
+impl PlantDrives<'_> {
+    /// Motors that a battery supplies.
+    #[inline(always)]
+    fn supplied(self, battery: &ElectricBattery, torque_nm: &PerRotor, rates: &mut PerRotor) {
+        let Self { plant, speed, throttle, .. } = self;
+        let n = plant.vehicle.rotors.len();
+        let mut motors = [MotorState::default(); MAX_ROTORS];
+        for (i, motor) in motors.iter_mut().enumerate().take(n) {
+            *motor = MotorState {
+                condition: plant.condition(i),
+                throttle: throttle[i],
+                omega_rad_s: speed[i],
+                torque_nm: torque_nm[i],
+            };
+        }
+        let (law, open_v) = (&plant.motor, battery.open_v());
+        let (supply, bus) = battery.pack().supply(open_v, law, &motors[..n], *self.near_v);
+        *self.bus = Some(bus.at_charge(battery.charge()));
+        *self.near_v = bus.bus_v;
+        for (rate, motor) in rates.iter_mut().zip(&motors[..n]) {
+            *rate = supply.acceleration(law, motor);
+        }
+    }
+
+    /// Rotors that are free or being started; the battery supplies those that are driven.
+    #[cold]
+    #[inline(never)]
+    fn starting(self, start: &StartCourse, torque_nm: &PerRotor, rates: &mut PerRotor) {
+        let Self { plant, speed, throttle, locked, .. } = self;
+        let (n, law) = (plant.vehicle.rotors.len(), &plant.motor);
+        *self.bus = plant.battery.as_ref().map(|battery| battery.at_rest());
+        let drives: [Drive; MAX_ROTORS] = std::array::from_fn(|i| start.drive(i, plant.condition(i), locked));
+        let supplied = plant.battery.as_ref().filter(|_| !locked).map(|battery| {
+            let states: [MotorState; MAX_ROTORS] = std::array::from_fn(|i| MotorState {
+                condition: match drives[i] {
+                    Drive::Motor => MotorCondition::Sound,
+                    _ => MotorCondition::Unpowered,
+                },
+                throttle: throttle[i],
+                omega_rad_s: speed[i],
+                torque_nm: torque_nm[i],
+            });
+            let open_v = battery.open_v();
+            let (supply, bus) = battery.pack().supply(open_v, law, &states[..n], *self.near_v);
+            *self.bus = Some(bus.at_charge(battery.charge()));
+            *self.near_v = bus.bus_v;
+            (supply, states)
+        });
+        for (i, rate) in rates.iter_mut().enumerate().take(n) {
+            let (omega, air_nm) = (speed[i], torque_nm[i]);
+            *rate = match (&supplied, drives[i]) {
+                (Some((supply, states)), Drive::Motor) if supply.bus_v > 0.0 => {
+                    supply.acceleration(law, &states[i])
+                }
+                (Some(_), Drive::Motor) => start.acceleration(Drive::Free, law, 0.0, omega, air_nm),
+                (_, drive) => start.acceleration(drive, law, throttle[i], omega, air_nm),
+            };
+        }
     }
 }
 

@@ -162,7 +162,7 @@ impl CanopyFlight {
         riser_ned: Vector3<f64>,
         t_s: f64,
     ) -> Canopy {
-        let ambient = Ambient { wind_ned_m_s: self.wind_ned, ..self.air.at(environment, p_ned) };
+        let ambient = Ambient { wind_ned_m_s: self.wind_ned.into(), ..self.air.at(environment, p_ned) };
         let outer = self.suspension.canopy.outer_force_ned(&ambient, v_ned, t_s);
         [*v_ned, outer + riser_ned, outer]
     }
@@ -232,7 +232,7 @@ impl CanopyFlight {
                     acting.get_or_insert_with(|| plant.acted(&stage));
                     draw.add(stage.bus.as_ref());
                     let mut canopy_rate = self.rate(plant.environment(), &there, -pull.force_ned, now_s);
-                    let rate = stage.derivative();
+                    let rate = stage.derivative(vehicle);
                     canopy_rate[2] += rate.body.v_dot_ned * mass_kg - pull.force_ned;
                     (rate, canopy_rate)
                 });
@@ -282,10 +282,5 @@ fn pulled(
     stage: &mut Stage,
 ) {
     plant.rate(state, throttle, locked, stage);
-    let mass = &plant.vehicle().mass;
-    let rate = &mut stage.rate;
-    rate.body.v_dot_ned += pull.force_ned / mass.mass_kg;
-    rate.body.omega_dot_body += mass.inertia_inverse * pull.moment_body;
-    rate.balance.canopy_force_ned = pull.force_ned;
-    rate.balance.canopy_moment_body = pull.moment_body;
+    stage.pull(&plant.vehicle().mass, pull);
 }

@@ -11,6 +11,7 @@ use super::{Check, CheckGroup, VerifyError};
 use crate::model::rotor::HubMotion;
 use crate::model::{Airfoil, BladeStation, Blades, Rotor};
 use crate::units::RAD_PER_DEG;
+use crate::vector::V3;
 
 /// Chord over radius and pitch [deg] from 0.15 to 1 of the radius, 0.05 apart, of the quadrotor's propeller:
 /// `rotor.blade_element` in `params/vehicles/x500.json`.
@@ -87,7 +88,7 @@ pub fn between_knots(
     let blades = propeller(chord_and_pitch)?;
     let mut checks = Vec::new();
     for (name, [omega, climb, across]) in FLIGHT {
-        let inflow = HubMotion::of(&Vector3::new(across, 0.0, -climb), &-Vector3::z()).inflow();
+        let inflow = HubMotion::of(V3::new(across, 0.0, -climb), &-Vector3::z()).inflow();
         let flown = rotor.load(omega, inflow, density_kg_m3);
         let solved = blades.load(omega, climb, across, density_kg_m3);
         let (tip, v2) = (omega * blades.radius_m(), climb * climb + across * across);

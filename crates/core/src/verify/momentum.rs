@@ -126,7 +126,7 @@ pub fn rotor(rotor: &Rotor, density_kg_m3: f64, blades: &Blades) -> CheckGroup {
     let up_body = -Vector3::z();
     let mut checks = Vec::new();
     for (name, climb_m_s) in FLIGHT {
-        let inflow = HubMotion::of(&(up_body * climb_m_s), &up_body).inflow();
+        let inflow = HubMotion::of((up_body * climb_m_s).into(), &up_body).inflow();
         let flown = rotor.load(OMEGA_RAD_S, inflow, density_kg_m3);
         let theory = blades.load(OMEGA_RAD_S, climb_m_s, density_kg_m3);
         checks.push(Check::new(format!("{name}: thrust"), "N", flown.thrust_n, theory.thrust_n, 1e-9));

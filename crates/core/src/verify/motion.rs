@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 
-use crate::frames::normalized;
+use crate::frames::{Turn, normalized};
 use crate::model::MAX_ROTORS;
 use crate::model::rigid_body::{BodyState, MassProperties, derivative};
 use crate::sim::PlantState;
@@ -36,7 +36,9 @@ pub fn advance(
     let start = PlantState::rotors_at_rest(*state);
     let mut end = runge_kutta_4(&start, dt_s, |_, x| {
         let load = load(&x.body);
-        let body = derivative(mass, load.gravity_m_s2, &x.body, load.force_body, load.moment_body);
+        let (motion, turn) = (x.body.motion(), Turn::of(x.body.q_ned_from_body));
+        let (force, moment) = (load.force_body.into(), load.moment_body.into());
+        let body = x.body.rate(&derivative(mass, load.gravity_m_s2, &motion, &turn, force, moment));
         PlantRate { body, rotor_acceleration: [0.0; MAX_ROTORS] }
     })
     .body;

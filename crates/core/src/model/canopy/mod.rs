@@ -143,11 +143,12 @@ impl Canopy {
     /// air taken in, at a velocity over ground [m/s] where it is, `t_s` from the beginning of the hang [s].
     pub fn outer_force_ned(&self, there: &Ambient, v_ned: &Vector3<f64>, t_s: f64) -> Vector3<f64> {
         let Filling { drag_area, apparent_mass_per_s, .. } = self.filling(t_s);
-        let u_ned = v_ned - there.wind_ned_m_s;
+        let wind_ned = Vector3::from(there.wind_ned_m_s);
+        let u_ned = v_ned - wind_ned;
         let drag = 0.5 * there.density_kg_m3 * (self.drag_area_m2 * drag_area) * u_ned.norm();
         let taken_in = self.apparent_mass_kg * apparent_mass_per_s;
         let weight_ned = Vector3::new(0.0, 0.0, there.gravity_m_s2 * self.mass_kg);
-        weight_ned - u_ned * drag + there.wind_ned_m_s * taken_in
+        weight_ned - u_ned * drag + wind_ned * taken_in
     }
 
     /// Rate at which drag takes the canopy's speed through the air away [1/s], at that speed [m/s].

@@ -59,14 +59,14 @@ impl Falling {
     fn load(&self, state: &BodyState) -> Load {
         let (altitude_m, v) = (Self::altitude_m(state), state.v_ned);
         let through_air = rotate_body_from_ned(state.q_ned_from_body, v - self.wind.at(altitude_m));
-        let aero = self.aero.load(through_air, Earth::density_kg_m3(altitude_m));
+        let aero = self.aero.load(through_air.into(), Earth::density_kg_m3(altitude_m));
         let turn = v.y / (self.earth.radius_m + altitude_m);
         let apparent = self.earth.coriolis_ned(&v) + Vector3::new(0.0, turn * v.z, -turn * v.y);
         let apparent_body = rotate_body_from_ned(state.q_ned_from_body, apparent * self.mass.mass_kg);
         Load {
             gravity_m_s2: self.earth.apparent_gravity_m_s2(altitude_m),
-            force_body: aero.force_body + apparent_body,
-            moment_body: aero.moment_body,
+            force_body: Vector3::from(aero.force_body) + apparent_body,
+            moment_body: aero.moment_body.into(),
         }
     }
 }
