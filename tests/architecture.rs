@@ -16,8 +16,8 @@ mod prose;
 
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
-    &["math"],
-    &["checksum", "printable", "random", "real", "simd", "units"],
+    &["math", "real"],
+    &["checksum", "printable", "random", "simd", "units", "vector"],
     &["frames", "time"],
     &["model"],
     &["trajectory"],

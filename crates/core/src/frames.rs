@@ -10,8 +10,9 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use crate::math::{self, straight};
+use crate::math;
 use crate::real::Real;
+use crate::real::straight;
 use crate::vector::V3;
 
 /// A quaternion `[w, x, y, z]`, body to NED; not necessarily of unit length.

@@ -8,8 +8,8 @@
 //!
 //! | module | holds |
 //! |---|---|
-//! | [`math`] | elementary functions, the same on every machine |
-//! | [`real`], [`simd`] | the scalar of the dynamics, wider registers |
+//! | [`math`], [`real`] | elementary functions, the same on every machine; the number of the dynamics |
+//! | [`simd`], [`vector`] | wider registers; vectors of any number |
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
 //! | [`printable`] | texts of others made fit to be printed |
 //! | [`frames`], [`time`] | rotations; simulated time |

@@ -6,8 +6,6 @@
 //! and no call of the system. What IEEE 754 rounds exactly (`sqrt`, `floor`, `round`, `abs`, `%`) needs none
 //! of this. clippy.toml refuses the methods of `f64` that this module replaces.
 
-pub mod straight;
-
 /// Sine of an angle [rad].
 #[inline]
 pub fn sin(x: f64) -> f64 {

@@ -5,7 +5,8 @@
 //! four, and picks by what the processor has. Fused multiply-add stays off: each number is then the outcome
 //! of the same operations in the same order, and wide registers change no bit.
 //!
-//! This is the only place with `unsafe` code.
+//! [`lanes`] has the registers themselves as a number, for what the compiler does not find by itself. These
+//! two files are the only place with `unsafe` code.
 
 /// A computation that [`vectorised`] compiles twice. (A closure would not do: it cannot be forced to be
 /// inlined.)
@@ -35,29 +36,9 @@ pub fn vectorised<W: Kernel>(kernel: W) -> W::Output {
     kernel.run()
 }
 
-/// How many flights fly side by side.
-pub const LANES: usize = 8;
-
-/// Proof that the processor has AVX2, with which alone [`Lanes`] can be made.
-#[cfg(target_arch = "x86_64")]
-#[derive(Clone, Copy, Debug)]
-pub struct Avx2(());
-
-#[cfg(target_arch = "x86_64")]
-impl Avx2 {
-    /// The proof, where the processor has it.
-    #[inline]
-    pub fn found() -> Option<Self> {
-        std::arch::is_x86_feature_detected!("avx2").then_some(Self(()))
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-pub use lanes::{Cells, Lanes, Masks};
-
 #[cfg(target_arch = "x86_64")]
 #[expect(unsafe_code, reason = "numbers of these types are made with a proof of AVX2, or of one another")]
-mod lanes;
+pub mod lanes;
 
 #[cfg(test)]
 mod tests {

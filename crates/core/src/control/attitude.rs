@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::{ControlLimits, Gains};
 use crate::frames::{Quaternion, conjugate, product, wrap_pi};
-use crate::math::straight;
+use crate::real::straight;
 
 /// Wanted body rates [rad/s] at an attitude and its setpoint.
 pub fn rate_setpoint(

@@ -14,8 +14,8 @@
 use nalgebra::{SMatrix, Vector3};
 
 use super::ControlError;
-use crate::math::straight::{at_least, at_most};
 use crate::model::{MAX_ROTORS, PerRotor};
+use crate::real::Real as _;
 
 /// Allocation of collective and moments to rotors.
 #[derive(Clone, Debug, PartialEq)]
@@ -108,15 +108,15 @@ impl Mixer {
         for i in 0..n {
             for j in 0..n {
                 let spread = tilt[i] - tilt[j] * (self.lift[i] * self.per_lift[j]);
-                widest = at_least(spread * per_limit, widest);
+                widest = (spread * per_limit).at_least(widest);
             }
         }
         let scale = 1.0 / widest;
         let (mut lowest, mut highest) = (f64::NEG_INFINITY, f64::INFINITY);
         for (share, per_lift) in tilt.iter_mut().zip(&self.per_lift).take(n) {
             *share *= scale;
-            lowest = at_least(-*share * per_lift, lowest);
-            highest = at_most((limit - *share) * per_lift, highest);
+            lowest = (-*share * per_lift).at_least(lowest);
+            highest = ((limit - *share) * per_lift).at_most(highest);
         }
         let lift = bounded(lift_n).min(highest).max(lowest);
         let mut thrust = [0.0; MAX_ROTORS];

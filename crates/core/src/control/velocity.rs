@@ -13,7 +13,8 @@
 use nalgebra::{Vector2, Vector3};
 
 use super::{Airframe, Gains};
-use crate::math::{self, straight};
+use crate::math;
+use crate::real::straight;
 
 /// State of the velocity loop.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

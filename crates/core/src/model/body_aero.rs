@@ -25,8 +25,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::ModelError;
 use super::spline::PeriodicSpline;
-use crate::math::straight;
 use crate::real::Real;
+use crate::real::straight;
 use crate::vector::V3;
 
 /// The body's coefficient tables and reference dimensions.

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::{Atmosphere, ModelError};
 use crate::math;
-use crate::math::straight::{at_least, at_most};
+use crate::real::Real as _;
 use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 use crate::vector::V3;
 
@@ -144,7 +144,7 @@ impl AirPiece {
     /// The altitude [m], or the nearest one that the atmosphere is known for.
     #[inline(always)]
     fn known(&self, altitude_m: f64) -> f64 {
-        at_most(at_least(altitude_m, self.known_m[0]), self.known_m[1])
+        altitude_m.at_least(self.known_m[0]).at_most(self.known_m[1])
     }
 
     #[inline(always)]

@@ -25,7 +25,8 @@
 //! The report itself was not at hand: points, exponents and matching conditions are those that LADAC (TU
 //! Braunschweig, `inducedVelocityVortexRingState.m`) quotes from those pages.
 
-use crate::math::{self, straight};
+use crate::math;
+use crate::real::straight;
 
 /// Edgewise velocity beyond which there is no vortex ring, `V_xM`.
 pub const RING_ENDS_AT: f64 = 0.95;

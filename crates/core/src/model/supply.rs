@@ -232,9 +232,9 @@ impl Pack {
         (square >= 0.0).then(|| 0.5 * (open_v + square.sqrt()))
     }
 
-    /// What motors in these states get of a battery with this voltage without load [V], and what they take; no
-    /// voltage: nothing. The search for the bus voltage begins at `near_v` [V], which changes no more of its
-    /// outcome than what battery and motors may disagree by: a part 1e-13 of the voltage without load.
+    /// What motors in these states get of a battery with this voltage without load [V], and what they take;
+    /// no voltage: nothing. The search for the bus voltage begins at `near_v` [V], which changes no more of
+    /// its outcome than what battery and motors may disagree by: a part 1e-13 of the voltage without load.
     #[inline(always)]
     pub fn supply<S: Real>(
         &self,

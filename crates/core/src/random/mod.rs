@@ -8,7 +8,8 @@ mod purpose;
 
 pub use purpose::{Purpose, Trials};
 
-use crate::math::{self, straight};
+use crate::math;
+use crate::real::straight;
 use chacha20::ChaCha8Rng;
 use chacha20::rand_core::{Rng as _, SeedableRng as _};
 use nalgebra::SVector;

@@ -3,9 +3,22 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
-use super::{Avx2, LANES};
-use crate::math::straight;
-use crate::real::{Bits, Cell, Mask, Real};
+use crate::real::{Bits, Cell, Mask, Real, straight};
+
+/// How many flights fly side by side.
+pub const LANES: usize = 8;
+
+/// Proof that the processor has AVX2, with which alone [`Lanes`] can be made.
+#[derive(Clone, Copy, Debug)]
+pub struct Avx2(());
+
+impl Avx2 {
+    /// The proof, where the processor has it.
+    #[inline]
+    pub fn found() -> Option<Self> {
+        std::arch::is_x86_feature_detected!("avx2").then_some(Self(()))
+    }
+}
 
 /// Eight numbers side by side.
 #[derive(Clone, Copy, Debug)]
@@ -296,7 +309,7 @@ impl Bits for Lanes {
     }
     #[inline(always)]
     fn split(self) -> (Self, Self) {
-        let root_half = crate::real::ROOT_HALF as i64;
+        let root_half = straight::ROOT_HALF as i64;
         let shifted = halves!(Self: a of self => {
             let by = _mm256_set1_epi64x(0x3ff0_0000_0000_0000 - root_half);
             _mm256_castsi256_pd(_mm256_add_epi64(_mm256_castpd_si256(a), by))
@@ -307,7 +320,8 @@ impl Bits for Lanes {
             _mm256_castsi256_pd(whole)
         });
         let m = halves!(Self: a of shifted => {
-            let mantissa = _mm256_and_si256(_mm256_castpd_si256(a), _mm256_set1_epi64x(0x000f_ffff_ffff_ffff));
+            let mask = _mm256_set1_epi64x(0x000f_ffff_ffff_ffff);
+            let mantissa = _mm256_and_si256(_mm256_castpd_si256(a), mask);
             _mm256_castsi256_pd(_mm256_add_epi64(mantissa, _mm256_set1_epi64x(root_half)))
         });
         (k - (4_503_599_627_370_496.0 + 1023.0), m)
@@ -386,8 +400,12 @@ mod tests {
                 x.at_least(y) => |a, b| Real::at_least(a, b);
                 x.at_most(y) => |a, b| Real::at_most(a, b);
                 Lanes::select(x.less(y), x, y) => |a, b| f64::select(a.less(b), a, b);
-                Lanes::select(!x.less(y) | y.less(x), y, x) => |a, b| f64::select(!a.less(b) | b.less(a), b, a);
-                Lanes::select(!x.less(y) & y.less(x), y, x) => |a, b| f64::select(!a.less(b) & b.less(a), b, a);
+                Lanes::select(!x.less(y) | y.less(x), y, x) => |a, b| {
+                    f64::select(!a.less(b) | b.less(a), b, a)
+                };
+                Lanes::select(!x.less(y) & y.less(x), y, x) => |a, b| {
+                    f64::select(!a.less(b) & b.less(a), b, a)
+                };
                 x.of_cell(x.cell(last)) => |a, _b| a.of_cell(cell(a));
                 x.of_cell(x.cell(last).row(3, y.cell(last)).after(5)) => |a, b| {
                     a.of_cell(cell(a).row(3, cell(b)).after(5))

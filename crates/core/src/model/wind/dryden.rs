@@ -10,8 +10,8 @@
 
 use std::sync::Arc;
 
-use crate::math::straight;
 use crate::random::{Stream, normal_pair};
+use crate::real::straight;
 
 /// Random numbers of a step: one longitudinal, two lateral, two vertical; normal, mean 0, variance 1.
 pub type Draw = [f64; 5];

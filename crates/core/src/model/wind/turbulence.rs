@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use super::dryden::{Draw, Longitudinal, Noise, Step, Transverse};
 use super::given::GivenNoise;
-use crate::math::straight::{exp_of_minus, ln};
 use crate::random::{Purpose, Stream};
+use crate::real::straight::{exp_of_minus, ln};
 
 /// Turbulence in Dryden's form.
 #[derive(Clone, Debug, PartialEq)]

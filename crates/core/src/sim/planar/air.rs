@@ -7,9 +7,9 @@
 //! ```
 
 use super::lanes::{LANES, Lanes, index, interval};
-use crate::math::straight::atan2;
 use crate::model::BodyAero;
 use crate::model::axis::Axis;
+use crate::real::straight::atan2;
 
 /// The three splines, interleaved so that an interval's coefficients lie together.
 #[derive(Clone, Debug)]

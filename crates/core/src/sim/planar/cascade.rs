@@ -19,7 +19,7 @@ use super::lanes::{LANES, Lanes, clip};
 use crate::control::mixer::ROUNDING;
 use crate::control::{Airframe, ControlLimits};
 use crate::math;
-use crate::math::straight::atan2;
+use crate::real::straight::atan2;
 
 use super::setpoint_table::Setpoint;
 

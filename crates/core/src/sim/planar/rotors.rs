@@ -8,10 +8,10 @@ use std::f64::consts::PI;
 
 use super::groups::{MOST_GROUPS, RotorGroup, of_groups};
 use super::lanes::{LANES, Lanes, clip, index, interval};
-use crate::math::straight::atan2;
 use crate::model::axis::Axis;
 use crate::model::coefficient_table::{FLOW_STEPS, HALF_AT, SPEED_STEPS};
 use crate::model::{CoefficientTable, Motor, Rotor, RotorTable, inflow};
+use crate::real::straight::atan2;
 
 /// Rotors and motors of the groups.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, LOG2_E, PI, TAU};
 
-use crate::real::{Bits, Real};
+use super::{Bits, Real};
 
 /// Added to a number below it in size, the sum's last bits are the number's nearest integer: 1.5 2^52.
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
@@ -48,6 +48,9 @@ pub fn exp_of_minus<S: Bits>(x: S) -> S {
     // The whole number is in the last bits of what it was shifted to.
     sum * S::two_to_minus(shifted)
 }
+
+/// Of the root of a half the upper 32 bits.
+pub(crate) const ROOT_HALF: u64 = 0x3fe6_a09e_0000_0000;
 
 /// Coefficients of `(ln(1 + f) - f + f^2/2)/s - f^2/2` in s^2, `s = f/(2 + f)`.
 const LN: [f64; 7] = [
@@ -186,18 +189,6 @@ pub fn atan2<S: Real>(y: S, x: S) -> S {
     angle.copysign(y)
 }
 
-/// The greater of two numbers, as a register's maximum has it; the second where the first is none.
-#[inline(always)]
-pub fn at_least(x: f64, least: f64) -> f64 {
-    if x > least { x } else { least }
-}
-
-/// The smaller of two numbers, as a register's minimum has it; the second where the first is none.
-#[inline(always)]
-pub fn at_most(x: f64, most: f64) -> f64 {
-    if x < most { x } else { most }
-}
-
 /// A number of 32 bits as a floating-point one.
 #[inline(always)]
 pub fn of_u32(bits: u64) -> f64 {
@@ -207,7 +198,6 @@ pub fn of_u32(bits: u64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math;
     use proptest::prelude::*;
 
     proptest! {
@@ -219,13 +209,13 @@ mod tests {
             turns in -1.0..1.0f64, whole: u32,
         ) {
             let exp = exp_of_minus(x);
-            prop_assert!((exp / math::exp(-x) - 1.0).abs() < 5e-16, "exp(-{x}): {exp:e}");
-            for y in [math::exp(size), 1.0 - x * 1e-9, 1.0 + x * 1e-9] {
-                let (found, wanted) = (ln(y), math::ln(y));
+            prop_assert!((exp / libm::exp(-x) - 1.0).abs() < 5e-16, "exp(-{x}): {exp:e}");
+            for y in [libm::exp(size), 1.0 - x * 1e-9, 1.0 + x * 1e-9] {
+                let (found, wanted) = (ln(y), libm::log(y));
                 prop_assert!((found - wanted).abs() <= 5e-16 * wanted.abs(), "ln({y}): {found:e} {wanted:e}");
             }
             let (sin, cos) = sin_cos_of_turns(turns);
-            let (wanted_sin, wanted_cos) = math::sin_cos(TAU * turns);
+            let (wanted_sin, wanted_cos) = libm::sincos(TAU * turns);
             prop_assert!((sin - wanted_sin).abs() < 2e-15 && (cos - wanted_cos).abs() < 2e-15, "{turns}");
             prop_assert_eq!(of_u32(u64::from(whole)), f64::from(whole));
         }
@@ -235,15 +225,15 @@ mod tests {
         #[test]
         fn prop_circular_functions_are_the_librarys(angle in -7.0..7.0f64, x in -1.0..1.0f64) {
             let (sin, cos) = sin_cos(angle);
-            prop_assert!((sin - math::sin(angle)).abs() < 2e-15 && (cos - math::cos(angle)).abs() < 2e-15);
-            prop_assert!((asin(x) - math::asin(x)).abs() < 1e-15, "{x}: {:e}", asin(x));
-            prop_assert!((acos(x) - math::acos(x)).abs() < 2e-15, "{x}: {:e}", acos(x));
+            prop_assert!((sin - libm::sin(angle)).abs() < 2e-15 && (cos - libm::cos(angle)).abs() < 2e-15);
+            prop_assert!((asin(x) - libm::asin(x)).abs() < 1e-15, "{x}: {:e}", asin(x));
+            prop_assert!((acos(x) - libm::acos(x)).abs() < 2e-15, "{x}: {:e}", acos(x));
         }
 
         #[test]
         fn prop_atan2_is_the_librarys_to_two_ulp(angle in -PI..PI, size in -200.0f64..200.0) {
-            let (y, x) = (math::sin(angle) * math::exp(size), math::cos(angle) * math::exp(size));
-            let (found, wanted) = (atan2(y, x), math::atan2(y, x));
+            let (y, x) = (libm::sin(angle) * libm::exp(size), libm::cos(angle) * libm::exp(size));
+            let (found, wanted) = (atan2(y, x), libm::atan2(y, x));
             prop_assert!((found - wanted).abs() <= 3.0 * f64::EPSILON * wanted.abs(), "{found:e} {wanted:e}");
         }
     }
@@ -258,7 +248,7 @@ mod tests {
     fn closed_form_atan2_in_the_eight_directions() {
         for k in -7..=8 {
             let angle = f64::from(k) * PI / 8.0;
-            let (sin, cos) = math::sin_cos(angle);
+            let (sin, cos) = libm::sincos(angle);
             assert!((atan2(sin, cos) - angle).abs() < 1e-15, "{k}");
         }
         assert_eq!(atan2(0.0, 0.0), 0.0);
