@@ -158,7 +158,7 @@ fn the_core_is_pure() {
     assert!(faults.is_empty(), "not pure:\n{}", faults.join("\n"));
 }
 
-/// `unsafe` may stand in one module only.
+/// Code that is `unsafe` stands in the module of registers only.
 #[test]
 fn unsafe_code_stands_in_one_place() {
     let with_unsafe: Vec<PathBuf> = all_sources()
@@ -168,7 +168,8 @@ fn unsafe_code_stands_in_one_place() {
             text.lines().any(|line| line.split("//").next().unwrap_or_default().contains("unsafe {"))
         })
         .collect();
-    assert!(with_unsafe.iter().all(|p| p == Path::new("crates/core/src/simd.rs")), "{with_unsafe:?}");
+    let places = ["crates/core/src/simd.rs", "crates/core/src/simd/lanes.rs"].map(Path::new);
+    assert!(with_unsafe.iter().all(|p| places.contains(&p.as_path())), "{with_unsafe:?}");
 }
 
 /// An error that has a source does not tell it in its own text: whoever prints the chain would print it

@@ -22,6 +22,8 @@ mod fidelity;
 mod free_fall;
 mod fuzz;
 mod kept_files;
+#[cfg(feature = "files")]
+mod lanes;
 mod lockstep;
 mod own_vehicle;
 mod params;

@@ -12,6 +12,7 @@
 //! | [`disk_state`] | climb and edgewise motion of a rotor over its induced velocity | |
 //! | [`motor`] | speed controller and motor: rotor speed from throttle | III.B, (23)-(24) |
 //! | [`rotor_start`] | rotors that nobody drives, and how a speed controller starts a motor | |
+//! | [`drives`] | what turns the rotors: motors on a stiff supply or on a bus | |
 //! | [`supply`] | battery and bus: what is left to each motor | |
 //! | [`vehicle`] | the vehicle: all of the above with its geometry; force balance | (5)-(9), (19)-(22) |
 //! | `rotor_load` | thrust, torque and in-plane force of a rotor | |
@@ -34,6 +35,7 @@ pub mod body_aero;
 pub mod canopy;
 pub mod coefficient_table;
 pub mod disk_state;
+pub mod drives;
 pub mod environment;
 pub mod inflow;
 pub mod magnetic_field;

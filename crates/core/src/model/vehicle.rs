@@ -10,6 +10,7 @@
 use nalgebra::Vector3;
 
 use super::body_aero::AeroLoad;
+use super::drives::{Drives, Held, Motors};
 use super::environment::Ambient;
 use super::rigid_body::{BodyRate, BodyState, MassProperties, Motion, MotionRate, derivative};
 use super::rotor::{HubMotion, Rotor, RotorLoad};
@@ -239,33 +240,6 @@ impl FlightRate<f64> {
     }
 }
 
-/// What turns the rotors of a vehicle.
-pub trait Drives<S> {
-    /// Angular acceleration of each rotor [rad/s^2] against the torques of the air [N m].
-    fn accelerations(self, torque_nm: &[S; MAX_ROTORS]) -> [S; MAX_ROTORS];
-}
-
-/// Rotors that are driven by sound motors on a stiff supply, or held.
-struct Motors<'a> {
-    vehicle: &'a Vehicle,
-    rotor_speed: &'a PerRotor,
-    throttle: &'a PerRotor,
-    held: bool,
-}
-
-impl Drives<f64> for Motors<'_> {
-    fn accelerations(self, torque_nm: &PerRotor) -> PerRotor {
-        let mut rates = [0.0; MAX_ROTORS];
-        if !self.held {
-            let law = self.vehicle.motor.law();
-            for (i, rate) in rates.iter_mut().enumerate().take(self.vehicle.rotors.len()) {
-                *rate = law.acceleration(self.throttle[i], self.rotor_speed[i], torque_nm[i]);
-            }
-        }
-        rates
-    }
-}
-
 /// `h lambda` of a Runge-Kutta step `h` and the motor's rate: up to 1.596 the factor by which a step shrinks
 /// the fastest motion falls with the step, as the exponential does; from there it rises, to 1 at 2.785.
 const ACCURATE_STEP: f64 = 1.6;
@@ -453,9 +427,15 @@ impl Vehicle {
         throttle: &PerRotor,
         locked: bool,
     ) -> VehicleRate {
-        let motors = Motors { vehicle: self, rotor_speed, throttle, held: locked };
         let mut rate = FlightRate::nothing(0.0);
-        self.derive(&environment.ambient(), &state.motion(), rotor_speed, None, motors, &mut rate);
+        let (ambient, motion) = (environment.ambient(), state.motion());
+        if locked {
+            self.derive(&ambient, &motion, rotor_speed, None, Held, &mut rate);
+        } else {
+            let (law, count) = (&self.motor.law(), self.rotors.len());
+            let motors = Motors { law, count, conditions: None, throttle, speed: rotor_speed };
+            self.derive(&ambient, &motion, rotor_speed, None, motors, &mut rate);
+        }
         let FlightRate { motion, rotor_acceleration, .. } = rate;
         VehicleRate { body: state.rate(&motion), rotor_acceleration, balance: rate.balance() }
     }

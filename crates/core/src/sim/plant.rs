@@ -20,12 +20,13 @@ use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
 use super::rotor_start::{EscState, StartCourse};
 use crate::frames::normalized;
 use crate::model::canopy::Pull;
+use crate::model::drives::{Drives, Held, Motors, OnBus};
 use crate::model::environment::{Ambient, LocalAir};
 use crate::model::motor::MotorLaw;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::rotor_start::Drive;
 use crate::model::supply::{BusState, MotorState};
-use crate::model::vehicle::{Drives, FlightRate};
+use crate::model::vehicle::FlightRate;
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, MotorCondition, PerRotor, Vehicle};
 use crate::simd::{Kernel, vectorised};
 use crate::vector::V3;
@@ -511,54 +512,36 @@ struct PlantDrives<'a> {
 impl Drives<f64> for PlantDrives<'_> {
     #[inline(always)]
     fn accelerations(self, torque_nm: &PerRotor) -> PerRotor {
-        let mut rates = [0.0; MAX_ROTORS];
-        let Self { plant, speed, throttle, locked, .. } = self;
-        if let Some(start) = &plant.start {
-            self.starting(start, torque_nm, &mut rates);
-        } else if let Some(battery) = plant.battery.as_ref().filter(|_| !locked) {
-            self.supplied(battery, torque_nm, &mut rates);
-        } else {
-            *self.bus = plant.battery.as_ref().map(|battery| battery.at_rest());
-            let law = &plant.motor;
-            if !locked {
-                for (i, rate) in rates.iter_mut().enumerate().take(plant.vehicle.rotors.len()) {
-                    *rate = law.acceleration_in(plant.condition(i), throttle[i], speed[i], torque_nm[i]);
-                }
+        let Self { plant, speed, throttle, locked, bus, near_v } = self;
+        if plant.start.is_some() {
+            return PlantDrives { plant, speed, throttle, locked, bus, near_v }.starting(torque_nm);
+        }
+        let (law, count, conditions) = (&plant.motor, plant.vehicle.rotors.len(), plant.motors.as_ref());
+        let motors = Motors { law, count, conditions, throttle, speed };
+        match &plant.battery {
+            Some(battery) if !locked => {
+                let (pack, open_v) = (battery.pack(), battery.open_v());
+                let mut found = None;
+                let rates = OnBus { motors, pack, open_v, near_v, bus: &mut found }.accelerations(torque_nm);
+                *bus = found.map(|found| found.at_charge(battery.charge()));
+                rates
+            }
+            battery => {
+                *bus = battery.as_ref().map(|battery| battery.at_rest());
+                if locked { Held.accelerations(torque_nm) } else { motors.accelerations(torque_nm) }
             }
         }
-        rates
     }
 }
 
 impl PlantDrives<'_> {
-    /// Motors that a battery supplies.
-    #[inline(always)]
-    fn supplied(self, battery: &ElectricBattery, torque_nm: &PerRotor, rates: &mut PerRotor) {
-        let Self { plant, speed, throttle, .. } = self;
-        let n = plant.vehicle.rotors.len();
-        let mut motors = [MotorState::default(); MAX_ROTORS];
-        for (i, motor) in motors.iter_mut().enumerate().take(n) {
-            *motor = MotorState {
-                condition: plant.condition(i),
-                throttle: throttle[i],
-                omega_rad_s: speed[i],
-                torque_nm: torque_nm[i],
-            };
-        }
-        let (law, open_v) = (&plant.motor, battery.open_v());
-        let (supply, bus) = battery.pack().supply(open_v, law, &motors[..n], *self.near_v);
-        *self.bus = Some(bus.at_charge(battery.charge()));
-        *self.near_v = bus.bus_v;
-        for (rate, motor) in rates.iter_mut().zip(&motors[..n]) {
-            *rate = supply.acceleration(law, motor);
-        }
-    }
-
     /// Rotors that are free or being started; the battery supplies those that are driven.
     #[cold]
     #[inline(never)]
-    fn starting(self, start: &StartCourse, torque_nm: &PerRotor, rates: &mut PerRotor) {
+    fn starting(self, torque_nm: &PerRotor) -> PerRotor {
         let Self { plant, speed, throttle, locked, .. } = self;
+        let mut rates = [0.0; MAX_ROTORS];
+        let Some(start) = &plant.start else { return rates };
         let (n, law) = (plant.vehicle.rotors.len(), &plant.motor);
         *self.bus = plant.battery.as_ref().map(|battery| battery.at_rest());
         let drives: [Drive; MAX_ROTORS] = std::array::from_fn(|i| start.drive(i, plant.condition(i), locked));
@@ -588,6 +571,7 @@ impl PlantDrives<'_> {
                 (_, drive) => start.acceleration(drive, law, throttle[i], omega, air_nm),
             };
         }
+        rates
     }
 }
 
