@@ -151,22 +151,22 @@ fn prop_dual_numbers_are_the_slopes_of_the_same_source() {
         for _ in 0..8 {
             let unit = prop::collection::vec(0.0f64..1.0, NUMBERS).new_tree(&mut runner).unwrap().current();
             let x = numbers(&mission, unit.try_into().unwrap());
-            let duals = derived(&mission, std::array::from_fn(|k| Dual::<f64, NUMBERS>::variable(x[k], k)));
-            for (dual, value) in duals.iter().zip(derived(&mission, x)) {
-                assert_eq!(dual.value.to_bits(), value.to_bits(), "{}", mission.name);
-            }
+            let value = derived(&mission, x);
             for k in 0..NUMBERS {
+                let slope = |i| if i == k { 1.0 } else { 0.0 };
+                let duals = std::array::from_fn(|i| Dual { value: x[i], slope: [slope(i)] });
                 let moved = |by: f64| {
                     let mut moved = x;
                     moved[k] += by * (1.0 + x[k].abs());
                     derived(&mission, moved)
                 };
                 let (above, below) = (moved(STEP), moved(-STEP));
-                for (i, dual) in duals.iter().enumerate() {
+                for (i, dual) in derived(&mission, duals).into_iter().enumerate() {
+                    assert_eq!(dual.value.to_bits(), value[i].to_bits(), "{}", mission.name);
                     let difference = (above[i] - below[i]) / (2.0 * STEP * (1.0 + x[k].abs()));
                     let size = 1.0 + difference.abs() + dual.value.abs();
                     all += 1;
-                    off += usize::from((dual.slope[k] - difference).abs() > 1e-4 * size);
+                    off += usize::from(!((dual.slope[0] - difference).abs() <= 1e-4 * size));
                 }
             }
         }
