@@ -1,11 +1,11 @@
 //! The scalar that the dynamics are written over.
 //!
-//! What flies is written once, over any [`Real`]: `f64` flies, eight flights fly side by side in one register
-//! type ([`crate::simd::lanes::Lanes`]) to the same bits, and dual numbers give exact derivatives of the same source
-//! ([`Dual`]). Since eight flights cannot take two branches, a comparison gives a [`Mask`], and
-//! [`Real::select`] picks by it; a place in a table is a [`Cell`]. A number of a kind can be made only from
-//! another one of that kind ([`Real::of`]): there is none of a register type where there are no such
-//! registers.
+//! The vehicle's derivative - body, air, rotors, motors, bus - is written once, over any [`Real`]: of one
+//! flight by `f64`, of eight side by side by a register type ([`crate::simd::lanes::Lanes`]), to the same
+//! bits, and with exact derivatives of its own by dual numbers ([`Dual`]). Since eight flights cannot take
+//! two branches, a comparison gives a [`Mask`], and [`Real::select`] picks by it; a place in a table is a
+//! [`Cell`]. A number of a kind can be made only from another one of that kind ([`Real::of`]): there is none
+//! of a register type where there are no such registers.
 //!
 //! All methods are inlined always, so that what calls them is compiled for the registers of its caller; code
 //! over a `Real` must be marked so too, and has no closures, which cannot be.

@@ -24,7 +24,7 @@ impl<S: Real> V3<S> {
         Self { x, y, z }
     }
 
-    /// The same vector for all numbers of a kind, of which one is given.
+    /// A constant vector of numbers of a kind, of which one is given.
     #[inline(always)]
     pub fn constant(kind: S, v: &Vector3<f64>) -> Self {
         Self { x: kind.of(v.x), y: kind.of(v.y), z: kind.of(v.z) }
