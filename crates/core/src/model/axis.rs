@@ -32,7 +32,7 @@ impl Axis {
 
     /// Distance from the left knot of an interval.
     #[inline(always)]
-    pub(crate) fn from_knot<S: Real>(&self, x: S, interval: S::Cell) -> S {
+    pub(crate) fn beyond_knot<S: Real>(&self, x: S, interval: S::Cell) -> S {
         let [knot] = x.gather(self.knots.as_chunks::<1>().0, interval);
         x - knot
     }

@@ -174,7 +174,7 @@ fn axis(name: &str, knots: &[f64]) -> Result<Axis, ModelError> {
 fn locate<S: Real>(axis: &Axis, x: S) -> (S::Cell, S) {
     let i = axis.interval(x);
     let [per_width] = x.gather(axis.per_width.as_chunks::<1>().0, i);
-    let fraction = axis.from_knot(x, i) * per_width;
+    let fraction = axis.beyond_knot(x, i) * per_width;
     (i, fraction.at_least(x.of(0.0)).at_most(x.of(1.0)))
 }
 

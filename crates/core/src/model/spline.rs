@@ -104,7 +104,7 @@ impl PeriodicSpline {
     #[inline(always)]
     pub fn place<S: Real>(&self, x: S) -> Place<S> {
         let piece = self.axis.interval(x);
-        Place { piece, from_knot: self.axis.from_knot(x, piece) }
+        Place { piece, from_knot: self.axis.beyond_knot(x, piece) }
     }
 
     /// Value at a place.

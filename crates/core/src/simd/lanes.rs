@@ -35,7 +35,7 @@ pub struct Cells([__m128i; 2]);
 /// The intrinsic of each half. Whoever calls it has a number of these types, or the proof: there is AVX2.
 macro_rules! halves {
     ($made:ident: $($half:ident of $whole:expr),+ => $body:expr) => {{
-        $(let $half = $whole;)+
+        let ($($half,)+) = ($($whole,)+);
         // SAFETY: such a number exists only where AVX2 was found.
         unsafe {
             let first = { let ($($half,)+) = ($($half.0[0],)+); $body };
