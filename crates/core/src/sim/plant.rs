@@ -78,8 +78,9 @@ impl BusDraw {
 pub(super) struct Stage {
     /// Derivative of motion and rotors, with everything that acts.
     pub(super) rate: FlightRate<f64>,
-    /// Force [N], NED, and moment [N m], body, of the ground and of a canopy.
+    /// Force [N], NED, and moment [N m], body, of the ground.
     ground: [Vector3<f64>; 2],
+    /// Force [N], NED, and moment [N m], body, of a canopy.
     canopy: [Vector3<f64>; 2],
     /// The bus of a battery with a voltage.
     pub(super) bus: Option<BusState>,
@@ -100,10 +101,11 @@ impl Stage {
     /// Adds a canopy's pull on the vehicle.
     pub(super) fn pull(&mut self, mass: &MassProperties, pull: &Pull) {
         self.canopy = [pull.force_ned, pull.moment_body];
-        self.push(mass, &self.canopy.clone());
+        self.push(mass, self.canopy);
     }
 
-    fn push(&mut self, mass: &MassProperties, [force_ned, moment_body]: &[Vector3<f64>; 2]) {
+    /// Adds what a force [N], NED, and a moment [N m], body, do to a vehicle's motion.
+    fn push(&mut self, mass: &MassProperties, [force_ned, moment_body]: [Vector3<f64>; 2]) {
         self.rate.motion.v_dot_ned += V3::from(force_ned / mass.mass_kg);
         self.rate.motion.omega_dot_body += V3::from(mass.inertia_inverse * moment_body);
     }
@@ -296,7 +298,7 @@ impl Plant {
         if let Some(ground) = &self.ground {
             let reaction = ground.reaction(&self.vehicle, &state.body);
             stage.ground = [reaction.force_ned, reaction.moment_body];
-            stage.push(&self.vehicle.mass, &stage.ground.clone());
+            stage.push(&self.vehicle.mass, stage.ground);
         }
     }
 
