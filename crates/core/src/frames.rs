@@ -99,7 +99,8 @@ pub fn quaternion_rate<S: Real>(q: Quaternion<S>, omega_body: V3<S>) -> Quaterni
 }
 
 /// Hamilton's product: `q_a_from_c = product(q_a_from_b, q_b_from_c)`.
-pub fn product(a: Quaternion, b: Quaternion) -> Quaternion {
+#[inline(always)]
+pub fn product<S: Real>(a: Quaternion<S>, b: Quaternion<S>) -> Quaternion<S> {
     [
         a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
         a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
@@ -109,14 +110,17 @@ pub fn product(a: Quaternion, b: Quaternion) -> Quaternion {
 }
 
 /// The conjugate: the opposite rotation.
-pub fn conjugate(q: Quaternion) -> Quaternion {
+#[inline(always)]
+pub fn conjugate<S: Real>(q: Quaternion<S>) -> Quaternion<S> {
     [q[0], -q[1], -q[2], -q[3]]
 }
 
 /// `q` scaled to unit length.
-pub fn normalized(q: Quaternion) -> Quaternion {
-    let per_length = 1.0 / (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]).sqrt();
-    q.map(|c| c * per_length)
+#[inline(always)]
+pub fn normalized<S: Real>(q: Quaternion<S>) -> Quaternion<S> {
+    let length2 = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3];
+    let per_length = length2.of(1.0) / length2.sqrt();
+    [q[0] * per_length, q[1] * per_length, q[2] * per_length, q[3] * per_length]
 }
 
 /// Roll, pitch, yaw [rad] to a quaternion (rotations in the order yaw, pitch, roll).

@@ -108,6 +108,15 @@ pub trait Real:
     /// What a table has at a place.
     fn gather<const K: usize>(self, table: &[[f64; K]], cell: Self::Cell) -> [Self; K];
 
+    /// Constants that a function has at each number where the mask holds, and those of `before` elsewhere.
+    /// (The function is called one number at a time: for what seldom happens.)
+    fn constants<const K: usize>(
+        self,
+        mask: Self::Mask,
+        before: [[Self; 4]; K],
+        function: &mut dyn FnMut(f64) -> [[f64; 4]; K],
+    ) -> [[Self; 4]; K];
+
     /// Four-quadrant arc tangent of `self / x` [rad]: [`straight::atan2`].
     fn atan2(self, x: Self) -> Self;
     /// `exp(-self)` of a number of at least zero: [`straight::exp_of_minus`].

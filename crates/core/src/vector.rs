@@ -1,6 +1,6 @@
 //! Vectors of three numbers over any [`Real`]: what nalgebra's are for `f64`, inlined always.
 
-use std::ops::{Add, AddAssign, Mul, Neg, Sub, SubAssign};
+use std::ops::{Add, AddAssign, Div, Mul, Neg, Sub, SubAssign};
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -22,6 +22,13 @@ impl<S: Real> V3<S> {
     #[inline(always)]
     pub fn new(x: S, y: S, z: S) -> Self {
         Self { x, y, z }
+    }
+
+    /// The vector of length zero, of numbers of a kind of which one is given.
+    #[inline(always)]
+    pub fn zero(kind: S) -> Self {
+        let zero = kind.of(0.0);
+        Self { x: zero, y: zero, z: zero }
     }
 
     /// A constant vector of numbers of a kind, of which one is given.
@@ -103,6 +110,14 @@ impl<S: Real> Mul<S> for V3<S> {
     }
 }
 
+impl<S: Real> Div<S> for V3<S> {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, b: S) -> Self {
+        Self { x: self.x / b, y: self.y / b, z: self.z / b }
+    }
+}
+
 impl<S: Real> Neg for V3<S> {
     type Output = Self;
     #[inline(always)]
@@ -157,6 +172,7 @@ mod tests {
             prop_assert_eq!(Vector3::from(u + v), a + b);
             prop_assert_eq!(Vector3::from(-(u - v)), -(a - b));
             prop_assert_eq!(Vector3::from(u * s), a * s);
+            prop_assert_eq!(Vector3::from(u / s), a / s);
             prop_assert_eq!(Vector3::from(u.cross(v)), a.cross(&b));
             prop_assert_eq!(Vector3::from(u.times(&m)), m * a);
             prop_assert_eq!((u.dot(v), u.along(&b), u.norm()), (a.dot(&b), a.dot(&b), a.norm()));

@@ -16,7 +16,7 @@ use super::outcome::{CANOPY_DISTANCE, Outcome};
 use super::power::PowerUse;
 use super::scenario::Scenario;
 use crate::frames::{bank, pitch, tilt};
-use crate::model::environment::{Ambient, LocalAir};
+use crate::model::environment::LocalAir;
 use crate::model::rigid_body::BodyState;
 use crate::model::supply::PackLimits;
 use crate::model::{DiskState, Environment, MAX_ROTORS, Rotor, Vehicle};
@@ -305,7 +305,7 @@ impl VerdictBuilder {
     pub fn watching_rotors(mut self, vehicle: &Arc<Vehicle>, site: &Environment) -> Self {
         if matches!(vehicle.rotor, Rotor::BladeElement(_)) {
             self.verdict.vortex_ring_s = vec![0.0; vehicle.rotors.len()];
-            self.disks = Some((vehicle.clone(), site.clone(), LocalAir::about(site, &Vector3::zeros())));
+            self.disks = Some((vehicle.clone(), site.clone(), LocalAir::about(site, 0.0)));
         }
         self
     }
@@ -324,8 +324,8 @@ impl VerdictBuilder {
         }
         self.in_ring = (sample.phase == Phase::Powered).then(|| {
             let body = &sample.state.body;
-            air.follow(site, &body.p_ned);
-            let there = Ambient { wind_ned_m_s: sample.wind_ned.into(), ..air.at(site, &body.p_ned) };
+            air.follow(site, body.p_ned.z);
+            let there = air.at(site, sample.wind_ned.into(), body.p_ned.z);
             let disks = DiskState::of_each(vehicle, &there, body, &sample.balance.thrust_n);
             (sample.t_s, disks.map(|disk| disk.is_some_and(|disk| disk.is_in_vortex_ring())))
         });

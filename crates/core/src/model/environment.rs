@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use super::{Atmosphere, ModelError};
 use crate::math;
-use crate::real::Real as _;
+use crate::real::{Mask as _, Real};
 use crate::units::{DEG_PER_RAD, EARTH_RADIUS_M, RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 use crate::vector::V3;
 
@@ -43,125 +43,142 @@ pub struct Ambient<S = f64> {
 /// a polynomial of third degree over 16 m, or less where the atmosphere's formulae change. It is a function
 /// of the altitude alone, wherever it was before, within 4e-14 of [`Environment::at`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LocalAir(Option<AirPiece>);
+pub struct LocalAir<S = f64>(Option<AirPiece<S>>);
 
 /// Gravity and density between two altitudes, as polynomials of the place between them, -1 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct AirPiece {
+struct AirPiece<S> {
     /// Altitudes that the atmosphere is known for [m].
     known_m: [f64; 2],
-    low_m: f64,
-    high_m: f64,
-    middle_m: f64,
-    per_half_m: f64,
-    gravity_m_s2: [f64; 4],
-    density_kg_m3: [f64; 4],
+    low_m: S,
+    high_m: S,
+    middle_m: S,
+    per_half_m: S,
+    gravity_m_s2: [S; 4],
+    density_kg_m3: [S; 4],
 }
 
 /// Height of a piece of the atmosphere [m].
 const PIECE_M: f64 = 16.0;
 
-impl LocalAir {
-    /// The air about the altitude of `p_ned` [m] at a site.
-    pub fn about(site: &Environment, p_ned: &Vector3<f64>) -> Self {
-        Self(AirPiece::about(site, site.anchor.altitude_m - p_ned.z))
+impl<S: Real> LocalAir<S> {
+    /// The air about places that are `down_m` below the local origin of a site.
+    pub fn about(site: &Environment, down_m: S) -> Self {
+        let altitude_m = down_m.of(site.anchor.altitude_m) - down_m;
+        let known_m = site.atmosphere.altitudes_m();
+        Self(known_m.map(|known_m| AirPiece::about(site, known_m, altitude_m)))
     }
 
-    /// Goes to the altitude of `p_ned` [m].
+    /// Goes to the altitudes of places that are `down_m` below the local origin.
     #[inline(always)]
-    pub fn follow(&mut self, site: &Environment, p_ned: &Vector3<f64>) {
-        if let Some(piece) = &self.0
-            && !piece.holds(piece.known(site.anchor.altitude_m - p_ned.z))
-        {
-            *self = Self::about(site, p_ned);
+    pub fn follow(&mut self, site: &Environment, down_m: S) {
+        if let Some(piece) = &mut self.0 {
+            let altitude_m = piece.known(down_m.of(site.anchor.altitude_m) - down_m);
+            let holds = piece.holds(altitude_m);
+            if !holds.all() {
+                *piece = piece.moved(site, altitude_m, !holds);
+            }
         }
     }
 
-    /// Gravity, air and the site's wind at `p_ned` [m].
+    /// Gravity and air `down_m` below the local origin, in this wind, NED [m/s].
     #[inline(always)]
-    pub fn at(&self, site: &Environment, p_ned: &Vector3<f64>) -> Ambient {
-        let Some(piece) = &self.0 else { return site.ambient() };
-        let altitude_m = piece.known(site.anchor.altitude_m - p_ned.z);
-        if piece.holds(altitude_m) {
-            piece.at(altitude_m, site.wind_ned_m_s)
+    pub fn at(&self, site: &Environment, wind_ned_m_s: V3<S>, down_m: S) -> Ambient<S> {
+        let Some(piece) = &self.0 else {
+            let [gravity_m_s2, density_kg_m3] = [site.gravity_m_s2, site.density_kg_m3];
+            let kind = down_m;
+            return Ambient {
+                gravity_m_s2: kind.of(gravity_m_s2),
+                density_kg_m3: kind.of(density_kg_m3),
+                wind_ned_m_s,
+            };
+        };
+        let altitude_m = piece.known(down_m.of(site.anchor.altitude_m) - down_m);
+        let holds = piece.holds(altitude_m);
+        if holds.all() {
+            piece.at(altitude_m, wind_ned_m_s)
         } else {
-            Self::elsewhere(site, altitude_m)
+            piece.moved(site, altitude_m, !holds).at(altitude_m, wind_ned_m_s)
         }
-    }
-
-    #[cold]
-    #[inline(never)]
-    fn elsewhere(site: &Environment, altitude_m: f64) -> Ambient {
-        let piece = AirPiece::about(site, altitude_m);
-        piece.map_or(site.ambient(), |piece| piece.at(altitude_m, site.wind_ned_m_s))
     }
 }
 
-impl AirPiece {
-    fn about(site: &Environment, altitude_m: f64) -> Option<Self> {
-        let known_m = site.atmosphere.altitudes_m()?;
-        let here = site.atmosphere.at(site.anchor.altitude_m)?;
-        let altitude_m = altitude_m.max(known_m[0]).min(known_m[1]);
-        let mut low_m = (altitude_m / PIECE_M).floor() * PIECE_M;
-        let mut high_m = low_m + PIECE_M;
-        for knot_m in site.atmosphere.knots_m() {
-            if knot_m <= altitude_m {
-                low_m = low_m.max(knot_m);
-            } else {
-                high_m = high_m.min(knot_m);
-            }
-        }
-        let (middle_m, half_m) = (0.5 * (low_m + high_m), 0.5 * (high_m - low_m));
-        // Through Chebyshev's four points.
-        let [a2, b2] = [0.5 * (1.0 + FRAC_1_SQRT_2), 0.5 * (1.0 - FRAC_1_SQRT_2)];
-        let mut values = [[0.0; 2]; 4];
-        for (value, place) in values.iter_mut().zip([a2.sqrt(), -a2.sqrt(), b2.sqrt(), -b2.sqrt()]) {
-            let there = site.atmosphere.at(middle_m + half_m * place)?;
-            *value = [
-                site.gravity_m_s2 * (there.gravity_m_s2 / here.gravity_m_s2),
-                site.density_kg_m3 * (there.density_kg_m3 / here.density_kg_m3),
-            ];
-        }
-        let polynomial = |k: usize| {
-            let [far, near] = [[values[0][k], values[1][k]], [values[2][k], values[3][k]]];
-            let even = |[above, below]: [f64; 2]| 0.5 * (above + below);
-            let odd = |[above, below]: [f64; 2], place2: f64| 0.5 * (above - below) / place2.sqrt();
-            let square = (even(far) - even(near)) / (a2 - b2);
-            let cube = (odd(far, a2) - odd(near, b2)) / (a2 - b2);
-            [even(near) - square * b2, odd(near, b2) - cube * b2, square, cube]
-        };
-        Some(Self {
-            known_m,
-            low_m,
-            high_m,
-            middle_m,
-            per_half_m: 1.0 / half_m,
-            gravity_m_s2: polynomial(0),
-            density_kg_m3: polynomial(1),
-        })
+impl<S: Real> AirPiece<S> {
+    fn about(site: &Environment, known_m: [f64; 2], altitude_m: S) -> Self {
+        let nothing = [altitude_m.of(0.0); 4];
+        let [low_m, high_m, middle_m, per_half_m] = nothing;
+        let (gravity_m_s2, density_kg_m3) = (nothing, nothing);
+        let none = Self { known_m, low_m, high_m, middle_m, per_half_m, gravity_m_s2, density_kg_m3 };
+        none.moved(site, none.known(altitude_m), !altitude_m.less(low_m) | altitude_m.less(low_m))
+    }
+
+    /// The pieces about these altitudes, which the atmosphere is known for, where the mask holds.
+    #[cold]
+    #[inline(never)]
+    fn moved(&self, site: &Environment, altitude_m: S, mask: S::Mask) -> Self {
+        let before = [
+            [self.low_m, self.high_m, self.middle_m, self.per_half_m],
+            self.gravity_m_s2,
+            self.density_kg_m3,
+        ];
+        let [[low_m, high_m, middle_m, per_half_m], gravity_m_s2, density_kg_m3] =
+            altitude_m.constants(mask, before, &mut |altitude_m| piece_about(site, altitude_m));
+        Self { low_m, high_m, middle_m, per_half_m, gravity_m_s2, density_kg_m3, ..*self }
     }
 
     /// The altitude [m], or the nearest one that the atmosphere is known for.
     #[inline(always)]
-    fn known(&self, altitude_m: f64) -> f64 {
-        altitude_m.at_least(self.known_m[0]).at_most(self.known_m[1])
+    fn known(&self, altitude_m: S) -> S {
+        let [lowest_m, highest_m] = self.known_m;
+        altitude_m.at_least(altitude_m.of(lowest_m)).at_most(altitude_m.of(highest_m))
     }
 
     #[inline(always)]
-    fn holds(&self, altitude_m: f64) -> bool {
-        self.low_m <= altitude_m && altitude_m < self.high_m
+    fn holds(&self, altitude_m: S) -> S::Mask {
+        !altitude_m.less(self.low_m) & altitude_m.less(self.high_m)
     }
 
     #[inline(always)]
-    fn at(&self, altitude_m: f64, wind_ned_m_s: Vector3<f64>) -> Ambient {
+    fn at(&self, altitude_m: S, wind_ned_m_s: V3<S>) -> Ambient<S> {
         let x = (altitude_m - self.middle_m) * self.per_half_m;
-        let value = |[c0, c1, c2, c3]: [f64; 4]| c0 + x * (c1 + x * (c2 + x * c3));
+        let [g0, g1, g2, g3] = self.gravity_m_s2;
+        let [d0, d1, d2, d3] = self.density_kg_m3;
         Ambient {
-            gravity_m_s2: value(self.gravity_m_s2),
-            density_kg_m3: value(self.density_kg_m3),
-            wind_ned_m_s: wind_ned_m_s.into(),
+            gravity_m_s2: g0 + x * (g1 + x * (g2 + x * g3)),
+            density_kg_m3: d0 + x * (d1 + x * (d2 + x * d3)),
+            wind_ned_m_s,
         }
     }
+}
+
+/// The piece about an altitude [m] that the atmosphere is known for: its ends and middle [m], one over half
+/// its height [1/m], and the coefficients of gravity [m/s^2] and density [kg/m^3].
+fn piece_about(site: &Environment, altitude_m: f64) -> [[f64; 4]; 3] {
+    let mut low_m = (altitude_m / PIECE_M).floor() * PIECE_M;
+    let mut high_m = low_m + PIECE_M;
+    for knot_m in site.atmosphere.knots_m() {
+        if knot_m <= altitude_m {
+            low_m = low_m.max(knot_m);
+        } else {
+            high_m = high_m.min(knot_m);
+        }
+    }
+    let (middle_m, half_m) = (0.5 * (low_m + high_m), 0.5 * (high_m - low_m));
+    // Through Chebyshev's four points.
+    let [a2, b2] = [0.5 * (1.0 + FRAC_1_SQRT_2), 0.5 * (1.0 - FRAC_1_SQRT_2)];
+    let values = [a2.sqrt(), -a2.sqrt(), b2.sqrt(), -b2.sqrt()].map(|place| {
+        let there = site.in_atmosphere(middle_m + half_m * place);
+        there.unwrap_or([site.gravity_m_s2, site.density_kg_m3])
+    });
+    let polynomial = |k: usize| {
+        let [far, near] = [[values[0][k], values[1][k]], [values[2][k], values[3][k]]];
+        let even = |[above, below]: [f64; 2]| 0.5 * (above + below);
+        let odd = |[above, below]: [f64; 2], place2: f64| 0.5 * (above - below) / place2.sqrt();
+        let square = (even(far) - even(near)) / (a2 - b2);
+        let cube = (odd(far, a2) - odd(near, b2)) / (a2 - b2);
+        [even(near) - square * b2, odd(near, b2) - cube * b2, square, cube]
+    };
+    [[low_m, high_m, middle_m, 1.0 / half_m], polynomial(0), polynomial(1)]
 }
 
 /// A point on the globe.
@@ -249,16 +266,17 @@ impl Environment {
         if self.atmosphere == Atmosphere::Constant {
             return None;
         }
-        self.in_atmosphere(self.anchor.altitude_m - p_ned.z)
+        let [gravity_m_s2, density_kg_m3] = self.in_atmosphere(self.anchor.altitude_m - p_ned.z)?;
+        Some(Self { gravity_m_s2, density_kg_m3, ..self.clone() })
     }
 
-    fn in_atmosphere(&self, altitude_m: f64) -> Option<Self> {
+    /// Gravity [m/s^2] and density [kg/m^3] at an altitude [m], where the atmosphere has them.
+    fn in_atmosphere(&self, altitude_m: f64) -> Option<[f64; 2]> {
         let (here, there) = (self.atmosphere.at(self.anchor.altitude_m)?, self.atmosphere.at(altitude_m)?);
-        Some(Self {
-            gravity_m_s2: self.gravity_m_s2 * (there.gravity_m_s2 / here.gravity_m_s2),
-            density_kg_m3: self.density_kg_m3 * (there.density_kg_m3 / here.density_kg_m3),
-            ..self.clone()
-        })
+        Some([
+            self.gravity_m_s2 * (there.gravity_m_s2 / here.gravity_m_s2),
+            self.density_kg_m3 * (there.density_kg_m3 / here.density_kg_m3),
+        ])
     }
 
     /// Gravity, air and wind at the anchor's altitude.

@@ -181,6 +181,15 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
     fn gather<const K: usize>(self, table: &[[f64; K]], cell: S::Cell) -> [Self; K] {
         self.value.gather(table, cell).map(Self::constant)
     }
+    fn constants<const K: usize>(
+        self,
+        mask: S::Mask,
+        before: [[Self; 4]; K],
+        function: &mut dyn FnMut(f64) -> [[f64; 4]; K],
+    ) -> [[Self; 4]; K] {
+        let before = before.map(|row| row.map(|number| number.value));
+        self.value.constants(mask, before, function).map(|row| row.map(Self::constant))
+    }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         let square = x.value * x.value + self.value * self.value;

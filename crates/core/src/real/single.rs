@@ -59,6 +59,14 @@ impl Real for f64 {
     fn gather<const K: usize>(self, table: &[[f64; K]], cell: usize) -> [Self; K] {
         table[cell]
     }
+    fn constants<const K: usize>(
+        self,
+        mask: bool,
+        before: [[Self; 4]; K],
+        function: &mut dyn FnMut(f64) -> [[f64; 4]; K],
+    ) -> [[Self; 4]; K] {
+        if mask { function(self) } else { before }
+    }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         straight::atan2(self, x)

@@ -21,9 +21,11 @@
 
 use nalgebra::Vector3;
 
-use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
+use crate::frames::{Turn, rotate_ned_from_body};
 use crate::model::Vehicle;
-use crate::model::rigid_body::BodyState;
+use crate::model::rigid_body::{BodyState, Motion};
+use crate::real::{Mask as _, Real};
+use crate::vector::V3;
 
 /// Frequency of the contact [rad/s].
 pub const CONTACT_FREQUENCY_RAD_S: f64 = 40.0;
@@ -40,30 +42,37 @@ pub struct Ground {
 }
 
 /// Force and moment of the ground on a vehicle.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Reaction {
+#[derive(Clone, Copy, Debug)]
+pub struct Reaction<S = f64> {
     /// Force, NED [N].
-    pub force_ned: Vector3<f64>,
+    pub force_ned: V3<S>,
     /// Moment about the centre of mass, body [N m].
-    pub moment_body: Vector3<f64>,
+    pub moment_body: V3<S>,
 }
 
 impl Ground {
     /// Reaction to a vehicle in this state; zero to one above the plane.
-    pub fn reaction(&self, vehicle: &Vehicle, body: &BodyState) -> Reaction {
-        let mut sum = Reaction::default();
+    #[inline(always)]
+    pub fn reaction<S: Real>(&self, vehicle: &Vehicle, p_ned: V3<S>, motion: &Motion<S>) -> Reaction<S> {
+        let none = V3::zero(p_ned.z);
+        let mut sum = Reaction { force_ned: none, moment_body: none };
+        let [q0, q1, q2, q3] = motion.q_ned_from_body;
+        let scale = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3;
+        if (p_ned.z + scale * (1.01 * reach_m(vehicle))).less(none.z.of(self.down_m)).all() {
+            return sum;
+        }
+        let turn = Turn::of(motion.q_ned_from_body);
         let share_kg = vehicle.mass.mass_kg / vehicle.rotors.len() as f64;
         for mount in &vehicle.rotors {
-            let arm_body = Vector3::new(mount.position_body_m.x, mount.position_body_m.y, 0.0);
-            let turned = |x: Vector3<f64>| rotate_ned_from_body(body.q_ned_from_body, x);
-            let depth_m = body.p_ned.z + turned(arm_body).z - self.down_m;
-            if depth_m <= 0.0 {
-                continue;
-            }
-            let v_ned = body.v_ned + turned(body.omega_body.cross(&arm_body));
-            let force_ned = share_kg * foot_acceleration(depth_m, &v_ned);
-            sum.force_ned += force_ned;
-            sum.moment_body += arm_body.cross(&rotate_body_from_ned(body.q_ned_from_body, force_ned));
+            let arm = Vector3::new(mount.position_body_m.x, mount.position_body_m.y, 0.0);
+            let arm_body = V3::constant(none.z, &arm);
+            let depth_m = p_ned.z + turn.to_ned(arm_body).z - self.down_m;
+            let touches = none.z.less(depth_m);
+            let v_ned = motion.v_ned + turn.to_ned(motion.omega_body.cross(arm_body));
+            let force_ned = foot_acceleration(depth_m, v_ned) * none.z.of(share_kg);
+            let moment_body = arm_body.cross(turn.to_body(force_ned));
+            sum.force_ned += V3::select(touches, force_ned, none);
+            sum.moment_body += V3::select(touches, moment_body, none);
         }
         sum
     }
@@ -105,12 +114,24 @@ impl Grounded {
     }
 }
 
+/// No foot is farther from the centre of mass than this [m].
+#[inline(always)]
+fn reach_m(vehicle: &Vehicle) -> f64 {
+    let mut reach_m = 0.0;
+    for mount in &vehicle.rotors {
+        reach_m = (mount.position_body_m.x.abs() + mount.position_body_m.y.abs()).at_least(reach_m);
+    }
+    reach_m
+}
+
 /// Force on a foot by the mass that rests on it [m/s^2], NED.
-fn foot_acceleration(depth_m: f64, v_ned: &Vector3<f64>) -> Vector3<f64> {
+#[inline(always)]
+fn foot_acceleration<S: Real>(depth_m: S, v_ned: V3<S>) -> V3<S> {
     let w = CONTACT_FREQUENCY_RAD_S;
-    let up = (w * w * depth_m + 2.0 * w * v_ned.z).max(0.0);
-    let creep = v_ned.xy().norm();
-    let hold = (FRICTION * up).min(CREEP_RATE_PER_S * creep);
-    let along = if creep > 0.0 { v_ned.xy() * (hold / creep) } else { v_ned.xy() };
-    Vector3::new(-along.x, -along.y, -up)
+    let zero = depth_m.of(0.0);
+    let up = (depth_m * (w * w) + v_ned.z * (2.0 * w)).at_least(zero);
+    let creep = (v_ned.x * v_ned.x + v_ned.y * v_ned.y).sqrt();
+    let hold = (up * FRICTION).at_most(creep * CREEP_RATE_PER_S);
+    let along = S::select(zero.less(creep), hold / creep, zero.of(1.0));
+    V3::new(-(v_ned.x * along), -(v_ned.y * along), -up)
 }

@@ -3,6 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | [`integrator`] | state of the vehicle with its rotors; classical Runge-Kutta step |
+//! | `stage` | everything that acts on a vehicle in a stage of its integration |
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
@@ -31,6 +32,7 @@ pub mod planar;
 pub mod plant;
 pub mod record;
 mod ring;
+mod stage;
 pub mod rotor_start;
 pub mod sensors;
 pub mod turning_over;

@@ -16,20 +16,18 @@ use nalgebra::Vector3;
 
 use super::electric_battery::ElectricBattery;
 use super::ground::Ground;
-use super::integrator::{PlantRate, PlantState, runge_kutta_4, steps_in};
+use super::integrator::{Craft, PlantRate, PlantState, runge_kutta_4, steps_in};
 use super::rotor_start::{EscState, StartCourse};
+use super::stage::{Acting, Commanded, FreeStep, SeenBus, Stage, Stages, Surroundings, Turning};
 use crate::frames::normalized;
-use crate::model::canopy::Pull;
-use crate::model::drives::{Drives, Held, Motors, OnBus};
 use crate::model::environment::{Ambient, LocalAir};
 use crate::model::motor::MotorLaw;
-use crate::model::rigid_body::{BodyState, MassProperties};
+use crate::model::rigid_body::BodyState;
 use crate::model::rotor_start::Drive;
 use crate::model::supply::{BusState, MotorState};
 use crate::model::vehicle::FlightRate;
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, MotorCondition, PerRotor, Vehicle};
-use crate::simd::{Kernel, vectorised};
-use crate::vector::V3;
+use crate::simd::vectorised;
 
 /// Kind of a plant's actuators.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,63 +50,6 @@ pub struct Loads {
     pub balance: ForceBalance,
     /// The bus of a battery with a voltage.
     pub bus: Option<BusState>,
-}
-
-/// Current and power of the bus over the stages of a Runge-Kutta step, in their weights.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct BusDraw {
-    stages: u32,
-    sums: [f64; 2],
-}
-
-impl BusDraw {
-    /// Takes the next stage.
-    pub(super) fn add(&mut self, bus: Option<&BusState>) {
-        let weight = if matches!(self.stages, 1 | 2) { 2.0 } else { 1.0 };
-        self.stages += 1;
-        if let Some(bus) = bus {
-            self.sums[0] += weight * bus.pack_a;
-            self.sums[1] += weight * bus.pack_a * bus.bus_v;
-        }
-    }
-}
-
-/// A stage of an integration: the derivative, what made it, and the bus.
-#[derive(Clone, Debug)]
-pub(super) struct Stage {
-    /// Derivative of motion and rotors, with everything that acts.
-    pub(super) rate: FlightRate<f64>,
-    /// Force [N], NED, and moment [N m], body, of the ground.
-    ground: [Vector3<f64>; 2],
-    /// Force [N], NED, and moment [N m], body, of a canopy.
-    canopy: [Vector3<f64>; 2],
-    /// The bus of a battery with a voltage.
-    pub(super) bus: Option<BusState>,
-    /// Bus voltage from which the next one is searched [V].
-    near_v: f64,
-}
-
-impl Stage {
-    /// The derivative of a state, for its integration.
-    #[inline(always)]
-    pub(super) fn derivative(&self, state: &PlantState) -> PlantRate {
-        PlantRate {
-            body: state.body.rate(&self.rate.motion),
-            rotor_acceleration: self.rate.rotor_acceleration,
-        }
-    }
-
-    /// Adds a canopy's pull on the vehicle.
-    pub(super) fn pull(&mut self, mass: &MassProperties, pull: &Pull) {
-        self.canopy = [pull.force_ned, pull.moment_body];
-        self.push(mass, self.canopy);
-    }
-
-    /// Adds what a force [N], NED, and a moment [N m], body, do to a vehicle's motion.
-    fn push(&mut self, mass: &MassProperties, [force_ned, moment_body]: [Vector3<f64>; 2]) {
-        self.rate.motion.v_dot_ned += V3::from(force_ned / mass.mass_kg);
-        self.rate.motion.omega_dot_body += V3::from(mass.inertia_inverse * moment_body);
-    }
 }
 
 /// A vehicle at a site with one kind of actuators.
@@ -142,7 +83,7 @@ impl Plant {
         let static_thrust_n = vehicle.static_thrust_n(environment.density_kg_m3);
         let longest_step_s = vehicle.longest_step_s();
         let thrust_n = [0.0; MAX_ROTORS];
-        let air = LocalAir::about(&environment, &Vector3::zeros());
+        let air = LocalAir::about(&environment, 0.0);
         Self {
             motor: vehicle.motor.law(),
             vehicle,
@@ -249,9 +190,7 @@ impl Plant {
             let rate = self.vehicle.thrust_derivative(environment, &state.body, &self.thrust_n[..n]);
             return self.acting(rate.v_dot_ned, balance);
         }
-        let mut stage = self.stage();
-        self.rate(state, throttle, locked, &mut stage);
-        self.acted(&stage)
+        self.acted(&self.stage(state, throttle, locked))
     }
 
     /// Acceleration and balance with wind and bus as they are without running motors.
@@ -261,29 +200,56 @@ impl Plant {
     }
 
     /// What acts in a stage.
-    pub(super) fn acted(&self, stage: &Stage) -> Loads {
+    pub(super) fn acted(&self, stage: &Stage<f64>) -> Loads {
         let balance = ForceBalance {
-            ground_force_ned: stage.ground[0],
-            ground_moment_body: stage.ground[1],
-            canopy_force_ned: stage.canopy[0],
-            canopy_moment_body: stage.canopy[1],
+            ground_force_ned: stage.ground[0].into(),
+            ground_moment_body: stage.ground[1].into(),
+            canopy_force_ned: stage.canopy[0].into(),
+            canopy_moment_body: stage.canopy[1].into(),
             ..stage.rate.balance()
         };
         let a_ned = stage.rate.motion.v_dot_ned.into();
-        Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance, bus: stage.bus }
+        let bus = self.battery.as_ref().map(|battery| match &stage.bus.found {
+            Some(found) => found.at_charge(battery.charge()),
+            None => battery.at_rest(),
+        });
+        Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance, bus }
     }
 
-    /// A stage to begin with.
-    pub(super) fn stage(&self) -> Stage {
-        let near_v = self.battery.as_ref().map_or(0.0, |battery| battery.near_v());
-        let none = [Vector3::zeros(); 2];
-        Stage { rate: FlightRate::nothing(0.0), ground: none, canopy: none, bus: None, near_v }
+    /// What the vehicle flies in, its rotors held or free.
+    pub(super) fn surroundings(&self, locked: bool) -> Surroundings<'_, f64> {
+        Surroundings {
+            vehicle: &self.vehicle,
+            site: &self.environment,
+            air: &self.air,
+            wind_ned: self.environment.wind_ned_m_s.into(),
+            ground: self.ground.as_ref(),
+            deviations: self.thrust_deviations.as_ref().filter(|_| !locked),
+        }
+    }
+
+    /// What turns the rotors under throttle commands, held or free.
+    pub(super) fn drives<'a>(&'a self, throttle: &'a PerRotor, locked: bool) -> PlantDrives<'a> {
+        let commanded = Commanded {
+            law: &self.motor,
+            count: self.vehicle.rotors.len(),
+            conditions: self.motors.as_ref(),
+            throttle,
+            battery: self.battery.as_ref().map(|battery| (battery.pack(), battery.open_v())),
+            locked,
+        };
+        PlantDrives { plant: self, commanded }
+    }
+
+    /// Bus voltage from which the next one is searched [V].
+    pub(super) fn near_v(&self) -> f64 {
+        self.battery.as_ref().map_or(0.0, |battery| battery.near_v())
     }
 
     /// Gravity, air and wind at a place.
     #[inline(always)]
     pub(super) fn ambient(&self, p_ned: &Vector3<f64>) -> Ambient {
-        self.air.at(&self.environment, p_ned)
+        self.air.at(&self.environment, self.environment.wind_ned_m_s.into(), p_ned.z)
     }
 
     /// Thrusts of the rotors without deviations from their means [N].
@@ -291,26 +257,12 @@ impl Plant {
         self.vehicle.thrusts_n(&self.ambient(&state.body.p_ned), &state.body.motion(), &state.rotor_speed)
     }
 
-    /// Derivative of body and rotors, the balance that makes it, and the bus; the stage is the one before, or
-    /// one to begin with.
-    pub(super) fn rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool, stage: &mut Stage) {
-        vectorised(RateKernel { plant: self, state, throttle, locked, stage });
-        if let Some(ground) = &self.ground {
-            let reaction = ground.reaction(&self.vehicle, &state.body);
-            stage.ground = [reaction.force_ned, reaction.moment_body];
-            stage.push(&self.vehicle.mass, stage.ground);
-        }
-    }
-
-    /// Derivative with rotors that are held, or free and driven by motors in their conditions.
-    #[inline(always)]
-    fn driven_rate(&self, state: &PlantState, throttle: &PerRotor, locked: bool, stage: &mut Stage) {
-        let ambient = self.ambient(&state.body.p_ned);
-        let deviations = self.thrust_deviations.as_ref().filter(|_| !locked);
-        let Stage { rate, bus, near_v, .. } = stage;
-        let (motion, speed) = (state.body.motion(), &state.rotor_speed);
-        let drives = PlantDrives { plant: self, speed, throttle, locked, bus, near_v };
-        self.vehicle.derive(&ambient, &motion, speed, deviations, drives, rate);
+    /// What acts on the vehicle in a state under throttle commands, rotors held or free.
+    pub(super) fn stage(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> Stage<f64> {
+        let mut stage = Stage::new(self.near_v());
+        let (around, turning) = (self.surroundings(locked), &self.drives(throttle, locked));
+        vectorised(Acting { around, turning, craft: &state.into(), stage: &mut stage });
+        stage
     }
 
     /// Advances the state by `dt_s` under held throttle commands in 0..1 and returns what acted at its
@@ -335,15 +287,14 @@ impl Plant {
 
     /// Goes to the air of a state's altitude.
     pub(super) fn follow_air(&mut self, state: &PlantState) {
-        self.air.follow(&self.environment, &state.body.p_ned);
+        self.air.follow(&self.environment, state.body.p_ned.z);
     }
 
-    /// Takes what the bus has given over a step of `dt_s` [s] from the battery; the step's last stage is
-    /// given.
-    pub(super) fn drain(&mut self, draw: &BusDraw, last: &Stage, dt_s: f64) {
+    /// Takes what the bus has given over a step of `dt_s` [s] from the battery.
+    pub(super) fn drain(&mut self, stages: &Stages<f64>, dt_s: f64) {
         if let Some(battery) = &mut self.battery {
-            let [charge, energy] = draw.sums.map(|sum| sum * dt_s / 6.0);
-            battery.take(charge, energy, last.near_v);
+            let [charge, energy] = stages.drawn(dt_s);
+            battery.take(charge, energy, stages.now.bus.near_v);
         }
     }
 
@@ -391,10 +342,11 @@ impl Plant {
 
     /// The state after a step from these speeds: the quaternion of unit length, rotors that came through rest
     /// held there where friction does that; without a start no rotor driven backwards.
-    pub(super) fn settled(&self, before: &PerRotor, mut next: PlantState, locked: bool) -> PlantState {
+    pub(super) fn settled(&self, before: &PerRotor, next: &Craft<f64>, locked: bool) -> PlantState {
         if self.start.is_none() {
-            return next.settled();
+            return PlantState::from(&next.settled());
         }
+        let mut next = PlantState::from(next);
         next.body.q_ned_from_body = normalized(next.body.q_ned_from_body);
         self.settle(before, &mut next, locked);
         next
@@ -445,14 +397,13 @@ impl Plant {
             let now = |fraction: f64| body_at((f64::from(k) + fraction) / f64::from(steps));
             let from = PlantState { body: now(0.0), rotor_speed: before };
             self.follow_air(&from);
-            let mut stage = self.stage();
             let next = runge_kutta_4(&from, h, |fraction, x| {
                 let state = PlantState { body: now(fraction), ..*x };
-                self.rate(&state, &rest, true, &mut stage);
-                stage.derivative(&state)
+                let FlightRate { motion, rotor_acceleration, .. } = self.stage(&state, &rest, true).rate;
+                PlantRate { body: state.body.rate(&motion), rotor_acceleration }
             });
             let end = PlantState { body: now(1.0), rotor_speed: next.rotor_speed };
-            *state = self.settled(&before, end, true);
+            *state = self.settled(&before, &Craft::from(&end), true);
             self.pass(h);
         }
     }
@@ -464,18 +415,12 @@ impl Plant {
         locked: bool,
         dt_s: f64,
     ) -> Loads {
-        let mut first = None;
-        let mut draw = BusDraw::default();
-        let mut stage = self.stage();
-        let next = runge_kutta_4(state, dt_s, |_, x| {
-            self.rate(x, throttle, locked, &mut stage);
-            first.get_or_insert_with(|| self.acted(&stage));
-            draw.add(stage.bus.as_ref());
-            stage.derivative(x)
-        });
-        let loads = first.unwrap_or_else(|| self.loads(state, throttle, locked));
-        self.drain(&draw, &stage, dt_s);
-        *state = self.settled(&state.rotor_speed, next, locked);
+        let (mut stages, mut craft) = (Stages::new(self.near_v()), Craft::from(&*state));
+        let (around, turning) = (self.surroundings(locked), &self.drives(throttle, locked));
+        vectorised(FreeStep { around, turning, craft: &mut craft, stages: &mut stages, dt_s });
+        let loads = self.acted(&stages.first);
+        self.drain(&stages, dt_s);
+        *state = self.settled(&state.rotor_speed, &craft, locked);
         loads
     }
 
@@ -501,38 +446,19 @@ impl Plant {
     }
 }
 
-/// What turns the rotors of a plant; the bus is told.
-struct PlantDrives<'a> {
+/// What turns the rotors of a plant: motors as they are commanded, or the rotors' starts.
+pub(super) struct PlantDrives<'a> {
     plant: &'a Plant,
-    speed: &'a PerRotor,
-    throttle: &'a PerRotor,
-    locked: bool,
-    bus: &'a mut Option<BusState>,
-    near_v: &'a mut f64,
+    commanded: Commanded<'a, f64>,
 }
 
-impl Drives<f64> for PlantDrives<'_> {
+impl Turning<f64> for PlantDrives<'_> {
     #[inline(always)]
-    fn accelerations(self, torque_nm: &PerRotor) -> PerRotor {
-        let Self { plant, speed, throttle, locked, bus, near_v } = self;
-        if plant.start.is_some() {
-            return PlantDrives { plant, speed, throttle, locked, bus, near_v }.starting(torque_nm);
+    fn accelerations(&self, speed: &PerRotor, torque_nm: &PerRotor, bus: &mut SeenBus<f64>) -> PerRotor {
+        if self.plant.start.is_some() {
+            return self.starting(speed, torque_nm, bus);
         }
-        let (law, count, conditions) = (&plant.motor, plant.vehicle.rotors.len(), plant.motors.as_ref());
-        let motors = Motors { law, count, conditions, throttle, speed };
-        match &plant.battery {
-            Some(battery) if !locked => {
-                let (pack, open_v) = (battery.pack(), battery.open_v());
-                let mut found = None;
-                let rates = OnBus { motors, pack, open_v, near_v, bus: &mut found }.accelerations(torque_nm);
-                *bus = found.map(|found| found.at_charge(battery.charge()));
-                rates
-            }
-            battery => {
-                *bus = battery.as_ref().map(|battery| battery.at_rest());
-                if locked { Held.accelerations(torque_nm) } else { motors.accelerations(torque_nm) }
-            }
-        }
+        self.commanded.accelerations(speed, torque_nm, bus)
     }
 }
 
@@ -540,14 +466,13 @@ impl PlantDrives<'_> {
     /// Rotors that are free or being started; the battery supplies those that are driven.
     #[cold]
     #[inline(never)]
-    fn starting(self, torque_nm: &PerRotor) -> PerRotor {
-        let Self { plant, speed, throttle, locked, .. } = self;
+    fn starting(&self, speed: &PerRotor, torque_nm: &PerRotor, bus: &mut SeenBus<f64>) -> PerRotor {
+        let Self { plant, commanded: Commanded { law, count, throttle, battery, locked, .. } } = *self;
         let mut rates = [0.0; MAX_ROTORS];
+        bus.found = None;
         let Some(start) = &plant.start else { return rates };
-        let (n, law) = (plant.vehicle.rotors.len(), &plant.motor);
-        *self.bus = plant.battery.as_ref().map(|battery| battery.at_rest());
         let drives: [Drive; MAX_ROTORS] = std::array::from_fn(|i| start.drive(i, plant.condition(i), locked));
-        let supplied = plant.battery.as_ref().filter(|_| !locked).map(|battery| {
+        let supplied = battery.filter(|_| !locked).map(|(pack, open_v)| {
             let states: [MotorState; MAX_ROTORS] = std::array::from_fn(|i| MotorState {
                 condition: match drives[i] {
                     Drive::Motor => MotorCondition::Sound,
@@ -557,13 +482,11 @@ impl PlantDrives<'_> {
                 omega_rad_s: speed[i],
                 torque_nm: torque_nm[i],
             });
-            let open_v = battery.open_v();
-            let (supply, bus) = battery.pack().supply(open_v, law, &states[..n], *self.near_v);
-            *self.bus = Some(bus.at_charge(battery.charge()));
-            *self.near_v = bus.bus_v;
+            let (supply, found) = pack.supply(open_v, law, &states[..count], bus.near_v);
+            *bus = SeenBus { found: Some(found), near_v: found.bus_v };
             (supply, states)
         });
-        for (i, rate) in rates.iter_mut().enumerate().take(n) {
+        for (i, rate) in rates.iter_mut().enumerate().take(count) {
             let (omega, air_nm) = (speed[i], torque_nm[i]);
             *rate = match (&supplied, drives[i]) {
                 (Some((supply, states)), Drive::Motor) if supply.bus_v > 0.0 => {
@@ -574,23 +497,5 @@ impl PlantDrives<'_> {
             };
         }
         rates
-    }
-}
-
-/// [`Plant::driven_rate`], compiled for the processor's wider registers.
-struct RateKernel<'a> {
-    plant: &'a Plant,
-    state: &'a PlantState,
-    throttle: &'a PerRotor,
-    locked: bool,
-    stage: &'a mut Stage,
-}
-
-impl Kernel for RateKernel<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        self.plant.driven_rate(self.state, self.throttle, self.locked, self.stage);
     }
 }

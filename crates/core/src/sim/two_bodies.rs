@@ -11,14 +11,18 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, Vector3};
 
-use super::integrator::{PlantState, runge_kutta_4, steps_in};
-use super::plant::{BusDraw, Loads, Plant, Stage};
+use super::integrator::{Craft, CraftRate, Derivative, PlantState, runge_kutta_4_of, steps_in};
+use super::plant::{Loads, Plant};
+use super::stage::{Stages, Surroundings, Turning};
 use crate::frames::{quaternion_from_euler, rotate_body_from_ned, rotate_ned_from_body};
 use crate::math;
-use crate::model::canopy::{CanopyState, Pull, Riser, Suspension};
-use crate::model::environment::{Ambient, LocalAir};
-use crate::model::rigid_body::BodyState;
+use crate::model::canopy::{self as model, CanopyState, Pull, Riser, Suspension};
+use crate::model::environment::LocalAir;
+use crate::model::rigid_body::{BodyState, Motion};
 use crate::model::{Environment, Parachute, PerRotor, Vehicle};
+use crate::real::Real;
+use crate::simd::{Kernel, vectorised};
+use crate::vector::V3;
 
 /// Angle of the riser's oscillation in a step [rad]: Runge-Kutta's error of phase is then 1e-5 of it, of
 /// amplitude 1e-6.
@@ -44,6 +48,8 @@ pub struct CanopyFlight {
     pub impulse_ned: Vector3<f64>,
     /// The air about its altitude.
     air: LocalAir,
+    /// [`Suspension::confluence_per_kg`] of the vehicle.
+    confluence_per_kg: f64,
 }
 
 /// A canopy at an instant, for the record.
@@ -56,7 +62,7 @@ pub struct CanopySample {
 }
 
 /// Position and momentum of the canopy, impulse.
-type Canopy = [Vector3<f64>; 3];
+pub(super) type Canopy<S> = [V3<S>; 3];
 
 impl CanopyFlight {
     /// Vehicle and canopy at the beginning of a hang, `hang_s` before the nominal release, in steady descent
@@ -117,8 +123,10 @@ impl CanopyFlight {
         let confluence = canopy.v_ned + Vector3::new(cos, 0.0, -sin) * (length_m * riser_rate);
         let v_ned = confluence - rotate_ned_from_body(q_ned_from_body, omega_body.cross(&attachment));
         let (line, impulse_ned) = (Some(suspension.riser), Vector3::zeros());
-        let air = LocalAir::about(environment, &canopy.p_ned);
-        let flight = Self { suspension, line, state: canopy, wind_ned: drift, impulse_ned, air };
+        let air = LocalAir::about(environment, canopy.p_ned.z);
+        let confluence_per_kg = suspension.confluence_per_kg(&vehicle.mass);
+        let (state, wind_ned) = (canopy, drift);
+        let flight = Self { suspension, line, state, wind_ned, impulse_ned, air, confluence_per_kg };
         Some((BodyState { p_ned, q_ned_from_body, v_ned, omega_body }, flight))
     }
 
@@ -129,13 +137,14 @@ impl CanopyFlight {
     }
 
     /// Pull of what holds the vehicle.
-    pub(super) fn pull(&self, body: &BodyState, canopy: &CanopyState) -> Pull {
-        self.line.map_or_else(Pull::default, |line| line.pull(body, canopy))
+    pub(super) fn pull(&self, body: &BodyState) -> Pull {
+        let canopy = [self.state.p_ned.into(), self.state.v_ned.into()];
+        self.around().pull(body.p_ned.into(), &body.motion(), canopy)
     }
 
     /// The canopy now, above a vehicle in this state.
     pub(super) fn sample(&self, body: &BodyState) -> CanopySample {
-        CanopySample { state: self.state, tension_n: self.pull(body, &self.state).tension_n }
+        CanopySample { state: self.state, tension_n: self.pull(body).tension_n }
     }
 
     /// What acts on the vehicle, rotors locked or free.
@@ -146,45 +155,36 @@ impl CanopyFlight {
         throttle: &PerRotor,
         locked: bool,
     ) -> Loads {
-        let pull = self.pull(&state.body, &self.state);
-        let mut stage = plant.stage();
-        pulled(plant, state, (throttle, locked), &pull, &mut stage);
+        let mut stage = plant.stage(state, throttle, locked);
+        stage.pull(&plant.vehicle().mass, &self.pull(&state.body));
         plant.acted(&stage)
     }
 
-    /// Time derivative of position, momentum and impulse of a canopy in this state, the riser's force on it
-    /// given, at `t_s` [s].
-    #[inline(always)]
-    fn rate(
-        &self,
-        environment: &Environment,
-        CanopyState { p_ned, v_ned }: &CanopyState,
-        riser_ned: Vector3<f64>,
-        t_s: f64,
-    ) -> Canopy {
-        let ambient = Ambient { wind_ned_m_s: self.wind_ned.into(), ..self.air.at(environment, p_ned) };
-        let outer = self.suspension.canopy.outer_force_ned(&ambient, v_ned, t_s);
-        [*v_ned, outer + riser_ned, outer]
+    /// What it flies in.
+    pub(super) fn around(&self) -> CanopyAround<'_, f64> {
+        CanopyAround {
+            canopy: &self.suspension.canopy,
+            line: self.line.as_ref(),
+            wind_ned: self.wind_ned.into(),
+            air: &self.air,
+        }
     }
 
-    /// The state of a canopy that is integrated, at `t_s` [s].
-    #[inline(always)]
-    fn at(&self, [p_ned, momentum, _]: &Canopy, t_s: f64) -> CanopyState {
-        CanopyState { p_ned: *p_ned, v_ned: momentum / self.suspension.canopy.inertia_kg(t_s) }
-    }
-
-    fn as_integrated(&self, t_s: f64) -> Canopy {
+    /// Position, momentum and impulse at `t_s` [s].
+    pub(super) fn as_integrated(&self, t_s: f64) -> Canopy<f64> {
         let CanopyState { p_ned, v_ned } = self.state;
-        [p_ned, v_ned * self.suspension.canopy.inertia_kg(t_s), self.impulse_ned]
+        let momentum = v_ned * self.suspension.canopy.inertia_kg(t_s);
+        [p_ned.into(), momentum.into(), self.impulse_ned.into()]
     }
 
-    fn set_integrated(&mut self, canopy: Canopy, t_s: f64) {
-        self.state = self.at(&canopy, t_s);
-        self.impulse_ned = canopy[2];
+    /// Takes position and momentum at `t_s` [s].
+    pub(super) fn set_integrated(&mut self, canopy: &Canopy<f64>, t_s: f64) {
+        let [p_ned, v_ned] = at(&self.suspension.canopy, canopy, t_s).map(Into::into);
+        self.state = CanopyState { p_ned, v_ned };
     }
 
     /// In how many steps a time is integrated from `t_s` on [s].
-    fn steps(&self, plant: &Plant, t_s: f64, dt_s: f64) -> u32 {
+    pub(super) fn steps(&self, plant: &Plant, t_s: f64, dt_s: f64) -> u32 {
         let airspeed_m_s = (self.state.v_ned - self.wind_ned).norm();
         let density = plant.environment().density_kg_m3;
         // A canopy that fills slows down faster at the end of the step than at its beginning, or later.
@@ -192,7 +192,7 @@ impl CanopyFlight {
             [t_s, t_s + dt_s].map(|t| self.suspension.canopy.drag_rate_per_s(density, airspeed_m_s, t));
         let mut longest_s = DAMPING_STEP / drag[0].max(drag[1]);
         if self.line.is_some() {
-            let (riser, damper) = self.suspension.riser_rates_per_s(&plant.vehicle().mass, t_s);
+            let (riser, damper) = self.suspension.riser_rates_per_s(self.confluence_per_kg, t_s);
             longest_s = longest_s.min(RISER_STEP_RAD / riser).min(DAMPING_STEP / damper);
         }
         steps_in(dt_s, longest_s.min(plant.longest_free_step_s()))
@@ -209,37 +209,33 @@ impl CanopyFlight {
     ) -> Loads {
         let mut acting = None;
         plant.follow_air(state);
-        self.air.follow(plant.environment(), &self.state.p_ned);
+        self.air.follow(plant.environment(), self.state.p_ned.z);
         plant.begin_step(throttle, &state.rotor_speed, locked);
         let mut steps = self.steps(plant, t_s, dt_s);
         if !locked {
             steps = steps.max(plant.rotor_steps(dt_s));
         }
         let h = dt_s / f64::from(steps);
-        let mass_kg = plant.vehicle().mass.mass_kg;
         for k in 0..steps {
             let from_s = t_s + f64::from(k) * h;
             plant.begin_step(throttle, &state.rotor_speed, locked);
-            let before = state.rotor_speed;
-            let mut draw = BusDraw::default();
-            let mut stage = plant.stage();
-            let (vehicle, canopy) =
-                runge_kutta_4(&(*state, self.as_integrated(from_s)), h, |fraction, (vehicle, canopy)| {
-                    let now_s = from_s + fraction * h;
-                    let there = self.at(canopy, now_s);
-                    let pull = self.pull(&vehicle.body, &there);
-                    pulled(plant, vehicle, (throttle, locked), &pull, &mut stage);
-                    acting.get_or_insert_with(|| plant.acted(&stage));
-                    draw.add(stage.bus.as_ref());
-                    let mut canopy_rate = self.rate(plant.environment(), &there, -pull.force_ned, now_s);
-                    let rate = stage.derivative(vehicle);
-                    canopy_rate[2] += rate.body.v_dot_ned * mass_kg - pull.force_ned;
-                    (rate, canopy_rate)
-                });
-            *state = plant.settled(&before, vehicle, locked);
-            plant.drain(&draw, &stage, h);
+            let mut stages = Stages::new(plant.near_v());
+            let mut bodies = (Craft::from(&*state), self.as_integrated(from_s));
+            vectorised(HeldStep {
+                around: plant.surroundings(locked),
+                turning: &plant.drives(throttle, locked),
+                canopy: self.around(),
+                bodies: &mut bodies,
+                stages: &mut stages,
+                from_s,
+                dt_s: h,
+            });
+            acting.get_or_insert_with(|| plant.acted(&stages.first));
+            *state = plant.settled(&state.rotor_speed, &bodies.0, locked);
+            plant.drain(&stages, h);
             plant.pass(h);
-            self.set_integrated(canopy, from_s + h);
+            self.set_integrated(&bodies.1, from_s + h);
+            self.impulse_ned = bodies.1[2].into();
         }
         self.meet_ground(plant);
         acting.unwrap_or_else(|| self.loads(plant, state, throttle, locked))
@@ -247,18 +243,15 @@ impl CanopyFlight {
 
     /// Advances the canopy alone by `dt_s` [s] from `t_s` on.
     pub(super) fn step(&mut self, plant: &Plant, (t_s, dt_s): (f64, f64)) {
-        self.air.follow(plant.environment(), &self.state.p_ned);
+        self.air.follow(plant.environment(), self.state.p_ned.z);
         let steps = self.steps(plant, t_s, dt_s);
         let h = dt_s / f64::from(steps);
         for k in 0..steps {
             let from_s = t_s + f64::from(k) * h;
-            let impulse_ned = self.impulse_ned;
-            let end = runge_kutta_4(&self.as_integrated(from_s), h, |fraction, canopy| {
-                let now_s = from_s + fraction * h;
-                self.rate(plant.environment(), &self.at(canopy, now_s), Vector3::zeros(), now_s)
-            });
-            self.set_integrated(end, from_s + h);
-            self.impulse_ned = impulse_ned;
+            let mut canopy = self.as_integrated(from_s);
+            let (around, site) = (self.around(), plant.environment());
+            vectorised(LooseStep { around, site, canopy: &mut canopy, from_s, dt_s: h });
+            self.set_integrated(&canopy, from_s + h);
         }
         self.meet_ground(plant);
     }
@@ -272,15 +265,112 @@ impl CanopyFlight {
     }
 }
 
-/// Derivative of a vehicle under a riser's pull, rotors locked or free, the balance that makes it, and the
-/// bus.
-fn pulled(
-    plant: &Plant,
-    state: &PlantState,
-    (throttle, locked): (&PerRotor, bool),
-    pull: &Pull,
-    stage: &mut Stage,
-) {
-    plant.rate(state, throttle, locked, stage);
-    stage.pull(&plant.vehicle().mass, pull);
+/// Position [m], velocity [m/s] of a canopy that is integrated, at `t_s` [s].
+#[inline(always)]
+fn at<S: Real>(canopy: &model::Canopy, [p_ned, momentum, _]: &Canopy<S>, t_s: S) -> [V3<S>; 2] {
+    [*p_ned, *momentum / canopy.inertia_kg(t_s)]
+}
+
+/// What a canopy flies in, held over a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CanopyAround<'a, S> {
+    canopy: &'a model::Canopy,
+    /// What holds the vehicle; `None`: nothing does.
+    line: Option<&'a Riser>,
+    /// Wind at the canopy, NED [m/s].
+    wind_ned: V3<S>,
+    air: &'a LocalAir<S>,
+}
+
+impl<S: Real> CanopyAround<'_, S> {
+    /// Pull on a vehicle at a place, NED [m], in this motion, and on a canopy of this position and velocity.
+    #[inline(always)]
+    fn pull(&self, p_ned: V3<S>, motion: &Motion<S>, canopy: [V3<S>; 2]) -> Pull<S> {
+        match self.line {
+            Some(line) => line.pull(p_ned, motion, canopy),
+            None => Pull::none(p_ned.x),
+        }
+    }
+
+    /// Time derivative of position, momentum and impulse of a canopy of this position and velocity, the
+    /// riser's force on it given, at `t_s` [s].
+    #[inline(always)]
+    fn rate(&self, site: &Environment, [p_ned, v_ned]: [V3<S>; 2], riser_ned: V3<S>, t_s: S) -> Canopy<S> {
+        let ambient = self.air.at(site, self.wind_ned, p_ned.z);
+        let outer = self.canopy.outer_force_ned(&ambient, v_ned, t_s);
+        [v_ned, outer + riser_ned, outer]
+    }
+}
+
+/// A Runge-Kutta step of vehicle and canopy.
+pub(super) struct HeldStep<'a, S: Real, T> {
+    pub(super) around: Surroundings<'a, S>,
+    pub(super) turning: &'a T,
+    pub(super) canopy: CanopyAround<'a, S>,
+    /// Both; after the step as they are then.
+    pub(super) bodies: &'a mut (Craft<S>, Canopy<S>),
+    pub(super) stages: &'a mut Stages<S>,
+    /// Time at the beginning and length of the step [s].
+    pub(super) from_s: S,
+    pub(super) dt_s: S,
+}
+
+impl<S: Real, T: Turning<S>> Kernel for HeldStep<'_, S, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(mut self) {
+        let (before, dt_s) = (*self.bodies, self.dt_s);
+        *self.bodies = runge_kutta_4_of(&before, dt_s, HeldStages(&mut self));
+    }
+}
+
+struct HeldStages<'a, 'b, S: Real, T>(&'a mut HeldStep<'b, S, T>);
+
+impl<S: Real, T: Turning<S>> Derivative<S, (Craft<S>, Canopy<S>)> for HeldStages<'_, '_, S, T> {
+    #[inline(always)]
+    fn at(&mut self, share: f64, (craft, canopy): &(Craft<S>, Canopy<S>)) -> (CraftRate<S>, Canopy<S>) {
+        let HeldStep { around, turning, canopy: its, stages, from_s, dt_s, .. } = &mut *self.0;
+        let (now_s, mass) = (*from_s + *dt_s * share, &around.vehicle.mass);
+        let there = at(its.canopy, canopy, now_s);
+        let pull = its.pull(craft.p_ned, &craft.motion, there);
+        stages.now.take(around, *turning, craft);
+        stages.now.pull(mass, &pull);
+        stages.complete();
+        let mut canopy_rate = its.rate(around.site, there, -pull.force_ned, now_s);
+        let rate = stages.now.derivative(craft);
+        canopy_rate[2] += rate.motion.v_dot_ned * now_s.of(mass.mass_kg) - pull.force_ned;
+        (rate, canopy_rate)
+    }
+}
+
+/// A Runge-Kutta step of a canopy that holds nothing.
+pub(super) struct LooseStep<'a, S: Real> {
+    pub(super) around: CanopyAround<'a, S>,
+    pub(super) site: &'a Environment,
+    pub(super) canopy: &'a mut Canopy<S>,
+    pub(super) from_s: S,
+    pub(super) dt_s: S,
+}
+
+impl<S: Real> Kernel for LooseStep<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(mut self) {
+        let (before, dt_s) = (*self.canopy, self.dt_s);
+        *self.canopy = runge_kutta_4_of(&before, dt_s, LooseStages(&mut self));
+    }
+}
+
+struct LooseStages<'a, 'b, S: Real>(&'a mut LooseStep<'b, S>);
+
+impl<S: Real> Derivative<S, Canopy<S>> for LooseStages<'_, '_, S> {
+    #[inline(always)]
+    fn at(&mut self, share: f64, canopy: &Canopy<S>) -> Canopy<S> {
+        let LooseStep { around, site, from_s, dt_s, .. } = &mut *self.0;
+        let now_s = *from_s + *dt_s * share;
+        let there = at(around.canopy, canopy, now_s);
+        around.rate(site, there, V3::zero(now_s), now_s)
+    }
 }

@@ -281,6 +281,24 @@ impl Real for Lanes {
         rows
     }
 
+    fn constants<const K: usize>(
+        self,
+        mask: Masks,
+        before: [[Self; 4]; K],
+        function: &mut dyn FnMut(f64) -> [[f64; 4]; K],
+    ) -> [[Self; 4]; K] {
+        let mut rows = before.map(|row| row.map(Self::to_array));
+        for (i, x) in self.to_array().into_iter().enumerate() {
+            if mask.bits() >> i & 1 == 1 {
+                for (row, now) in rows.iter_mut().zip(function(x)) {
+                    for (number, now) in row.iter_mut().zip(now) {
+                        number[i] = now;
+                    }
+                }
+            }
+        }
+        rows.map(|row| row.map(|number| Self::new(Avx2(()), number)))
+    }
     #[inline(always)]
     fn atan2(self, x: Self) -> Self {
         straight::atan2(self, x)
@@ -417,6 +435,9 @@ mod tests {
                 (x.abs() + 1e-9).ln() => |a, _b| Real::ln(a.abs() + 1e-9);
                 x.sin_cos_of_turns().0 => |a, _b| a.sin_cos_of_turns().0;
                 x.sin_cos_of_turns().1 => |a, _b| a.sin_cos_of_turns().1;
+                x.constants(x.less(y), [[x, y, y, y]], &mut |a| [[a + 1.0, a, a, a]])[0][0] => |a, b| {
+                    if a < b { a + 1.0 } else { a }
+                };
                 straight::acos(x) => |a, _b| straight::acos(a);
                 x.signed_by(y + 6_755_399_441_055_744.0, u64::from(more)) => |a, b| {
                     a.signed_by(b + 6_755_399_441_055_744.0, u64::from(more))

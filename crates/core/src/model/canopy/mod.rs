@@ -22,6 +22,8 @@ use nalgebra::Vector3;
 
 use super::environment::Ambient;
 use super::{ModelError, check, check_positive};
+use crate::real::Real;
+use crate::vector::V3;
 
 mod riser;
 mod swing;
@@ -92,10 +94,10 @@ pub fn apparent_mass_kg(factor: f64, density_kg_m3: f64, inflated_radius_m: f64)
 
 /// How much of a canopy is there.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Filling {
-    drag_area: f64,
-    apparent_mass: f64,
-    apparent_mass_per_s: f64,
+struct Filling<S> {
+    drag_area: S,
+    apparent_mass: S,
+    apparent_mass_per_s: S,
 }
 
 impl Canopy {
@@ -123,31 +125,37 @@ impl Canopy {
     }
 
     /// How far it has filled at `t_s` from the beginning of the hang [s].
-    fn filling(&self, t_s: f64) -> Filling {
-        match self.opening {
-            Some(Opening { duration_s, .. }) if t_s < duration_s => {
-                let x = (t_s / duration_s).max(0.0);
-                let apparent_mass_per_s = 3.0 * x * x / duration_s;
-                Filling { drag_area: x * x, apparent_mass: x * x * x, apparent_mass_per_s }
-            }
-            _ => Filling { drag_area: 1.0, apparent_mass: 1.0, apparent_mass_per_s: 0.0 },
+    #[inline(always)]
+    fn filling<S: Real>(&self, t_s: S) -> Filling<S> {
+        let (zero, one) = (t_s.of(0.0), t_s.of(1.0));
+        let full = Filling { drag_area: one, apparent_mass: one, apparent_mass_per_s: zero };
+        let Some(Opening { duration_s, .. }) = self.opening else { return full };
+        let duration_s = t_s.of(duration_s);
+        let fills = t_s.less(duration_s);
+        let x = (t_s / duration_s).at_least(zero);
+        Filling {
+            drag_area: S::select(fills, x * x, one),
+            apparent_mass: S::select(fills, x * x * x, one),
+            apparent_mass_per_s: S::select(fills, x * 3.0 * x / duration_s, zero),
         }
     }
 
     /// Mass and apparent mass at `t_s` from the beginning of the hang [kg].
-    pub fn inertia_kg(&self, t_s: f64) -> f64 {
-        self.mass_kg + self.apparent_mass_kg * self.filling(t_s).apparent_mass
+    #[inline(always)]
+    pub fn inertia_kg<S: Real>(&self, t_s: S) -> S {
+        self.filling(t_s).apparent_mass * self.apparent_mass_kg + self.mass_kg
     }
 
     /// Force on canopy and apparent mass but for the riser's, NED [N]: weight, drag, and the momentum of the
     /// air taken in, at a velocity over ground [m/s] where it is, `t_s` from the beginning of the hang [s].
-    pub fn outer_force_ned(&self, there: &Ambient, v_ned: &Vector3<f64>, t_s: f64) -> Vector3<f64> {
+    #[inline(always)]
+    pub fn outer_force_ned<S: Real>(&self, there: &Ambient<S>, v_ned: V3<S>, t_s: S) -> V3<S> {
         let Filling { drag_area, apparent_mass_per_s, .. } = self.filling(t_s);
-        let wind_ned = Vector3::from(there.wind_ned_m_s);
+        let (zero, wind_ned) = (t_s.of(0.0), there.wind_ned_m_s);
         let u_ned = v_ned - wind_ned;
-        let drag = 0.5 * there.density_kg_m3 * (self.drag_area_m2 * drag_area) * u_ned.norm();
-        let taken_in = self.apparent_mass_kg * apparent_mass_per_s;
-        let weight_ned = Vector3::new(0.0, 0.0, there.gravity_m_s2 * self.mass_kg);
+        let drag = there.density_kg_m3 * 0.5 * (drag_area * self.drag_area_m2) * u_ned.norm();
+        let taken_in = apparent_mass_per_s * self.apparent_mass_kg;
+        let weight_ned = V3::new(zero, zero, there.gravity_m_s2 * self.mass_kg);
         weight_ned - u_ned * drag + wind_ned * taken_in
     }
 

@@ -11,10 +11,11 @@
 
 use nalgebra::Vector3;
 
-use super::super::rigid_body::BodyState;
+use super::super::rigid_body::{BodyState, Motion};
 use super::super::{ModelError, check, check_positive};
-use super::CanopyState;
-use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
+use crate::frames::{Turn, rotate_ned_from_body};
+use crate::real::{Mask as _, Real};
+use crate::vector::V3;
 
 /// A riser.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,14 +31,23 @@ pub struct Riser {
 }
 
 /// Pull of a riser.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Pull {
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pull<S = f64> {
     /// Tension, not below zero [N].
-    pub tension_n: f64,
+    pub tension_n: S,
     /// Force on the vehicle, NED [N]; that on the canopy is the opposite.
-    pub force_ned: Vector3<f64>,
+    pub force_ned: V3<S>,
     /// Moment on the vehicle about its centre of mass, body [N m].
-    pub moment_body: Vector3<f64>,
+    pub moment_body: V3<S>,
+}
+
+impl<S: Real> Pull<S> {
+    /// No pull, for numbers of a kind of which one is given.
+    #[inline(always)]
+    pub fn none(kind: S) -> Self {
+        let none = V3::zero(kind);
+        Self { tension_n: none.x, force_ned: none, moment_body: none }
+    }
 }
 
 impl Riser {
@@ -78,28 +88,45 @@ impl Riser {
         )
     }
 
-    /// Pull on a vehicle and a canopy in these states.
-    pub fn pull(&self, body: &BodyState, canopy: &CanopyState) -> Pull {
-        let (p_ned, v_ned) = self.confluence(body);
-        let span = p_ned - canopy.p_ned;
+    /// Pull on a vehicle at a place, NED [m], in this motion, and on a canopy of this position and velocity,
+    /// NED [m, m/s].
+    #[inline(always)]
+    pub fn pull<S: Real>(&self, p_ned: V3<S>, motion: &Motion<S>, canopy: [V3<S>; 2]) -> Pull<S> {
+        let none = Pull::none(p_ned.x);
+        let attachment_body_m = V3::constant(p_ned.x, &self.attachment_body_m);
+        let turn = Turn::of(motion.q_ned_from_body);
+        let [canopy_p_ned, canopy_v_ned] = canopy;
+        let span = p_ned + turn.to_ned(attachment_body_m) - canopy_p_ned;
         let distance_m = span.norm();
         let stretch_m = distance_m - self.length_m;
-        if !(stretch_m > 0.0) {
-            return Pull::default();
+        let taut = none.tension_n.less(stretch_m);
+        if !taut.any() {
+            return none;
         }
+        let v_ned = motion.v_ned + turn.to_ned(motion.omega_body.cross(attachment_body_m));
         let along = span / distance_m;
-        let lengthens_m_s = along.dot(&(v_ned - canopy.v_ned));
-        let tension_n = (self.stiffness_n_m * stretch_m + self.damping_n_s_m * lengthens_m_s).max(0.0);
+        let lengthens_m_s = along.dot(v_ned - canopy_v_ned);
+        let tension_n = (stretch_m * self.stiffness_n_m + lengthens_m_s * self.damping_n_s_m)
+            .at_least(none.tension_n);
         let force_ned = along * -tension_n;
-        let force_body = rotate_body_from_ned(body.q_ned_from_body, force_ned);
-        Pull { tension_n, force_ned, moment_body: self.attachment_body_m.cross(&force_body) }
+        let moment_body = attachment_body_m.cross(turn.to_body(force_ned));
+        Pull {
+            tension_n: S::select(taut, tension_n, none.tension_n),
+            force_ned: V3::select(taut, force_ned, none.force_ned),
+            moment_body: V3::select(taut, moment_body, none.moment_body),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::CanopyState;
     use super::*;
     use crate::frames::{LEVEL, quaternion_from_euler};
+
+    fn pull_of(riser: &Riser, body: &BodyState, canopy: &CanopyState) -> Pull {
+        riser.pull(body.p_ned.into(), &body.motion(), [canopy.p_ned.into(), canopy.v_ned.into()])
+    }
 
     fn body(p_ned: [f64; 3], v_ned: [f64; 3]) -> BodyState {
         BodyState {
@@ -118,16 +145,16 @@ mod tests {
     #[test]
     fn closed_form_a_riser_pulls_along_its_line() {
         let riser = Riser::new(5.0, 100.0, 10.0, Vector3::new(0.0, 0.0, -1.0)).unwrap();
-        let pull = riser.pull(&body([0.0, 0.0, 6.5], [0.0; 3]), &canopy());
-        assert_eq!((pull.tension_n, pull.force_ned), (50.0, Vector3::new(0.0, 0.0, -50.0)));
-        assert_eq!(pull.moment_body, Vector3::zeros());
-        assert_eq!(riser.pull(&body([0.0, 0.0, 6.5], [0.0, 0.0, 2.0]), &canopy()).tension_n, 70.0);
-        assert_eq!(riser.pull(&body([0.0, 0.0, 6.5], [0.0, 0.0, -20.0]), &canopy()).tension_n, 0.0);
-        assert_eq!(riser.pull(&body([0.0, 0.0, 5.5], [0.0, 0.0, 20.0]), &canopy()), Pull::default());
+        let pull = pull_of(&riser, &body([0.0, 0.0, 6.5], [0.0; 3]), &canopy());
+        assert_eq!((pull.tension_n, pull.force_ned), (50.0, V3::new(0.0, 0.0, -50.0)));
+        assert_eq!(pull.moment_body, V3::zero(0.0));
+        assert_eq!(pull_of(&riser, &body([0.0, 0.0, 6.5], [0.0, 0.0, 2.0]), &canopy()).tension_n, 70.0);
+        assert_eq!(pull_of(&riser, &body([0.0, 0.0, 6.5], [0.0, 0.0, -20.0]), &canopy()).tension_n, 0.0);
+        assert_eq!(pull_of(&riser, &body([0.0, 0.0, 5.5], [0.0, 0.0, 20.0]), &canopy()), Pull::none(0.0));
         // 3-4-5: the confluence point is at (3.6, 0, 4.8), 6 m away.
-        let pull = riser.pull(&body([3.6, 0.0, 5.8], [0.0; 3]), &canopy());
-        assert!((pull.force_ned - Vector3::new(-60.0, 0.0, -80.0)).norm() < 1e-12, "{pull:?}");
-        assert!((pull.moment_body - Vector3::new(0.0, 60.0, 0.0)).norm() < 1e-12, "{pull:?}");
+        let pull = pull_of(&riser, &body([3.6, 0.0, 5.8], [0.0; 3]), &canopy());
+        assert!((pull.force_ned - V3::new(-60.0, 0.0, -80.0)).norm() < 1e-12, "{pull:?}");
+        assert!((pull.moment_body - V3::new(0.0, 60.0, 0.0)).norm() < 1e-12, "{pull:?}");
     }
 
     /// The power of the pull is what spring and damper take up: `T r_dot`.
@@ -140,11 +167,11 @@ mod tests {
             ..body([1.0, 0.5, 6.0], [0.3, -0.2, 0.4])
         };
         let canopy = CanopyState { v_ned: Vector3::new(0.1, 0.2, -0.3), ..canopy() };
-        let pull = riser.pull(&body, &canopy);
+        let pull = pull_of(&riser, &body, &canopy);
         let (p_ned, v_ned) = riser.confluence(&body);
         let r_dot = (p_ned - canopy.p_ned).normalize().dot(&(v_ned - canopy.v_ned));
-        let power = pull.force_ned.dot(&body.v_ned) + pull.moment_body.dot(&body.omega_body)
-            - pull.force_ned.dot(&canopy.v_ned);
+        let power = pull.force_ned.along(&body.v_ned) + pull.moment_body.along(&body.omega_body)
+            - pull.force_ned.along(&canopy.v_ned);
         assert!(pull.tension_n > 1.0 && (power + pull.tension_n * r_dot).abs() < 1e-10);
     }
 

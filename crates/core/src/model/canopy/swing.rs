@@ -103,7 +103,7 @@ impl Suspension {
         let pull_n = |speed_m_s| sinking_v_dot_ned(vehicle, site, speed_m_s).z * vehicle.mass.mass_kg;
         let falls_on = |speed_m_s: f64| {
             let v_ned = Vector3::new(0.0, 0.0, speed_m_s);
-            let canopy_n = self.canopy.outer_force_ned(&calm, &v_ned, f64::INFINITY);
+            let canopy_n = self.canopy.outer_force_ned(&calm, v_ned.into(), f64::INFINITY);
             pull_n(speed_m_s) + canopy_n.z > 0.0
         };
         let (mut low, mut high) = (0.0, FASTEST_M_S);
@@ -140,12 +140,18 @@ impl Suspension {
         }
     }
 
-    /// Highest angular frequency of the riser between both bodies at `t_s` from the beginning of the hang
-    /// [rad/s], and the rate at which its damper acts [1/s].
-    pub fn riser_rates_per_s(&self, mass: &MassProperties, t_s: f64) -> (f64, f64) {
+    /// One over the least mass that the confluence point of a vehicle feels like [1/kg].
+    pub fn confluence_per_kg(&self, mass: &MassProperties) -> f64 {
         let arm_m = self.riser.attachment_body_m.norm();
         let turning = arm_m * arm_m * mass.inertia_inverse.symmetric_eigenvalues().max();
-        let per_kg = 1.0 / mass.mass_kg + turning + 1.0 / self.canopy.inertia_kg(t_s);
+        1.0 / mass.mass_kg + turning
+    }
+
+    /// Highest angular frequency of the riser between both bodies at `t_s` from the beginning of the hang
+    /// [rad/s], and the rate at which its damper acts [1/s], of a vehicle with this
+    /// [`Self::confluence_per_kg`].
+    pub fn riser_rates_per_s(&self, confluence_per_kg: f64, t_s: f64) -> (f64, f64) {
+        let per_kg = confluence_per_kg + 1.0 / self.canopy.inertia_kg(t_s);
         ((self.riser.stiffness_n_m * per_kg).sqrt(), self.riser.damping_n_s_m * per_kg)
     }
 }

@@ -1,0 +1,273 @@
+//! A stage of a plant's integration, and its Runge-Kutta step: everything that acts on a vehicle among its
+//! surroundings, over any [`Real`].
+//!
+//! What flies one flight ([`super::plant`]) and what flies eight side by side ([`super::abreast`]) differ in
+//! where the numbers are kept; this is what is done with them.
+
+use super::ground::Ground;
+use super::integrator::{Craft, CraftRate, Derivative, runge_kutta_4_of};
+use crate::model::canopy::Pull;
+use crate::model::drives::{Drives, Held, Motors, OnBus};
+use crate::model::environment::{Ambient, LocalAir};
+use crate::model::motor::MotorLaw;
+use crate::model::rigid_body::MassProperties;
+use crate::model::supply::{Bus, Pack};
+use crate::model::vehicle::FlightRate;
+use crate::model::{Environment, MAX_ROTORS, MotorCondition, Vehicle};
+use crate::real::Real;
+use crate::simd::Kernel;
+use crate::vector::V3;
+
+/// What a vehicle flies in, held over a step.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Surroundings<'a, S> {
+    pub(super) vehicle: &'a Vehicle,
+    pub(super) site: &'a Environment,
+    pub(super) air: &'a LocalAir<S>,
+    /// Wind, NED [m/s].
+    pub(super) wind_ned: V3<S>,
+    pub(super) ground: Option<&'a Ground>,
+    /// Deviations of the thrusts from their means, in shares of them, where they fluctuate.
+    pub(super) deviations: Option<&'a [S; MAX_ROTORS]>,
+}
+
+impl<S: Real> Surroundings<'_, S> {
+    /// Gravity, air and wind at a place, NED [m].
+    #[inline(always)]
+    pub(super) fn ambient(&self, p_ned: V3<S>) -> Ambient<S> {
+        self.air.at(self.site, self.wind_ned, p_ned.z)
+    }
+}
+
+/// What turns a vehicle's rotors in a stage.
+pub(super) trait Turning<S: Real> {
+    /// Angular acceleration of each rotor [rad/s^2] at these speeds [rad/s], against the torques of the air
+    /// [N m].
+    fn accelerations(
+        &self,
+        speed: &[S; MAX_ROTORS],
+        torque_nm: &[S; MAX_ROTORS],
+        bus: &mut SeenBus<S>,
+    ) -> [S; MAX_ROTORS];
+}
+
+/// The bus of a battery with a voltage, from stage to stage.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeenBus<S: Real> {
+    /// As it was found; `None`: the motors do not run, or there is no such battery.
+    pub(super) found: Option<Bus<S>>,
+    /// Voltage from which the next one is searched [V].
+    pub(super) near_v: S,
+}
+
+/// Rotors that are held, or are turned by motors under throttle commands.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Commanded<'a, S> {
+    pub(super) law: &'a MotorLaw,
+    pub(super) count: usize,
+    /// Conditions of the motors; `None`: all are sound.
+    pub(super) conditions: Option<&'a [MotorCondition; MAX_ROTORS]>,
+    /// Throttle commands, 0..1.
+    pub(super) throttle: &'a [S; MAX_ROTORS],
+    /// The battery and its voltage without load [V]; `None`: a stiff supply.
+    pub(super) battery: Option<(&'a Pack, S)>,
+    /// Whether the rotors are held.
+    pub(super) locked: bool,
+}
+
+impl<S: Real> Turning<S> for Commanded<'_, S> {
+    #[inline(always)]
+    fn accelerations(
+        &self,
+        speed: &[S; MAX_ROTORS],
+        torque_nm: &[S; MAX_ROTORS],
+        bus: &mut SeenBus<S>,
+    ) -> [S; MAX_ROTORS] {
+        let Self { law, count, conditions, throttle, battery, locked } = *self;
+        bus.found = None;
+        if locked {
+            return Held.accelerations(torque_nm);
+        }
+        let motors = Motors { law, count, conditions, throttle, speed };
+        match battery {
+            Some((pack, open_v)) => {
+                let SeenBus { found, near_v } = bus;
+                OnBus { motors, pack, open_v, near_v, bus: found }.accelerations(torque_nm)
+            }
+            None => motors.accelerations(torque_nm),
+        }
+    }
+}
+
+/// What turns the rotors, at their speeds.
+struct AtSpeed<'a, S: Real, T> {
+    turning: &'a T,
+    speed: &'a [S; MAX_ROTORS],
+    bus: &'a mut SeenBus<S>,
+}
+
+impl<S: Real, T: Turning<S>> Drives<S> for AtSpeed<'_, S, T> {
+    #[inline(always)]
+    fn accelerations(self, torque_nm: &[S; MAX_ROTORS]) -> [S; MAX_ROTORS] {
+        self.turning.accelerations(self.speed, torque_nm, self.bus)
+    }
+}
+
+/// A stage: the derivative and what made it.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stage<S: Real> {
+    /// Derivative of motion and rotors, with everything that acts.
+    pub(super) rate: FlightRate<S>,
+    /// Force [N], NED, and moment [N m], body, of the ground.
+    pub(super) ground: [V3<S>; 2],
+    /// Force [N], NED, and moment [N m], body, of a canopy.
+    pub(super) canopy: [V3<S>; 2],
+    /// The bus.
+    pub(super) bus: SeenBus<S>,
+}
+
+impl<S: Real> Stage<S> {
+    /// A stage to begin with, whose bus is searched from a voltage [V].
+    #[inline(always)]
+    pub(super) fn new(near_v: S) -> Self {
+        let none = [V3::zero(near_v); 2];
+        let bus = SeenBus { found: None, near_v };
+        Self { rate: FlightRate::nothing(near_v), ground: none, canopy: none, bus }
+    }
+
+    /// Takes what acts on a vehicle in this state, a canopy's pull apart.
+    #[inline(always)]
+    pub(super) fn take<T: Turning<S>>(
+        &mut self,
+        around: &Surroundings<'_, S>,
+        turning: &T,
+        craft: &Craft<S>,
+    ) {
+        let Surroundings { vehicle, ground, deviations, .. } = *around;
+        let ambient = around.ambient(craft.p_ned);
+        let drives = AtSpeed { turning, speed: &craft.rotor_speed, bus: &mut self.bus };
+        vehicle.derive(&ambient, &craft.motion, &craft.rotor_speed, deviations, drives, &mut self.rate);
+        if let Some(ground) = ground {
+            let reaction = ground.reaction(vehicle, craft.p_ned, &craft.motion);
+            self.ground = [reaction.force_ned, reaction.moment_body];
+            self.push(&vehicle.mass, self.ground);
+        }
+    }
+
+    /// Adds a canopy's pull on the vehicle.
+    #[inline(always)]
+    pub(super) fn pull(&mut self, mass: &MassProperties, pull: &Pull<S>) {
+        self.canopy = [pull.force_ned, pull.moment_body];
+        self.push(mass, self.canopy);
+    }
+
+    /// Adds what a force [N], NED, and a moment [N m], body, do to a vehicle's motion.
+    #[inline(always)]
+    fn push(&mut self, mass: &MassProperties, [force_ned, moment_body]: [V3<S>; 2]) {
+        let motion = &mut self.rate.motion;
+        motion.v_dot_ned += force_ned / force_ned.x.of(mass.mass_kg);
+        motion.omega_dot_body += moment_body.times(&mass.inertia_inverse);
+    }
+
+    /// The derivative of a state, for its integration.
+    #[inline(always)]
+    pub(super) fn derivative(&self, craft: &Craft<S>) -> CraftRate<S> {
+        let FlightRate { motion, rotor_acceleration, .. } = self.rate;
+        CraftRate { p_dot_ned: craft.motion.v_ned, motion, rotor_acceleration }
+    }
+}
+
+/// Stages of a step one after the other: the first of them, and what the bus gives, in Runge-Kutta's weights.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stages<S: Real> {
+    /// The present stage.
+    pub(super) now: Stage<S>,
+    /// What acted at the step's beginning.
+    pub(super) first: Stage<S>,
+    /// Charge [C] and energy [J] of the bus over a step of 6 s.
+    draw: [S; 2],
+    count: u32,
+}
+
+impl<S: Real> Stages<S> {
+    /// No stage yet, of a step whose bus is searched from a voltage [V].
+    #[inline(always)]
+    pub(super) fn new(near_v: S) -> Self {
+        let now = Stage::new(near_v);
+        Self { now, first: now, draw: [near_v.of(0.0); 2], count: 0 }
+    }
+
+    /// The present stage is complete.
+    #[inline(always)]
+    pub(super) fn complete(&mut self) {
+        if self.count == 0 {
+            self.first = self.now;
+        }
+        if let Some(bus) = &self.now.bus.found {
+            let weight = if matches!(self.count, 1 | 2) { 2.0 } else { 1.0 };
+            let current = bus.pack_a * weight;
+            self.draw[0] += current;
+            self.draw[1] += current * bus.bus_v;
+        }
+        self.count += 1;
+    }
+
+    /// Charge [C] and energy [J] that the bus has given over a step of `dt_s` [s].
+    #[inline(always)]
+    pub(super) fn drawn(&self, dt_s: S) -> [S; 2] {
+        let six = dt_s.of(6.0);
+        [self.draw[0] * dt_s / six, self.draw[1] * dt_s / six]
+    }
+}
+
+/// A Runge-Kutta step of a vehicle that nothing holds.
+pub(super) struct FreeStep<'a, S: Real, T> {
+    pub(super) around: Surroundings<'a, S>,
+    pub(super) turning: &'a T,
+    /// The vehicle; after the step as it is then, its quaternion not yet of unit length.
+    pub(super) craft: &'a mut Craft<S>,
+    pub(super) stages: &'a mut Stages<S>,
+    pub(super) dt_s: S,
+}
+
+impl<S: Real, T: Turning<S>> Kernel for FreeStep<'_, S, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { around, turning, craft, stages, dt_s } = self;
+        *craft = runge_kutta_4_of(craft, dt_s, FreeStages { around: &around, turning, stages });
+    }
+}
+
+struct FreeStages<'a, S: Real, T> {
+    around: &'a Surroundings<'a, S>,
+    turning: &'a T,
+    stages: &'a mut Stages<S>,
+}
+
+impl<S: Real, T: Turning<S>> Derivative<S, Craft<S>> for FreeStages<'_, S, T> {
+    #[inline(always)]
+    fn at(&mut self, _share: f64, craft: &Craft<S>) -> CraftRate<S> {
+        self.stages.now.take(self.around, self.turning, craft);
+        self.stages.complete();
+        self.stages.now.derivative(craft)
+    }
+}
+
+/// What acts on a vehicle at an instant, but for a canopy's pull.
+pub(super) struct Acting<'a, S: Real, T> {
+    pub(super) around: Surroundings<'a, S>,
+    pub(super) turning: &'a T,
+    pub(super) craft: &'a Craft<S>,
+    pub(super) stage: &'a mut Stage<S>,
+}
+
+impl<S: Real, T: Turning<S>> Kernel for Acting<'_, S, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        self.stage.take(&self.around, self.turning, self.craft);
+    }
+}
