@@ -93,8 +93,8 @@ pub(super) fn flight_columns(mission: &Mission, ground: bool) -> Columns<Sample>
         columns = columns.numbers((1..=n).flat_map(of_rotor), DISK, move |s, k| {
             let body = &s.state.body;
             let there = Ambient { wind_ned_m_s: s.wind_ned.into(), ..site.ambient_at(&body.p_ned) };
-            let disk = DiskState::of_each(&vehicle, &there, body, &s.balance.thrust_n)[k / 2]?;
-            Some([disk.climb, disk.in_plane][k % 2])
+            let disk = DiskState::of_each(&vehicle, &there, &body.motion(), &s.balance.thrust_n)?[k / 2];
+            disk.pulls.then_some([disk.climb, disk.in_plane][k % 2])
         });
     }
     if mission.vehicle.start.is_some() {

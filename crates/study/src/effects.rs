@@ -5,13 +5,13 @@
 //! effects, each alone, all but each, and all. The trials of each have the same swings, winds and eddies, so
 //! differences are taken trial by trial.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 
 use super::controller::{KeepsHeading, controller};
 use samara_core::assess::{Course, Outcome, Verdict, VerdictBuilder, judge};
 use samara_core::control::ControlError;
 use samara_core::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
-use samara_core::sim::{self, FlightPlan, Reference};
+use samara_core::sim::{self, Flight, FlightPlan, Reference};
 use samara_core::trajectory::Trajectory;
 use samara_mission::{Effect, Mission};
 
@@ -98,21 +98,34 @@ impl<'a> EffectFlights<'a> {
 
     /// Flies a trial, a drop by the numbers that a campaign of whole drops draws.
     pub fn fly(&self, trial: u64) -> JudgedDrop {
-        let mission = self.mission.with_drop(&self.mission.draw_drop(trial));
-        let (trajectory, then_v_ned) = (self.plan, Some(mission.target_v_ned));
-        let feed_forward = mission.control.feed_forward;
-        let reference = Reference::Plan { trajectory, then_v_ned, feed_forward };
-        let flight = FlightPlan {
+        self.fly_all(trial..trial + 1).pop().unwrap_or_else(|| JudgedDrop::of(None))
+    }
+
+    /// Flies trials, side by side where they may be: each as [`Self::fly`] does.
+    pub fn fly_all(&self, trials: Range<u64>) -> Vec<JudgedDrop> {
+        let Mission { limits, target_v_ned, duration_s, ref control, .. } = self.mission;
+        let (trajectory, then_v_ned) = (self.plan, Some(target_v_ned));
+        let reference = Reference::Plan { trajectory, then_v_ned, feed_forward: control.feed_forward };
+        let plan = FlightPlan {
             setpoint_period_s: Some(SETPOINT_PERIOD_S),
             yaw_sp_rad: None,
-            ..FlightPlan::new(reference, IMU_PERIOD_S, mission.duration_s)
+            ..FlightPlan::new(reference, IMU_PERIOD_S, duration_s)
         };
-        let mut verdict = VerdictBuilder::judging(mission.limits, mission.target_v_ned).along(trajectory);
-        let mut controller = self.controller.clone();
-        let _ = sim::fly(&mut mission.released_simulation(), &mut controller, &flight, &mut |sample| {
-            verdict.observe(sample);
+        let flights: Vec<Flight<'_>> = trials
+            .map(|trial| {
+                let mission = self.mission.with_drop(&self.mission.draw_drop(trial));
+                let (simulation, controller) = (mission.released_simulation(), self.controller.clone());
+                Flight { simulation, controller: Box::new(controller), plan }
+            })
+            .collect();
+        let mut verdicts: Vec<VerdictBuilder> = flights
+            .iter()
+            .map(|_| VerdictBuilder::judging(limits, target_v_ned).along(trajectory))
+            .collect();
+        sim::fly_many(flights, &mut |i, sample| {
+            verdicts[i].observe(sample);
             ControlFlow::Continue(())
         });
-        JudgedDrop::of(verdict.finish())
+        verdicts.into_iter().map(|verdict| JudgedDrop::of(verdict.finish())).collect()
     }
 }

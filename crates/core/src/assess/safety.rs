@@ -326,8 +326,8 @@ impl VerdictBuilder {
             let body = &sample.state.body;
             air.follow(site, body.p_ned.z);
             let there = air.at(site, sample.wind_ned.into(), body.p_ned.z);
-            let disks = DiskState::of_each(vehicle, &there, body, &sample.balance.thrust_n);
-            (sample.t_s, disks.map(|disk| disk.is_some_and(|disk| disk.is_in_vortex_ring())))
+            let disks = DiskState::of_each(vehicle, &there, &body.motion(), &sample.balance.thrust_n);
+            (sample.t_s, disks.map_or([false; MAX_ROTORS], |disks| disks.map(|disk| disk.is_in_vortex_ring())))
         });
     }
 

@@ -26,7 +26,7 @@
 //! Braunschweig, `inducedVelocityVortexRingState.m`) quotes from those pages.
 
 use crate::math;
-use crate::real::straight;
+use crate::real::{Mask as _, Real};
 
 /// Edgewise velocity beyond which there is no vortex ring, `V_xM`.
 pub const RING_ENDS_AT: f64 = 0.95;
@@ -40,21 +40,35 @@ const THROUGH_AT_X: f64 = 1.25;
 /// The climb velocities N and X between which heave is not damped at an edgewise velocity, both in units of
 /// `v_h`, the higher first; `None` from [`RING_ENDS_AT`] on.
 pub fn vortex_ring(in_plane: f64) -> Option<[f64; 2]> {
-    let share = in_plane / RING_ENDS_AT;
-    let left = 1.0 - share * share;
-    if !(left > 0.0) {
-        return None;
-    }
-    let (middle, half) = (0.5 * (N + X), 0.5 * (N - X));
+    let (exists, between) = ring_between(in_plane);
+    exists.then_some(between)
+}
+
+/// Whether there is a vortex ring at an edgewise velocity, and between which climb velocities, over any
+/// [`Real`].
+#[inline(always)]
+fn ring_between<S: Real>(in_plane: S) -> (S::Mask, [S; 2]) {
+    let one = in_plane.of(1.0);
+    let share = in_plane / one.of(RING_ENDS_AT);
+    let left = one - share * share;
+    let exists = one.of(0.0).less(left);
+    let left = S::select(exists, left, one);
+    let (middle, half) = (one.of(0.5 * (N + X)), 0.5 * (N - X));
     // left^0.2, left^1.5
-    let fifth_root = straight::exp_of_minus(-0.2 * straight::ln(left));
-    Some([middle + half * fifth_root, middle - half * (left * left.sqrt())])
+    let fifth_root = (left.ln() * -0.2).exp_of_minus();
+    (exists, [middle + fifth_root * half, middle - left * left.sqrt() * half])
 }
 
 /// Whether a disk that moves along its thrust at `climb` and in its plane at `in_plane`, both in units of
 /// `v_h`, is in the vortex ring: inside Johnson's stability boundary, between N and X.
-pub fn is_in_vortex_ring(climb: f64, in_plane: f64) -> bool {
-    X < climb && climb < N && vortex_ring(in_plane).is_some_and(|[n, x]| x < climb && climb < n)
+#[inline(always)]
+pub fn is_in_vortex_ring<S: Real>(climb: S, in_plane: S) -> S::Mask {
+    let near = climb.of(X).less(climb) & climb.less(climb.of(N));
+    if !near.any() {
+        return near;
+    }
+    let (exists, [n, x]) = ring_between(in_plane);
+    near & exists & x.less(climb) & climb.less(n)
 }
 
 /// Distance inside the stability boundary over which the fluctuation of a rotor's thrust comes up, in units
@@ -64,11 +78,16 @@ pub const RING_RISE: f64 = 0.1;
 /// Share of the full fluctuation in the vortex ring that the thrust of a disk has which moves along its
 /// thrust at `climb` and in its plane at `in_plane`, both in units of `v_h`: 0 outside N to X, rising
 /// linearly over [`RING_RISE`] inside, 1 beyond.
-pub fn ring_share(climb: f64, in_plane: f64) -> f64 {
-    if !(X < climb && climb < N) {
-        return 0.0;
+#[inline(always)]
+pub fn ring_share<S: Real>(climb: S, in_plane: S) -> S {
+    let (zero, one) = (climb.of(0.0), climb.of(1.0));
+    let near = climb.of(X).less(climb) & climb.less(climb.of(N));
+    if !near.any() {
+        return zero;
     }
-    vortex_ring(in_plane).map_or(0.0, |[n, x]| ((n - climb).min(climb - x) / RING_RISE).clamp(0.0, 1.0))
+    let (exists, [n, x]) = ring_between(in_plane);
+    let inside = (n - climb).at_most(climb - x) / zero.of(RING_RISE);
+    S::select(near & exists, inside.at_least(zero).at_most(one), zero)
 }
 
 /// Induced velocity of a disk that moves along its thrust at `climb` and in its plane at `in_plane`, all in

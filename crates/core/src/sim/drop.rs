@@ -26,6 +26,8 @@ use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 
 #[cfg(test)]
 mod canopy_tests;
+#[cfg(target_arch = "x86_64")]
+pub mod abreast;
 mod forces;
 mod landing;
 
@@ -385,35 +387,70 @@ impl DropSimulation {
     /// the step's beginning. Commands that are not numbers count as zero; a time that is not positive does
     /// nothing.
     pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) -> Loads {
+        self.command(throttle);
+        let dt_s = if dt_s.is_finite() { dt_s } else { 0.0 };
+        if dt_s > 0.0 {
+            self.meet_wind(dt_s);
+            if let Some(faults) = &mut self.faults {
+                self.throttle = faults.step_commands(&self.throttle, dt_s);
+            }
+        }
+        let first = self.advance(dt_s);
+        self.meet_faults();
+        self.observe_turning();
+        first.unwrap_or_else(|| self.loads())
+    }
+
+    /// Takes throttle commands.
+    fn command(&mut self, throttle: &PerRotor) {
         self.throttle = throttle.map(|d| if d.is_nan() { 0.0 } else { d.clamp(0.0, 1.0) });
-        let mut remaining = if dt_s.is_finite() { dt_s } else { 0.0 };
-        if let Some((course, t0_s)) = &mut self.wind
-            && remaining > 0.0
-        {
-            let body = &self.state.body;
-            let t_s = self.clock.time_s - *t0_s;
-            let (p, v) = (body.p_ned, body.v_ned);
-            let [[n], [e], [d]] = course.step(t_s, remaining, &[p.z], &[[v.x], [v.y], [v.z]]);
-            let wind_ned = Vector3::new(n, e, d);
-            if let Some(canopy) = &mut self.canopy {
-                canopy.wind_ned = wind_ned + course.difference_ned(p.z, canopy.state.p_ned.z);
-            }
-            self.plant.set_wind_ned(wind_ned);
-            if let Some(drawn) = course.ring_deviations(remaining) {
-                let (plant, mirrored) = (&mut self.plant, course.ring_is_mirrored());
-                let deviations = (self.phase == Phase::Powered).then(|| {
-                    let mean_n = plant.thrusts_n(&self.state);
-                    let ambient = plant.ambient(&self.state.body.p_ned);
-                    ring::deviations(&drawn, mirrored, (plant.vehicle(), &ambient), &self.state.body, &mean_n)
-                });
-                plant.set_thrust_deviations(deviations);
-            }
+    }
+
+    /// Meets the wind of a step of `dt_s` [s].
+    fn meet_wind(&mut self, dt_s: f64) {
+        let Some((course, t0_s)) = &mut self.wind else { return };
+        let t_s = self.clock.time_s - *t0_s;
+        let (p, v) = (self.state.body.p_ned, self.state.body.v_ned);
+        let [[n], [e], [d]] = course.step(t_s, dt_s, &[p.z], &[[v.x], [v.y], [v.z]]);
+        let drawn = course.ring_deviations(dt_s);
+        let mirrored = course.ring_is_mirrored();
+        self.set_wind_ned(Vector3::new(n, e, d));
+        if let Some(drawn) = drawn {
+            let deviations = self.deviations(&drawn.map(|[drawn]| drawn), mirrored);
+            self.plant.set_thrust_deviations(deviations);
         }
-        if let Some(faults) = &mut self.faults
-            && remaining > 0.0
-        {
-            self.throttle = faults.step_commands(&self.throttle, remaining);
+    }
+
+    /// Deviations of the thrusts in the vortex ring from their means, of what was drawn for each rotor; none
+    /// of locked ones.
+    fn deviations(&self, drawn: &PerRotor, mirrored: bool) -> Option<PerRotor> {
+        if self.phase != Phase::Powered {
+            return None;
         }
+        let (plant, body) = (&self.plant, &self.state.body);
+        let (mean_n, ambient) = (plant.thrusts_n(&self.state), plant.ambient(&body.p_ned));
+        let air = (&**plant.vehicle(), &ambient);
+        Some(ring::deviations(drawn, mirrored, air, &body.motion(), &mean_n))
+    }
+
+    /// Changes the wind at the vehicle, NED [m/s], and with it that at the canopy.
+    fn set_wind_ned(&mut self, wind_ned: Vector3<f64>) {
+        if let (Some(canopy), Some((course, _))) = (&mut self.canopy, &self.wind) {
+            let difference = course.difference_ned(self.state.body.p_ned.z, canopy.state.p_ned.z);
+            canopy.wind_ned = wind_ned + difference;
+        }
+        self.plant.set_wind_ned(wind_ned);
+    }
+
+    /// Looks at the attitude after a step.
+    fn observe_turning(&mut self) {
+        if self.released.is_some() {
+            self.turning.observe(self.state.body.q_ned_from_body);
+        }
+    }
+
+    /// Advances by `remaining` [s] from phase to phase, and returns what acted at the beginning.
+    fn advance(&mut self, mut remaining: f64) -> Option<Loads> {
         let mut first = None;
         while remaining > 0.0 {
             let h = match self.boundary_s() {
@@ -427,11 +464,7 @@ impl DropSimulation {
             remaining = if h < remaining { remaining - h } else { 0.0 };
             self.cross_boundary();
         }
-        self.meet_faults();
-        if self.released.is_some() {
-            self.turning.observe(self.state.body.q_ned_from_body);
-        }
-        first.unwrap_or_else(|| self.loads())
+        first
     }
 
     /// Time at which the present phase ends [s], if that is known.

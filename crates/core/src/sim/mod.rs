@@ -60,7 +60,7 @@ pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, PARAMETER, ReleaseCause};
 pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};
-pub use flight::{FlightPlan, Reference, fly, fly_by};
+pub use flight::{ABREAST, Flight, FlightPlan, Reference, fly, fly_by, fly_many};
 pub use ground::Ground;
 pub use integrator::PlantState;
 pub use limits::{SafetyLimits, StateCost};

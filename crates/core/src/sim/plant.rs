@@ -27,6 +27,7 @@ use crate::model::rotor_start::Drive;
 use crate::model::supply::{BusState, MotorState};
 use crate::model::vehicle::FlightRate;
 use crate::model::{Environment, ForceBalance, MAX_ROTORS, MotorCondition, PerRotor, Vehicle};
+use crate::real::Real;
 use crate::simd::vectorised;
 
 /// Kind of a plant's actuators.
@@ -230,15 +231,47 @@ impl Plant {
 
     /// What turns the rotors under throttle commands, held or free.
     pub(super) fn drives<'a>(&'a self, throttle: &'a PerRotor, locked: bool) -> PlantDrives<'a> {
-        let commanded = Commanded {
+        let open_v = self.battery.as_ref().map_or(0.0, |battery| battery.open_v());
+        PlantDrives { plant: self, commanded: self.commanded(throttle, open_v, locked) }
+    }
+
+    /// Whether a flight of this plant can be flown beside one of the other: the same vehicle at the same site,
+    /// with motors that do what they are commanded.
+    pub(super) fn flies_like(&self, other: &Self) -> bool {
+        let site = Environment { wind_ned_m_s: other.environment.wind_ned_m_s, ..self.environment.clone() };
+        let pack = |plant: &Self| plant.battery.as_ref().map(|battery| battery.pack().clone());
+        self.kind == PlantKind::Actuator
+            && self.start.is_none()
+            && self.motors.is_none()
+            && (Arc::ptr_eq(&self.vehicle, &other.vehicle) || self.vehicle == other.vehicle)
+            && site == other.environment
+            && self.ground == other.ground
+            && pack(self) == pack(other)
+    }
+
+    /// Motors of flights like this one under throttle commands, their batteries at these voltages without
+    /// load [V]; rotors held or free.
+    pub(super) fn commanded<'a, S: Real>(
+        &'a self,
+        throttle: &'a [S; MAX_ROTORS],
+        open_v: S,
+        locked: bool,
+    ) -> Commanded<'a, S> {
+        Commanded {
             law: &self.motor,
             count: self.vehicle.rotors.len(),
             conditions: self.motors.as_ref(),
             throttle,
-            battery: self.battery.as_ref().map(|battery| (battery.pack(), battery.open_v())),
+            battery: self.battery.as_ref().map(|battery| (battery.pack(), open_v)),
             locked,
-        };
-        PlantDrives { plant: self, commanded }
+        }
+    }
+
+    /// Takes charge [C] and energy [J] from the battery, if there is one, at a bus voltage [V].
+    pub(super) fn take(&mut self, charge_c: f64, energy_j: f64, bus_v: f64) {
+        if let Some(battery) = &mut self.battery {
+            battery.take(charge_c, energy_j, bus_v);
+        }
     }
 
     /// Bus voltage from which the next one is searched [V].
@@ -292,10 +325,8 @@ impl Plant {
 
     /// Takes what the bus has given over a step of `dt_s` [s] from the battery.
     pub(super) fn drain(&mut self, stages: &Stages<f64>, dt_s: f64) {
-        if let Some(battery) = &mut self.battery {
-            let [charge, energy] = stages.drawn(dt_s);
-            battery.take(charge, energy, stages.now.bus.near_v);
-        }
+        let [charge_c, energy_j] = stages.drawn(dt_s);
+        self.take(charge_c, energy_j, stages.now.bus.near_v);
     }
 
     /// In how many steps a time is integrated with free rotors [s].

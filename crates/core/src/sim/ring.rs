@@ -2,27 +2,28 @@
 //! it, where a rotor is decides how much of it there is, and both are held within a step of the simulation.
 
 use crate::model::environment::Ambient;
-use crate::model::rigid_body::BodyState;
-use crate::model::{DiskState, MAX_ROTORS, PerRotor, Vehicle};
+use crate::model::rigid_body::Motion;
+use crate::model::{DiskState, MAX_ROTORS, Vehicle};
+use crate::real::Real;
 
-/// Shares of their means by which the thrusts of a vehicle in this state deviate, of what was drawn for
+/// Shares of their means by which the thrusts of a vehicle in this motion deviate, of what was drawn for
 /// thrusts well inside the ring, [`WindCourse::ring_deviations`]; `mean_n` are the means [N]. With `mirrored`
 /// the mirror images of a rotor deviate alike, by the mean of what as many of them would do.
 ///
 /// [`WindCourse::ring_deviations`]: crate::model::wind::WindCourse::ring_deviations
-pub fn deviations(
-    drawn: &[[f64; 1]; MAX_ROTORS],
+#[inline(always)]
+pub fn deviations<S: Real>(
+    drawn: &[S; MAX_ROTORS],
     mirrored: bool,
-    (vehicle, ambient): (&Vehicle, &Ambient),
-    body: &BodyState,
-    mean_n: &PerRotor,
-) -> PerRotor {
-    let disks = DiskState::of_each(vehicle, ambient, body, mean_n);
-    let mut deviations = [0.0; MAX_ROTORS];
+    (vehicle, ambient): (&Vehicle, &Ambient<S>),
+    motion: &Motion<S>,
+    mean_n: &[S; MAX_ROTORS],
+) -> [S; MAX_ROTORS] {
+    let mut deviations = [mean_n[0].of(0.0); MAX_ROTORS];
+    let Some(disks) = DiskState::of_each(vehicle, ambient, motion, mean_n) else { return deviations };
     for (i, deviation) in deviations.iter_mut().enumerate().take(vehicle.rotors.len()) {
         let (draw, of_mean) = if mirrored { draw_of_mirror_images(vehicle, i) } else { (i, 1.0) };
-        let [drawn] = drawn.get(draw).copied().unwrap_or_default();
-        *deviation = disks[i].map_or(0.0, |disk| disk.ring_share()) * of_mean * drawn;
+        *deviation = disks[i].ring_share() * of_mean * drawn[draw];
     }
     deviations
 }

@@ -243,25 +243,29 @@ impl CanopyFlight {
 
     /// Advances the canopy alone by `dt_s` [s] from `t_s` on.
     pub(super) fn step(&mut self, plant: &Plant, (t_s, dt_s): (f64, f64)) {
-        self.air.follow(plant.environment(), self.state.p_ned.z);
-        let steps = self.steps(plant, t_s, dt_s);
-        let h = dt_s / f64::from(steps);
-        for k in 0..steps {
-            let from_s = t_s + f64::from(k) * h;
-            let mut canopy = self.as_integrated(from_s);
-            let (around, site) = (self.around(), plant.environment());
-            vectorised(LooseStep { around, site, canopy: &mut canopy, from_s, dt_s: h });
-            self.set_integrated(&canopy, from_s + h);
-        }
+        let most = self.steps(plant, t_s, dt_s);
+        let CanopyState { p_ned, v_ned } = self.state;
+        let mut body = CanopyBody {
+            p_ned: p_ned.into(),
+            v_ned: v_ned.into(),
+            impulse_ned: self.impulse_ned.into(),
+            wind_ned: self.wind_ned.into(),
+        };
+        let (canopy, site) = (&self.suspension.canopy, plant.environment());
+        let (from_s, steps, air) = (t_s, f64::from(most), &mut self.air);
+        vectorised(LooseSteps { canopy, site, air, body: &mut body, from_s, dt_s, steps, most });
+        self.state = CanopyState { p_ned: body.p_ned.into(), v_ned: body.v_ned.into() };
         self.meet_ground(plant);
     }
 
-    /// A canopy that comes to the ground lies there.
-    fn meet_ground(&mut self, plant: &Plant) {
-        if let Some(ground) = plant.ground().filter(|ground| self.state.p_ned.z >= ground.down_m) {
-            self.state.p_ned.z = ground.down_m;
-            self.state.v_ned = Vector3::zeros();
-        }
+    /// A canopy that comes to the ground lies there; whether it does.
+    pub(super) fn meet_ground(&mut self, plant: &Plant) -> bool {
+        let Some(ground) = plant.ground().filter(|ground| self.state.p_ned.z >= ground.down_m) else {
+            return false;
+        };
+        self.state.p_ned.z = ground.down_m;
+        self.state.v_ned = Vector3::zeros();
+        true
     }
 }
 
@@ -269,6 +273,33 @@ impl CanopyFlight {
 #[inline(always)]
 fn at<S: Real>(canopy: &model::Canopy, [p_ned, momentum, _]: &Canopy<S>, t_s: S) -> [V3<S>; 2] {
     [*p_ned, *momentum / canopy.inertia_kg(t_s)]
+}
+
+/// A canopy: where it is, how it moves, what it has taken, and the wind there, over any [`Real`].
+#[derive(Clone, Copy, Debug)]
+pub(super) struct CanopyBody<S> {
+    /// Position, NED [m].
+    pub(super) p_ned: V3<S>,
+    /// Velocity over ground, NED [m/s].
+    pub(super) v_ned: V3<S>,
+    /// [`CanopyFlight::impulse_ned`].
+    pub(super) impulse_ned: V3<S>,
+    /// Wind, NED [m/s].
+    pub(super) wind_ned: V3<S>,
+}
+
+impl<S: Real> CanopyBody<S> {
+    /// A canopy at the origin, for numbers of a kind of which one is given.
+    pub(super) fn nowhere(kind: S) -> Self {
+        let zero = V3::zero(kind);
+        Self { p_ned: zero, v_ned: zero, impulse_ned: zero, wind_ned: zero }
+    }
+
+    /// Position, momentum and impulse at `t_s` [s].
+    #[inline(always)]
+    fn as_integrated(&self, canopy: &model::Canopy, t_s: S) -> Canopy<S> {
+        [self.p_ned, self.v_ned * canopy.inertia_kg(t_s), self.impulse_ned]
+    }
 }
 
 /// What a canopy flies in, held over a step.
@@ -344,13 +375,108 @@ impl<S: Real, T: Turning<S>> Derivative<S, (Craft<S>, Canopy<S>)> for HeldStages
     }
 }
 
-/// A Runge-Kutta step of a canopy that holds nothing.
-pub(super) struct LooseStep<'a, S: Real> {
-    pub(super) around: CanopyAround<'a, S>,
-    pub(super) site: &'a Environment,
-    pub(super) canopy: &'a mut Canopy<S>,
+/// Steps of vehicles and canopies in the same stages, rotors locked: of each as many equal ones as are said.
+pub(super) struct HeldSteps<'a, S: Real, T> {
+    pub(super) around: Surroundings<'a, S>,
+    /// The air about the vehicles, which goes with them, as that about the canopies does.
+    pub(super) air: &'a mut LocalAir<S>,
+    pub(super) turning: &'a T,
+    pub(super) canopy: &'a model::Canopy,
+    pub(super) line: Option<&'a Riser>,
+    pub(super) canopy_air: &'a mut LocalAir<S>,
+    pub(super) craft: &'a mut Craft<S>,
+    pub(super) body: &'a mut CanopyBody<S>,
+    /// Those of the first step.
+    pub(super) stages: &'a mut Stages<S>,
+    /// Time at the beginning [s], length of all steps together [s], how many they are, and the most of that.
     pub(super) from_s: S,
-    pub(super) dt_s: S,
+    pub(super) dt_s: f64,
+    pub(super) steps: S,
+    pub(super) most: u32,
+}
+
+impl<S: Real, T: Turning<S>> Kernel for HeldSteps<'_, S, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { around, air, turning, canopy, line, canopy_air, craft, body, stages, .. } = self;
+        air.follow(around.site, craft.p_ned.z);
+        canopy_air.follow(around.site, body.p_ned.z);
+        let around = Surroundings { air, ..around };
+        let its = CanopyAround { canopy, line, wind_ned: body.wind_ned, air: canopy_air };
+        let h = self.steps.of(self.dt_s) / self.steps;
+        for k in 0..self.most {
+            let k_s = h.of(f64::from(k));
+            let from_s = self.from_s + k_s * h;
+            let mut bodies = (*craft, body.as_integrated(canopy, from_s));
+            let mut now = Stages::new(stages.now.bus.near_v);
+            let (bodies_mut, stages_mut) = (&mut bodies, &mut now);
+            HeldStep {
+                around,
+                turning,
+                canopy: its,
+                bodies: bodies_mut,
+                stages: stages_mut,
+                from_s,
+                dt_s: h,
+            }
+            .run();
+            if k == 0 {
+                *stages = now;
+            }
+            let goes_on = k_s.less(self.steps);
+            let [p_ned, v_ned] = at(canopy, &bodies.1, from_s + h);
+            *craft = Craft::select(goes_on, bodies.0.settled(), craft);
+            body.p_ned = V3::select(goes_on, p_ned, body.p_ned);
+            body.v_ned = V3::select(goes_on, v_ned, body.v_ned);
+            body.impulse_ned = V3::select(goes_on, bodies.1[2], body.impulse_ned);
+        }
+    }
+}
+
+/// Steps of canopies that hold nothing: of each as many equal ones as are said.
+pub(super) struct LooseSteps<'a, S: Real> {
+    pub(super) canopy: &'a model::Canopy,
+    pub(super) site: &'a Environment,
+    pub(super) air: &'a mut LocalAir<S>,
+    pub(super) body: &'a mut CanopyBody<S>,
+    /// Time at the beginning [s], length of all steps together [s], how many they are, and the most of that.
+    pub(super) from_s: S,
+    pub(super) dt_s: f64,
+    pub(super) steps: S,
+    pub(super) most: u32,
+}
+
+impl<S: Real> Kernel for LooseSteps<'_, S> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { canopy, site, air, body, .. } = self;
+        air.follow(site, body.p_ned.z);
+        let around = CanopyAround { canopy, line: None, wind_ned: body.wind_ned, air };
+        let h = self.steps.of(self.dt_s) / self.steps;
+        for k in 0..self.most {
+            let k_s = h.of(f64::from(k));
+            let from_s = self.from_s + k_s * h;
+            let mut integrated = body.as_integrated(canopy, from_s);
+            LooseStep { around, site, canopy: &mut integrated, from_s, dt_s: h }.run();
+            let goes_on = k_s.less(self.steps);
+            let [p_ned, v_ned] = at(canopy, &integrated, from_s + h);
+            body.p_ned = V3::select(goes_on, p_ned, body.p_ned);
+            body.v_ned = V3::select(goes_on, v_ned, body.v_ned);
+        }
+    }
+}
+
+/// A Runge-Kutta step of a canopy that holds nothing.
+struct LooseStep<'a, S: Real> {
+    around: CanopyAround<'a, S>,
+    site: &'a Environment,
+    canopy: &'a mut Canopy<S>,
+    from_s: S,
+    dt_s: S,
 }
 
 impl<S: Real> Kernel for LooseStep<'_, S> {

@@ -65,6 +65,20 @@ impl Lanes {
         x
     }
 
+    /// The numbers, where they are.
+    #[inline(always)]
+    pub fn as_array(&self) -> &[f64; LANES] {
+        // SAFETY: two times four numbers, one after the other, are eight, and are aligned for them.
+        unsafe { &*(&raw const self.0).cast() }
+    }
+
+    /// The numbers, where they are, to be changed.
+    #[inline(always)]
+    pub fn as_array_mut(&mut self) -> &mut [f64; LANES] {
+        // SAFETY: as above; any bits are numbers.
+        unsafe { &mut *(&raw mut self.0).cast() }
+    }
+
     #[inline(always)]
     fn all(self, x: f64) -> Self {
         halves!(Self: _h of self => _mm256_set1_pd(x))
@@ -150,6 +164,12 @@ impl Masks {
         // SAFETY: as for all of them.
         let [low, high] = self.0.map(|half| unsafe { _mm256_movemask_pd(half) });
         (low | (high << 4)) as u8
+    }
+
+    /// The outcome of one.
+    #[inline(always)]
+    pub fn lane(self, i: usize) -> bool {
+        Lanes(self.0).as_array()[i].is_sign_negative()
     }
 }
 

@@ -65,6 +65,10 @@ pub struct WindCourse<const N: usize = 1> {
     /// The mean wind at the site's altitude, NED [m/s].
     site_wind_ned: [[f64; N]; 3],
     site_altitude_m: f64,
+    /// Numbers of the flights.
+    numbers: [Option<u64>; N],
+    /// Whether a step has been made.
+    begun: bool,
     /// The share of gusts and turbulence that each flight feels: all or nothing.
     share: [f64; N],
     eddies: Option<Eddies<N>>,
@@ -124,6 +128,8 @@ impl Wind {
         self.changes().then(|| WindCourse {
             site_wind_ned: [0, 1, 2].map(|k| mean_ned.map(|mean| mean[k])),
             site_altitude_m: site.anchor.altitude_m,
+            numbers,
+            begun: false,
             share: numbers.map(|number| if number.is_some() { 1.0 } else { 0.0 }),
             eddies: self
                 .turbulence
@@ -142,6 +148,16 @@ impl WindCourse {
     /// The mean wind at the site's altitude, NED [m/s].
     pub fn site_wind_ned(&self) -> Vector3<f64> {
         Vector3::from(self.site_wind_ned.map(|[component]| component))
+    }
+
+    /// The wind of flights at a site side by side; `None` where it is not the same [`Wind`], or one has begun.
+    pub fn abreast<const N: usize>(each: [&Self; N], site: &Environment) -> Option<WindCourse<N>> {
+        let alike = |one: &Self| !one.begun && one.wind == each[0].wind;
+        if !each.iter().all(|one| alike(one)) {
+            return None;
+        }
+        let numbers = each.map(|one| one.numbers[0]);
+        each[0].wind.courses(site, each.map(Self::site_wind_ned), numbers)
     }
 
     /// How much more the mean wind is `to_down_m` below the local origin than `from_down_m` below it, NED
@@ -177,6 +193,7 @@ impl<const N: usize> WindCourse<N> {
     /// local origin that move at `v_ned` over ground: NED [m/s]. Each call is a step.
     #[inline(always)]
     pub fn step(&mut self, t_s: f64, dt_s: f64, down_m: &[f64; N], v_ned: &[[f64; N]; 3]) -> [[f64; N]; 3] {
+        self.begun = true;
         let altitude_m = down_m.map(|down| self.site_altitude_m - down);
         let mean = self.mean_ned(&altitude_m);
         let mut airspeed_m_s = [0.0; N];
