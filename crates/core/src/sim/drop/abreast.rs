@@ -337,12 +337,17 @@ impl Abreast {
         }
     }
 
-    /// The drops take their states after a step of `dt_s` [s].
+    /// The drops take their states after a step of `dt_s` [s], and enter their next phases.
     fn end(&mut self, dt_s: f64) {
+        let before = self.drops[0].phase;
         for (i, drop) in self.drops.iter_mut().enumerate() {
             drop.state = PlantState::from(&craft_of(&self.craft, i));
             drop.clock.advance(dt_s);
             drop.cross_boundary();
+        }
+        // What a release changes.
+        if self.drops.iter().any(|drop| drop.phase != before) {
+            self.load();
         }
     }
 }
