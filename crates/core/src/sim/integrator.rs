@@ -102,54 +102,51 @@ impl From<&PlantRate> for CraftRate<f64> {
 }
 
 impl<S: Real> Craft<S> {
-    /// The craft after a step: the quaternion of unit length, no rotor driven backwards.
+    /// After a step: the quaternion becomes of unit length, no rotor is driven backwards.
     #[inline(always)]
-    pub(super) fn settled(mut self) -> Self {
+    pub(super) fn settle(&mut self) {
         let zero = self.p_ned.x.of(0.0);
         self.motion.q_ned_from_body = normalized(self.motion.q_ned_from_body);
         for speed in &mut self.rotor_speed {
             *speed = speed.at_least(zero);
         }
-        self
     }
 
-    /// `yes` where the mask holds, `no` elsewhere.
+    /// Becomes the other where the mask holds.
     #[inline(always)]
-    pub(super) fn select(mask: S::Mask, yes: Self, no: &Self) -> Self {
-        let mut craft = *no;
-        craft.p_ned = V3::select(mask, yes.p_ned, no.p_ned);
-        craft.motion.v_ned = V3::select(mask, yes.motion.v_ned, no.motion.v_ned);
-        craft.motion.omega_body = V3::select(mask, yes.motion.omega_body, no.motion.omega_body);
-        for (i, q) in craft.motion.q_ned_from_body.iter_mut().enumerate() {
-            *q = S::select(mask, yes.motion.q_ned_from_body[i], *q);
+    pub(super) fn take(&mut self, mask: S::Mask, other: &Self) {
+        self.p_ned = V3::select(mask, other.p_ned, self.p_ned);
+        self.motion.v_ned = V3::select(mask, other.motion.v_ned, self.motion.v_ned);
+        self.motion.omega_body = V3::select(mask, other.motion.omega_body, self.motion.omega_body);
+        for (i, q) in self.motion.q_ned_from_body.iter_mut().enumerate() {
+            *q = S::select(mask, other.motion.q_ned_from_body[i], *q);
         }
-        for (i, speed) in craft.rotor_speed.iter_mut().enumerate() {
-            *speed = S::select(mask, yes.rotor_speed[i], *speed);
+        for (i, speed) in self.rotor_speed.iter_mut().enumerate() {
+            *speed = S::select(mask, other.rotor_speed[i], *speed);
         }
-        craft
     }
 }
 
-/// A state that [`runge_kutta_4`] integrates over a time of a kind of number.
+/// A state that is integrated over a time of a kind of number.
 pub trait Integrated<S>: Copy {
     /// Time derivative of the state.
     type Rate: Copy;
 
-    /// This state and a rate times `h` [s].
-    fn advanced(&self, rate: &Self::Rate, h: S) -> Self;
-
     /// The derivative of a state that stays.
     fn still(&self) -> Self::Rate;
 
-    /// `(k1 + 2 k2 + 2 k3 + k4)/6`.
-    fn average(k: &[Self::Rate; 4]) -> Self::Rate;
+    /// Becomes `from` and a rate times `h` [s].
+    fn advance(&mut self, from: &Self, rate: &Self::Rate, h: S);
+
+    /// The first becomes `(k1 + 2 k2 + 2 k3 + k4)/6`.
+    fn average(k: &mut [Self::Rate; 4]);
 }
 
 /// What gives the time derivative of a state at a share of a step. (Not a closure: one cannot be forced to
 /// be inlined.)
 pub trait Derivative<S, X: Integrated<S>> {
     /// The derivative at a share of the step, 0..1.
-    fn at(&mut self, share: f64, x: &X) -> X::Rate;
+    fn at(&mut self, share: f64, x: &X, rate: &mut X::Rate);
 }
 
 /// A derivative by a closure.
@@ -157,29 +154,53 @@ struct By<F>(F);
 
 impl<S, X: Integrated<S>, F: FnMut(f64, &X) -> X::Rate> Derivative<S, X> for By<F> {
     #[inline(always)]
-    fn at(&mut self, share: f64, x: &X) -> X::Rate {
-        self.0(share, x)
+    fn at(&mut self, share: f64, x: &X, rate: &mut X::Rate) {
+        *rate = self.0(share, x);
     }
 }
 
-/// [`runge_kutta_4_of`] under a closure, of one flight.
-#[inline(always)]
-pub fn runge_kutta_4<X: Integrated<f64>>(x: &X, dt_s: f64, f: impl FnMut(f64, &X) -> X::Rate) -> X {
-    runge_kutta_4_of(x, dt_s, By(f))
+/// Where a Runge-Kutta step keeps its stages.
+#[derive(Clone, Copy, Debug)]
+pub struct Workspace<S, X: Integrated<S>> {
+    rates: [X::Rate; 4],
+    there: X,
+}
+
+impl<S, X: Integrated<S>> Workspace<S, X> {
+    /// Room for steps of states like this one.
+    #[inline(always)]
+    pub fn of(x: &X) -> Self {
+        Self { rates: [x.still(); 4], there: *x }
+    }
 }
 
 /// One step of `dt_s` from `x` under `x_dot = f(share of the step, x)`; the stages sit at 0, 1/2, 1/2 and 1.
+pub fn runge_kutta_4<X: Integrated<f64>>(x: &X, dt_s: f64, f: impl FnMut(f64, &X) -> X::Rate) -> X {
+    let (mut end, mut workspace) = (*x, Workspace::of(x));
+    runge_kutta_4_of(&mut end, dt_s, &mut workspace, By(f));
+    end
+}
+
+/// [`runge_kutta_4`] of a state that takes what it is after the step.
 #[inline(always)]
-pub fn runge_kutta_4_of<S: Real, X: Integrated<S>>(x: &X, dt_s: S, mut f: impl Derivative<S, X>) -> X {
-    let (mut k, mut there) = ([x.still(); 4], *x);
+pub fn runge_kutta_4_of<S: Real, X: Integrated<S>>(
+    x: &mut X,
+    dt_s: S,
+    workspace: &mut Workspace<S, X>,
+    mut f: impl Derivative<S, X>,
+) {
+    let Workspace { rates, there } = workspace;
+    *there = *x;
     for stage in 0..4 {
         let share = SHARES[stage];
         if stage > 0 {
-            there = x.advanced(&k[stage - 1], dt_s * share);
+            there.advance(x, &rates[stage - 1], dt_s * share);
         }
-        k[stage] = f.at(share, &there);
+        f.at(share, there, &mut rates[stage]);
     }
-    x.advanced(&X::average(&k), dt_s)
+    X::average(rates);
+    *there = *x;
+    x.advance(there, &rates[0], dt_s);
 }
 
 /// `(k1 + 2 k2 + 2 k3 + k4)/6` of numbers.
@@ -192,18 +213,18 @@ impl Integrated<f64> for f64 {
     type Rate = Self;
 
     #[inline(always)]
-    fn advanced(&self, rate: &Self, h: f64) -> Self {
-        self + rate * h
-    }
-
-    #[inline(always)]
     fn still(&self) -> Self {
         0.0
     }
 
     #[inline(always)]
-    fn average([k1, k2, k3, k4]: &[Self; 4]) -> Self {
-        average(*k1, *k2, *k3, *k4)
+    fn advance(&mut self, from: &Self, rate: &Self, h: f64) {
+        *self = from + rate * h;
+    }
+
+    #[inline(always)]
+    fn average(k: &mut [Self; 4]) {
+        k[0] = average(k[0], k[1], k[2], k[3]);
     }
 }
 
@@ -211,42 +232,33 @@ impl<S: Real> Integrated<S> for V3<S> {
     type Rate = Self;
 
     #[inline(always)]
-    fn advanced(&self, rate: &Self, h: S) -> Self {
-        *self + *rate * h
-    }
-
-    #[inline(always)]
     fn still(&self) -> Self {
         Self::zero(self.x)
     }
 
     #[inline(always)]
-    fn average([k1, k2, k3, k4]: &[Self; 4]) -> Self {
-        Self::new(
-            average(k1.x, k2.x, k3.x, k4.x),
-            average(k1.y, k2.y, k3.y, k4.y),
-            average(k1.z, k2.z, k3.z, k4.z),
-        )
+    fn advance(&mut self, from: &Self, rate: &Self, h: S) {
+        *self = *from + *rate * h;
     }
+
+    #[inline(always)]
+    fn average(k: &mut [Self; 4]) {
+        k[0] = averaged(&k[0], &k[1], &k[2], &k[3]);
+    }
+}
+
+/// `(k1 + 2 k2 + 2 k3 + k4)/6` of vectors.
+#[inline(always)]
+fn averaged<S: Real>(k1: &V3<S>, k2: &V3<S>, k3: &V3<S>, k4: &V3<S>) -> V3<S> {
+    V3::new(
+        average(k1.x, k2.x, k3.x, k4.x),
+        average(k1.y, k2.y, k3.y, k4.y),
+        average(k1.z, k2.z, k3.z, k4.z),
+    )
 }
 
 impl<S: Real> Integrated<S> for Craft<S> {
     type Rate = CraftRate<S>;
-
-    #[inline(always)]
-    fn advanced(&self, rate: &CraftRate<S>, h: S) -> Self {
-        let mut craft = *self;
-        craft.p_ned = self.p_ned.advanced(&rate.p_dot_ned, h);
-        craft.motion.v_ned = self.motion.v_ned.advanced(&rate.motion.v_dot_ned, h);
-        craft.motion.omega_body = self.motion.omega_body.advanced(&rate.motion.omega_dot_body, h);
-        for (q, q_dot) in craft.motion.q_ned_from_body.iter_mut().zip(&rate.motion.q_dot) {
-            *q += h * *q_dot;
-        }
-        for (speed, acceleration) in craft.rotor_speed.iter_mut().zip(&rate.rotor_acceleration) {
-            *speed += h * *acceleration;
-        }
-        craft
-    }
 
     #[inline(always)]
     fn still(&self) -> CraftRate<S> {
@@ -256,26 +268,32 @@ impl<S: Real> Integrated<S> for Craft<S> {
     }
 
     #[inline(always)]
-    fn average(k: &[CraftRate<S>; 4]) -> CraftRate<S> {
-        let mut rate = k[0];
-        macro_rules! averaged {
-            ($($field:ident).+) => {
-                V3::average(&[k[0].$($field).+, k[1].$($field).+, k[2].$($field).+, k[3].$($field).+])
-            };
+    fn advance(&mut self, from: &Self, rate: &CraftRate<S>, h: S) {
+        self.p_ned.advance(&from.p_ned, &rate.p_dot_ned, h);
+        self.motion.v_ned.advance(&from.motion.v_ned, &rate.motion.v_dot_ned, h);
+        self.motion.omega_body.advance(&from.motion.omega_body, &rate.motion.omega_dot_body, h);
+        for (i, q) in self.motion.q_ned_from_body.iter_mut().enumerate() {
+            *q = from.motion.q_ned_from_body[i] + h * rate.motion.q_dot[i];
         }
-        rate.p_dot_ned = averaged!(p_dot_ned);
-        rate.motion.v_dot_ned = averaged!(motion.v_dot_ned);
-        rate.motion.omega_dot_body = averaged!(motion.omega_dot_body);
-        for (i, q) in rate.motion.q_dot.iter_mut().enumerate() {
-            let [k1, k2, k3, k4] = k;
-            *q = average(k1.motion.q_dot[i], k2.motion.q_dot[i], k3.motion.q_dot[i], k4.motion.q_dot[i]);
+        for (i, speed) in self.rotor_speed.iter_mut().enumerate() {
+            *speed = from.rotor_speed[i] + h * rate.rotor_acceleration[i];
         }
-        for (i, a) in rate.rotor_acceleration.iter_mut().enumerate() {
-            let [k1, k2, k3, k4] = k;
-            let [k1, k2] = [k1.rotor_acceleration[i], k2.rotor_acceleration[i]];
-            *a = average(k1, k2, k3.rotor_acceleration[i], k4.rotor_acceleration[i]);
+    }
+
+    #[inline(always)]
+    fn average([k1, k2, k3, k4]: &mut [CraftRate<S>; 4]) {
+        k1.p_dot_ned = averaged(&k1.p_dot_ned, &k2.p_dot_ned, &k3.p_dot_ned, &k4.p_dot_ned);
+        let [m1, m2, m3, m4] = [&mut k1.motion, &mut k2.motion, &mut k3.motion, &mut k4.motion];
+        m1.v_dot_ned = averaged(&m1.v_dot_ned, &m2.v_dot_ned, &m3.v_dot_ned, &m4.v_dot_ned);
+        let [w2, w3, w4] = [&m2.omega_dot_body, &m3.omega_dot_body, &m4.omega_dot_body];
+        m1.omega_dot_body = averaged(&m1.omega_dot_body, w2, w3, w4);
+        for (i, q) in m1.q_dot.iter_mut().enumerate() {
+            *q = average(*q, m2.q_dot[i], m3.q_dot[i], m4.q_dot[i]);
         }
-        rate
+        let [r2, r3, r4] = [&k2.rotor_acceleration, &k3.rotor_acceleration, &k4.rotor_acceleration];
+        for (i, a) in k1.rotor_acceleration.iter_mut().enumerate() {
+            *a = average(*a, r2[i], r3[i], r4[i]);
+        }
     }
 }
 
@@ -283,39 +301,34 @@ impl Integrated<f64> for PlantState {
     type Rate = PlantRate;
 
     #[inline(always)]
-    fn advanced(&self, rate: &PlantRate, h: f64) -> Self {
-        Self::from(&Craft::from(self).advanced(&rate.into(), h))
-    }
-
-    #[inline(always)]
     fn still(&self) -> PlantRate {
         PlantRate { body: BodyRate::default(), rotor_acceleration: [0.0; MAX_ROTORS] }
     }
 
     #[inline(always)]
-    fn average(k: &[PlantRate; 4]) -> PlantRate {
-        let [k1, k2, k3, k4] = k;
-        let CraftRate { p_dot_ned, motion, rotor_acceleration } =
-            Craft::average(&[k1.into(), k2.into(), k3.into(), k4.into()]);
+    fn advance(&mut self, from: &Self, rate: &PlantRate, h: f64) {
+        let from = Craft::from(from);
+        let mut craft = from;
+        craft.advance(&from, &rate.into(), h);
+        *self = Self::from(&craft);
+    }
+
+    #[inline(always)]
+    fn average(k: &mut [PlantRate; 4]) {
+        let [k1, k2, k3, k4] = &*k;
+        let mut rates = [k1.into(), k2.into(), k3.into(), k4.into()];
+        Craft::average(&mut rates);
+        let CraftRate { p_dot_ned, motion, rotor_acceleration } = rates[0];
         let MotionRate { q_dot, v_dot_ned, omega_dot_body } = motion;
         let (v_dot_ned, omega_dot_body) = (v_dot_ned.into(), omega_dot_body.into());
         let body = BodyRate { p_dot_ned: p_dot_ned.into(), q_dot, v_dot_ned, omega_dot_body };
-        PlantRate { body, rotor_acceleration }
+        k[0] = PlantRate { body, rotor_acceleration };
     }
 }
 
 /// Vectors that are integrated together.
 impl<S: Real, const N: usize> Integrated<S> for [V3<S>; N] {
     type Rate = Self;
-
-    #[inline(always)]
-    fn advanced(&self, rate: &Self, h: S) -> Self {
-        let mut vectors = *self;
-        for (vector, rate) in vectors.iter_mut().zip(rate) {
-            *vector = vector.advanced(rate, h);
-        }
-        vectors
-    }
 
     #[inline(always)]
     fn still(&self) -> Self {
@@ -327,12 +340,17 @@ impl<S: Real, const N: usize> Integrated<S> for [V3<S>; N] {
     }
 
     #[inline(always)]
-    fn average(k: &[Self; 4]) -> Self {
-        let mut rates = k[0];
-        for (i, rate) in rates.iter_mut().enumerate() {
-            *rate = V3::average(&[k[0][i], k[1][i], k[2][i], k[3][i]]);
+    fn advance(&mut self, from: &Self, rate: &Self, h: S) {
+        for (i, vector) in self.iter_mut().enumerate() {
+            vector.advance(&from[i], &rate[i], h);
         }
-        rates
+    }
+
+    #[inline(always)]
+    fn average([k1, k2, k3, k4]: &mut [Self; 4]) {
+        for (i, rate) in k1.iter_mut().enumerate() {
+            *rate = averaged(rate, &k2[i], &k3[i], &k4[i]);
+        }
     }
 }
 
@@ -341,17 +359,22 @@ impl<S: Real, A: Integrated<S>, B: Integrated<S>> Integrated<S> for (A, B) {
     type Rate = (A::Rate, B::Rate);
 
     #[inline(always)]
-    fn advanced(&self, rate: &Self::Rate, h: S) -> Self {
-        (self.0.advanced(&rate.0, h), self.1.advanced(&rate.1, h))
-    }
-
-    #[inline(always)]
     fn still(&self) -> Self::Rate {
         (self.0.still(), self.1.still())
     }
 
     #[inline(always)]
-    fn average([k1, k2, k3, k4]: &[Self::Rate; 4]) -> Self::Rate {
-        (A::average(&[k1.0, k2.0, k3.0, k4.0]), B::average(&[k1.1, k2.1, k3.1, k4.1]))
+    fn advance(&mut self, from: &Self, rate: &Self::Rate, h: S) {
+        self.0.advance(&from.0, &rate.0, h);
+        self.1.advance(&from.1, &rate.1, h);
+    }
+
+    #[inline(always)]
+    fn average([k1, k2, k3, k4]: &mut [Self::Rate; 4]) {
+        let mut first = [k1.0, k2.0, k3.0, k4.0];
+        let mut second = [k1.1, k2.1, k3.1, k4.1];
+        A::average(&mut first);
+        B::average(&mut second);
+        *k1 = (first[0], second[0]);
     }
 }

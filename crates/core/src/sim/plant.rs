@@ -16,7 +16,7 @@ use nalgebra::Vector3;
 
 use super::electric_battery::ElectricBattery;
 use super::ground::Ground;
-use super::integrator::{Craft, PlantRate, PlantState, runge_kutta_4, steps_in};
+use super::integrator::{Craft, PlantRate, PlantState, Workspace, runge_kutta_4, steps_in};
 use super::rotor_start::{EscState, StartCourse};
 use super::stage::{Acting, Commanded, FreeStep, SeenBus, Stage, Stages, Surroundings, Turning};
 use crate::frames::normalized;
@@ -210,7 +210,7 @@ impl Plant {
             ..stage.rate.balance()
         };
         let a_ned = stage.rate.motion.v_dot_ned.into();
-        let bus = self.battery.as_ref().map(|battery| match &stage.bus.found {
+        let bus = self.battery.as_ref().map(|battery| match &stage.bus {
             Some(found) => found.at_charge(battery.charge()),
             None => battery.at_rest(),
         });
@@ -292,9 +292,9 @@ impl Plant {
 
     /// What acts on the vehicle in a state under throttle commands, rotors held or free.
     pub(super) fn stage(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> Stage<f64> {
-        let mut stage = Stage::new(self.near_v());
+        let (mut stage, near_v) = (Stage::nothing(0.0), self.near_v());
         let (around, turning) = (self.surroundings(locked), &self.drives(throttle, locked));
-        vectorised(Acting { around, turning, craft: &state.into(), stage: &mut stage });
+        vectorised(Acting { around, turning, craft: &state.into(), stage: &mut stage, near_v });
         stage
     }
 
@@ -326,7 +326,7 @@ impl Plant {
     /// Takes what the bus has given over a step of `dt_s` [s] from the battery.
     pub(super) fn drain(&mut self, stages: &Stages<f64>, dt_s: f64) {
         let [charge_c, energy_j] = stages.drawn(dt_s);
-        self.take(charge_c, energy_j, stages.now.bus.near_v);
+        self.take(charge_c, energy_j, stages.near_v);
     }
 
     /// In how many steps a time is integrated with free rotors [s].
@@ -375,7 +375,9 @@ impl Plant {
     /// held there where friction does that; without a start no rotor driven backwards.
     pub(super) fn settled(&self, before: &PerRotor, next: &Craft<f64>, locked: bool) -> PlantState {
         if self.start.is_none() {
-            return PlantState::from(&next.settled());
+            let mut next = *next;
+            next.settle();
+            return PlantState::from(&next);
         }
         let mut next = PlantState::from(next);
         next.body.q_ned_from_body = normalized(next.body.q_ned_from_body);
@@ -447,9 +449,10 @@ impl Plant {
         dt_s: f64,
     ) -> Loads {
         let (mut stages, mut craft) = (Stages::new(self.near_v()), Craft::from(&*state));
+        let workspace = &mut Workspace::of(&craft);
         let (around, turning) = (self.surroundings(locked), &self.drives(throttle, locked));
-        vectorised(FreeStep { around, turning, craft: &mut craft, stages: &mut stages, dt_s });
-        let loads = self.acted(&stages.first);
+        vectorised(FreeStep { around, turning, craft: &mut craft, stages: &mut stages, workspace, dt_s });
+        let loads = self.acted(stages.first());
         self.drain(&stages, dt_s);
         *state = self.settled(&state.rotor_speed, &craft, locked);
         loads
@@ -485,7 +488,7 @@ pub(super) struct PlantDrives<'a> {
 
 impl Turning<f64> for PlantDrives<'_> {
     #[inline(always)]
-    fn accelerations(&self, speed: &PerRotor, torque_nm: &PerRotor, bus: &mut SeenBus<f64>) -> PerRotor {
+    fn accelerations(&self, speed: &PerRotor, torque_nm: &PerRotor, bus: SeenBus<'_, f64>) -> PerRotor {
         if self.plant.start.is_some() {
             return self.starting(speed, torque_nm, bus);
         }
@@ -497,10 +500,10 @@ impl PlantDrives<'_> {
     /// Rotors that are free or being started; the battery supplies those that are driven.
     #[cold]
     #[inline(never)]
-    fn starting(&self, speed: &PerRotor, torque_nm: &PerRotor, bus: &mut SeenBus<f64>) -> PerRotor {
+    fn starting(&self, speed: &PerRotor, torque_nm: &PerRotor, bus: SeenBus<'_, f64>) -> PerRotor {
         let Self { plant, commanded: Commanded { law, count, throttle, battery, locked, .. } } = *self;
         let mut rates = [0.0; MAX_ROTORS];
-        bus.found = None;
+        *bus.found = None;
         let Some(start) = &plant.start else { return rates };
         let drives: [Drive; MAX_ROTORS] = std::array::from_fn(|i| start.drive(i, plant.condition(i), locked));
         let supplied = battery.filter(|_| !locked).map(|(pack, open_v)| {
@@ -513,8 +516,8 @@ impl PlantDrives<'_> {
                 omega_rad_s: speed[i],
                 torque_nm: torque_nm[i],
             });
-            let (supply, found) = pack.supply(open_v, law, &states[..count], bus.near_v);
-            *bus = SeenBus { found: Some(found), near_v: found.bus_v };
+            let (supply, found) = pack.supply(open_v, law, &states[..count], *bus.near_v);
+            (*bus.near_v, *bus.found) = (found.bus_v, Some(found));
             (supply, states)
         });
         for (i, rate) in rates.iter_mut().enumerate().take(count) {

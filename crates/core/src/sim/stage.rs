@@ -5,7 +5,7 @@
 //! where the numbers are kept; this is what is done with them.
 
 use super::ground::Ground;
-use super::integrator::{Craft, CraftRate, Derivative, runge_kutta_4_of};
+use super::integrator::{Craft, CraftRate, Derivative, Workspace, runge_kutta_4_of};
 use crate::model::canopy::Pull;
 use crate::model::drives::{Drives, Held, Motors, OnBus};
 use crate::model::environment::{Ambient, LocalAir};
@@ -47,17 +47,17 @@ pub(super) trait Turning<S: Real> {
         &self,
         speed: &[S; MAX_ROTORS],
         torque_nm: &[S; MAX_ROTORS],
-        bus: &mut SeenBus<S>,
+        bus: SeenBus<'_, S>,
     ) -> [S; MAX_ROTORS];
 }
 
-/// The bus of a battery with a voltage, from stage to stage.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct SeenBus<S: Real> {
-    /// As it was found; `None`: the motors do not run, or there is no such battery.
-    pub(super) found: Option<Bus<S>>,
-    /// Voltage from which the next one is searched [V].
-    pub(super) near_v: S,
+/// The bus of a battery with a voltage.
+#[derive(Debug)]
+pub(super) struct SeenBus<'a, S: Real> {
+    /// As it is found; `None`: the motors do not run, or there is no such battery.
+    pub(super) found: &'a mut Option<Bus<S>>,
+    /// Voltage from which it is searched [V]; that which was found, afterwards.
+    pub(super) near_v: &'a mut S,
 }
 
 /// Rotors that are held, or are turned by motors under throttle commands.
@@ -81,10 +81,10 @@ impl<S: Real> Turning<S> for Commanded<'_, S> {
         &self,
         speed: &[S; MAX_ROTORS],
         torque_nm: &[S; MAX_ROTORS],
-        bus: &mut SeenBus<S>,
+        bus: SeenBus<'_, S>,
     ) -> [S; MAX_ROTORS] {
         let Self { law, count, conditions, throttle, battery, locked } = *self;
-        bus.found = None;
+        *bus.found = None;
         if locked {
             return Held.accelerations(torque_nm);
         }
@@ -103,7 +103,7 @@ impl<S: Real> Turning<S> for Commanded<'_, S> {
 struct AtSpeed<'a, S: Real, T> {
     turning: &'a T,
     speed: &'a [S; MAX_ROTORS],
-    bus: &'a mut SeenBus<S>,
+    bus: SeenBus<'a, S>,
 }
 
 impl<S: Real, T: Turning<S>> Drives<S> for AtSpeed<'_, S, T> {
@@ -122,30 +122,32 @@ pub(super) struct Stage<S: Real> {
     pub(super) ground: [V3<S>; 2],
     /// Force [N], NED, and moment [N m], body, of a canopy.
     pub(super) canopy: [V3<S>; 2],
-    /// The bus.
-    pub(super) bus: SeenBus<S>,
+    /// The bus as it was found; `None`: the motors do not run, or there is no such battery.
+    pub(super) bus: Option<Bus<S>>,
 }
 
 impl<S: Real> Stage<S> {
-    /// A stage to begin with, whose bus is searched from a voltage [V].
+    /// A stage in which nothing acts, for numbers of a kind of which one is given.
     #[inline(always)]
-    pub(super) fn new(near_v: S) -> Self {
-        let none = [V3::zero(near_v); 2];
-        let bus = SeenBus { found: None, near_v };
-        Self { rate: FlightRate::nothing(near_v), ground: none, canopy: none, bus }
+    pub(super) fn nothing(kind: S) -> Self {
+        let none = [V3::zero(kind); 2];
+        Self { rate: FlightRate::nothing(kind), ground: none, canopy: none, bus: None }
     }
 
-    /// Takes what acts on a vehicle in this state, a canopy's pull apart.
+    /// Takes what acts on a vehicle in this state, a canopy's pull apart; the bus is searched from a voltage
+    /// [V] and leaves that which was found.
     #[inline(always)]
     pub(super) fn take<T: Turning<S>>(
         &mut self,
         around: &Surroundings<'_, S>,
         turning: &T,
         craft: &Craft<S>,
+        near_v: &mut S,
     ) {
         let Surroundings { vehicle, ground, deviations, .. } = *around;
         let ambient = around.ambient(craft.p_ned);
-        let drives = AtSpeed { turning, speed: &craft.rotor_speed, bus: &mut self.bus };
+        let bus = SeenBus { found: &mut self.bus, near_v };
+        let drives = AtSpeed { turning, speed: &craft.rotor_speed, bus };
         vehicle.derive(&ambient, &craft.motion, &craft.rotor_speed, deviations, drives, &mut self.rate);
         if let Some(ground) = ground {
             let reaction = ground.reaction(vehicle, craft.p_ned, &craft.motion);
@@ -169,21 +171,22 @@ impl<S: Real> Stage<S> {
         motion.omega_dot_body += moment_body.times(&mass.inertia_inverse);
     }
 
-    /// The derivative of a state, for its integration.
+    /// Tells the derivative of a state, for its integration.
     #[inline(always)]
-    pub(super) fn derivative(&self, craft: &Craft<S>) -> CraftRate<S> {
-        let FlightRate { motion, rotor_acceleration, .. } = self.rate;
-        CraftRate { p_dot_ned: craft.motion.v_ned, motion, rotor_acceleration }
+    pub(super) fn tell(&self, craft: &Craft<S>, rate: &mut CraftRate<S>) {
+        rate.p_dot_ned = craft.motion.v_ned;
+        rate.motion = self.rate.motion;
+        rate.rotor_acceleration = self.rate.rotor_acceleration;
     }
 }
 
 /// Stages of a step one after the other: the first of them, and what the bus gives, in Runge-Kutta's weights.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stages<S: Real> {
-    /// The present stage.
-    pub(super) now: Stage<S>,
-    /// What acted at the step's beginning.
-    pub(super) first: Stage<S>,
+    /// What acted at the step's beginning, and what acts in the present stage after it.
+    each: [Stage<S>; 2],
+    /// Bus voltage from which the next one is searched [V].
+    pub(super) near_v: S,
     /// Charge [C] and energy [J] of the bus over a step of 6 s.
     draw: [S; 2],
     count: u32,
@@ -193,23 +196,42 @@ impl<S: Real> Stages<S> {
     /// No stage yet, of a step whose bus is searched from a voltage [V].
     #[inline(always)]
     pub(super) fn new(near_v: S) -> Self {
-        let now = Stage::new(near_v);
-        Self { now, first: now, draw: [near_v.of(0.0); 2], count: 0 }
+        Self { each: [Stage::nothing(near_v); 2], near_v, draw: [near_v.of(0.0); 2], count: 0 }
     }
 
-    /// The present stage is complete.
+    /// Begins a step whose bus is searched from a voltage [V].
     #[inline(always)]
-    pub(super) fn complete(&mut self) {
-        if self.count == 0 {
-            self.first = self.now;
+    pub(super) fn begin(&mut self, near_v: S) {
+        (self.near_v, self.draw, self.count) = (near_v, [near_v.of(0.0); 2], 0);
+    }
+
+    /// What acted at the step's beginning.
+    pub(super) fn first(&self) -> &Stage<S> {
+        &self.each[0]
+    }
+
+    /// The next stage: what acts on a vehicle in this state, with a canopy's pull.
+    #[inline(always)]
+    pub(super) fn take<T: Turning<S>>(
+        &mut self,
+        around: &Surroundings<'_, S>,
+        turning: &T,
+        craft: &Craft<S>,
+        pull: Option<&Pull<S>>,
+    ) -> &Stage<S> {
+        let stage = &mut self.each[usize::from(self.count > 0)];
+        stage.take(around, turning, craft, &mut self.near_v);
+        if let Some(pull) = pull {
+            stage.pull(&around.vehicle.mass, pull);
         }
-        if let Some(bus) = &self.now.bus.found {
+        if let Some(bus) = &stage.bus {
             let weight = if matches!(self.count, 1 | 2) { 2.0 } else { 1.0 };
             let current = bus.pack_a * weight;
             self.draw[0] += current;
             self.draw[1] += current * bus.bus_v;
         }
         self.count += 1;
+        stage
     }
 
     /// Charge [C] and energy [J] that the bus has given over a step of `dt_s` [s].
@@ -227,6 +249,7 @@ pub(super) struct FreeStep<'a, S: Real, T> {
     /// The vehicle; after the step as it is then, its quaternion not yet of unit length.
     pub(super) craft: &'a mut Craft<S>,
     pub(super) stages: &'a mut Stages<S>,
+    pub(super) workspace: &'a mut Workspace<S, Craft<S>>,
     pub(super) dt_s: S,
 }
 
@@ -235,8 +258,8 @@ impl<S: Real, T: Turning<S>> Kernel for FreeStep<'_, S, T> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { around, turning, craft, stages, dt_s } = self;
-        *craft = runge_kutta_4_of(craft, dt_s, FreeStages { around: &around, turning, stages });
+        let Self { around, turning, craft, stages, workspace, dt_s } = self;
+        runge_kutta_4_of(craft, dt_s, workspace, FreeStages { around: &around, turning, stages });
     }
 }
 
@@ -248,10 +271,8 @@ struct FreeStages<'a, S: Real, T> {
 
 impl<S: Real, T: Turning<S>> Derivative<S, Craft<S>> for FreeStages<'_, S, T> {
     #[inline(always)]
-    fn at(&mut self, _share: f64, craft: &Craft<S>) -> CraftRate<S> {
-        self.stages.now.take(self.around, self.turning, craft);
-        self.stages.complete();
-        self.stages.now.derivative(craft)
+    fn at(&mut self, _share: f64, craft: &Craft<S>, rate: &mut CraftRate<S>) {
+        self.stages.take(self.around, self.turning, craft, None).tell(craft, rate);
     }
 }
 
@@ -261,6 +282,8 @@ pub(super) struct Acting<'a, S: Real, T> {
     pub(super) turning: &'a T,
     pub(super) craft: &'a Craft<S>,
     pub(super) stage: &'a mut Stage<S>,
+    /// Bus voltage from which it is searched [V].
+    pub(super) near_v: S,
 }
 
 impl<S: Real, T: Turning<S>> Kernel for Acting<'_, S, T> {
@@ -268,6 +291,7 @@ impl<S: Real, T: Turning<S>> Kernel for Acting<'_, S, T> {
 
     #[inline(always)]
     fn run(self) {
-        self.stage.take(&self.around, self.turning, self.craft);
+        let Self { around, turning, craft, stage, mut near_v } = self;
+        stage.take(&around, turning, craft, &mut near_v);
     }
 }

@@ -11,7 +11,7 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, Vector3};
 
-use super::integrator::{Craft, CraftRate, Derivative, PlantState, runge_kutta_4_of, steps_in};
+use super::integrator::{Craft, CraftRate, Derivative, PlantState, Workspace, runge_kutta_4_of, steps_in};
 use super::plant::{Loads, Plant};
 use super::stage::{Stages, Surroundings, Turning};
 use crate::frames::{quaternion_from_euler, rotate_body_from_ned, rotate_ned_from_body};
@@ -225,12 +225,13 @@ impl CanopyFlight {
                 around: plant.surroundings(locked),
                 turning: &plant.drives(throttle, locked),
                 canopy: self.around(),
+                workspace: &mut Workspace::of(&bodies),
                 bodies: &mut bodies,
                 stages: &mut stages,
                 from_s,
                 dt_s: h,
             });
-            acting.get_or_insert_with(|| plant.acted(&stages.first));
+            acting.get_or_insert_with(|| plant.acted(stages.first()));
             *state = plant.settled(&state.rotor_speed, &bodies.0, locked);
             plant.drain(&stages, h);
             plant.pass(h);
@@ -341,6 +342,7 @@ pub(super) struct HeldStep<'a, S: Real, T> {
     /// Both; after the step as they are then.
     pub(super) bodies: &'a mut (Craft<S>, Canopy<S>),
     pub(super) stages: &'a mut Stages<S>,
+    pub(super) workspace: &'a mut Workspace<S, (Craft<S>, Canopy<S>)>,
     /// Time at the beginning and length of the step [s].
     pub(super) from_s: S,
     pub(super) dt_s: S,
@@ -350,28 +352,38 @@ impl<S: Real, T: Turning<S>> Kernel for HeldStep<'_, S, T> {
     type Output = ();
 
     #[inline(always)]
-    fn run(mut self) {
-        let (before, dt_s) = (*self.bodies, self.dt_s);
-        *self.bodies = runge_kutta_4_of(&before, dt_s, HeldStages(&mut self));
+    fn run(self) {
+        let Self { around, turning, canopy, bodies, stages, workspace, from_s, dt_s } = self;
+        let stages = HeldStages { around: &around, turning, canopy, stages, from_s, dt_s };
+        runge_kutta_4_of(bodies, dt_s, workspace, stages);
     }
 }
 
-struct HeldStages<'a, 'b, S: Real, T>(&'a mut HeldStep<'b, S, T>);
+struct HeldStages<'a, S: Real, T> {
+    around: &'a Surroundings<'a, S>,
+    turning: &'a T,
+    canopy: CanopyAround<'a, S>,
+    stages: &'a mut Stages<S>,
+    from_s: S,
+    dt_s: S,
+}
 
-impl<S: Real, T: Turning<S>> Derivative<S, (Craft<S>, Canopy<S>)> for HeldStages<'_, '_, S, T> {
+impl<S: Real, T: Turning<S>> Derivative<S, (Craft<S>, Canopy<S>)> for HeldStages<'_, S, T> {
     #[inline(always)]
-    fn at(&mut self, share: f64, (craft, canopy): &(Craft<S>, Canopy<S>)) -> (CraftRate<S>, Canopy<S>) {
-        let HeldStep { around, turning, canopy: its, stages, from_s, dt_s, .. } = &mut *self.0;
-        let (now_s, mass) = (*from_s + *dt_s * share, &around.vehicle.mass);
+    fn at(
+        &mut self,
+        share: f64,
+        (craft, canopy): &(Craft<S>, Canopy<S>),
+        (rate, canopy_rate): &mut (CraftRate<S>, Canopy<S>),
+    ) {
+        let Self { around, turning, canopy: its, ref mut stages, from_s, dt_s } = *self;
+        let now_s = from_s + dt_s * share;
         let there = at(its.canopy, canopy, now_s);
         let pull = its.pull(craft.p_ned, &craft.motion, there);
-        stages.now.take(around, *turning, craft);
-        stages.now.pull(mass, &pull);
-        stages.complete();
-        let mut canopy_rate = its.rate(around.site, there, -pull.force_ned, now_s);
-        let rate = stages.now.derivative(craft);
-        canopy_rate[2] += rate.motion.v_dot_ned * now_s.of(mass.mass_kg) - pull.force_ned;
-        (rate, canopy_rate)
+        stages.take(around, turning, craft, Some(&pull)).tell(craft, rate);
+        *canopy_rate = its.rate(around.site, there, -pull.force_ned, now_s);
+        let mass_kg = now_s.of(around.vehicle.mass.mass_kg);
+        canopy_rate[2] += rate.motion.v_dot_ned * mass_kg - pull.force_ned;
     }
 }
 
@@ -386,8 +398,12 @@ pub(super) struct HeldSteps<'a, S: Real, T> {
     pub(super) canopy_air: &'a mut LocalAir<S>,
     pub(super) craft: &'a mut Craft<S>,
     pub(super) body: &'a mut CanopyBody<S>,
-    /// Those of the first step.
-    pub(super) stages: &'a mut Stages<S>,
+    /// Those of the first step, and of the others.
+    pub(super) stages: [&'a mut Stages<S>; 2],
+    pub(super) bodies: &'a mut (Craft<S>, Canopy<S>),
+    pub(super) workspace: &'a mut Workspace<S, (Craft<S>, Canopy<S>)>,
+    /// Bus voltage from which it is searched [V].
+    pub(super) near_v: S,
     /// Time at the beginning [s], length of all steps together [s], how many they are, and the most of that.
     pub(super) from_s: S,
     pub(super) dt_s: f64,
@@ -401,6 +417,7 @@ impl<S: Real, T: Turning<S>> Kernel for HeldSteps<'_, S, T> {
     #[inline(always)]
     fn run(self) {
         let Self { around, air, turning, canopy, line, canopy_air, craft, body, stages, .. } = self;
+        let [first, others] = stages;
         air.follow(around.site, craft.p_ned.z);
         canopy_air.follow(around.site, body.p_ned.z);
         let around = Surroundings { air, ..around };
@@ -409,25 +426,16 @@ impl<S: Real, T: Turning<S>> Kernel for HeldSteps<'_, S, T> {
         for k in 0..self.most {
             let k_s = h.of(f64::from(k));
             let from_s = self.from_s + k_s * h;
-            let mut bodies = (*craft, body.as_integrated(canopy, from_s));
-            let mut now = Stages::new(stages.now.bus.near_v);
-            let (bodies_mut, stages_mut) = (&mut bodies, &mut now);
-            HeldStep {
-                around,
-                turning,
-                canopy: its,
-                bodies: bodies_mut,
-                stages: stages_mut,
-                from_s,
-                dt_s: h,
-            }
-            .run();
-            if k == 0 {
-                *stages = now;
-            }
+            let (bodies, workspace) = (&mut *self.bodies, &mut *self.workspace);
+            (bodies.0, bodies.1) = (*craft, body.as_integrated(canopy, from_s));
+            let stages = if k == 0 { &mut *first } else { &mut *others };
+            stages.begin(self.near_v);
+            HeldStep { around, turning, canopy: its, bodies, stages, workspace, from_s, dt_s: h }.run();
+            let bodies = &mut *self.bodies;
             let goes_on = k_s.less(self.steps);
             let [p_ned, v_ned] = at(canopy, &bodies.1, from_s + h);
-            *craft = Craft::select(goes_on, bodies.0.settled(), craft);
+            bodies.0.settle();
+            craft.take(goes_on, &bodies.0);
             body.p_ned = V3::select(goes_on, p_ned, body.p_ned);
             body.v_ned = V3::select(goes_on, v_ned, body.v_ned);
             body.impulse_ned = V3::select(goes_on, bodies.1[2], body.impulse_ned);
@@ -483,20 +491,25 @@ impl<S: Real> Kernel for LooseStep<'_, S> {
     type Output = ();
 
     #[inline(always)]
-    fn run(mut self) {
-        let (before, dt_s) = (*self.canopy, self.dt_s);
-        *self.canopy = runge_kutta_4_of(&before, dt_s, LooseStages(&mut self));
+    fn run(self) {
+        let Self { around, site, canopy, from_s, dt_s } = self;
+        let workspace = &mut Workspace::of(canopy);
+        runge_kutta_4_of(canopy, dt_s, workspace, LooseStages { around, site, from_s, dt_s });
     }
 }
 
-struct LooseStages<'a, 'b, S: Real>(&'a mut LooseStep<'b, S>);
+struct LooseStages<'a, S> {
+    around: CanopyAround<'a, S>,
+    site: &'a Environment,
+    from_s: S,
+    dt_s: S,
+}
 
-impl<S: Real> Derivative<S, Canopy<S>> for LooseStages<'_, '_, S> {
+impl<S: Real> Derivative<S, Canopy<S>> for LooseStages<'_, S> {
     #[inline(always)]
-    fn at(&mut self, share: f64, canopy: &Canopy<S>) -> Canopy<S> {
-        let LooseStep { around, site, from_s, dt_s, .. } = &mut *self.0;
-        let now_s = *from_s + *dt_s * share;
-        let there = at(around.canopy, canopy, now_s);
-        around.rate(site, there, V3::zero(now_s), now_s)
+    fn at(&mut self, share: f64, canopy: &Canopy<S>, rate: &mut Canopy<S>) {
+        let now_s = self.from_s + self.dt_s * share;
+        let there = at(self.around.canopy, canopy, now_s);
+        *rate = self.around.rate(self.site, there, V3::zero(now_s), now_s);
     }
 }

@@ -7,11 +7,11 @@
 
 use nalgebra::Vector3;
 
-use super::super::integrator::{Craft, PlantState};
+use super::super::integrator::{Craft, PlantState, Workspace};
 use super::super::plant::Loads;
 use super::super::ring;
 use super::super::stage::{Commanded, FreeStep, Stage, Stages, Surroundings};
-use super::super::two_bodies::{CanopyBody, HeldSteps, LooseSteps};
+use super::super::two_bodies::{Canopy, CanopyBody, HeldSteps, LooseSteps};
 use super::{BOUNDARY_TOLERANCE_S, DropSimulation, Phase, Start};
 use crate::model::environment::LocalAir;
 use crate::model::supply::Bus;
@@ -37,6 +37,16 @@ pub struct Abreast {
     deviations: Option<[Lanes; MAX_ROTORS]>,
     canopy: Option<(CanopyBody<Lanes>, LocalAir<Lanes>)>,
     loads: Vec<Loads>,
+    room: Box<Room>,
+}
+
+/// Where steps keep what they work with.
+#[derive(Debug)]
+struct Room {
+    stages: [Stages<Lanes>; 2],
+    bodies: (Craft<Lanes>, Canopy<Lanes>),
+    alone: Workspace<Lanes, Craft<Lanes>>,
+    both: Workspace<Lanes, (Craft<Lanes>, Canopy<Lanes>)>,
 }
 
 /// How all drops move in a step.
@@ -60,9 +70,18 @@ impl Abreast {
         let air = LocalAir::about(drops[0].environment(), zero);
         let loads = drops.iter().map(DropSimulation::loads).collect();
         let canopy = drops[0].canopy.map(|_| (CanopyBody::nowhere(zero), air));
+        let craft = Craft { p_ned: none, motion, rotor_speed: [zero; MAX_ROTORS] };
+        let bodies = (craft, [none; 3]);
+        let room = Box::new(Room {
+            stages: [Stages::new(zero); 2],
+            bodies,
+            alone: Workspace::of(&craft),
+            both: Workspace::of(&bodies),
+        });
         let mut abreast = Self {
+            room,
             wind,
-            craft: Craft { p_ned: none, motion, rotor_speed: [zero; MAX_ROTORS] },
+            craft,
             air,
             wind_ned: none,
             throttle: [zero; MAX_ROTORS],
@@ -181,7 +200,7 @@ impl Abreast {
         }
         let powered = self.drops.iter().all(|drop| drop.phase == Phase::Powered);
         self.deviations = powered.then(|| {
-            let around = self.surroundings();
+            let around = surroundings(&self.drops[0], &self.air, self.wind_ned, None);
             vectorised(Deviate { around, craft: &self.craft, drawn: &numbers, mirrored })
         });
         for (i, drop) in self.drops.iter_mut().enumerate() {
@@ -190,18 +209,6 @@ impl Abreast {
                 None => drop.deviations(&drawn.map(|drawn| drawn[i]), mirrored),
             };
             drop.plant.set_thrust_deviations(deviations);
-        }
-    }
-
-    fn surroundings(&self) -> Surroundings<'_, Lanes> {
-        let first = &self.drops[0];
-        Surroundings {
-            vehicle: first.vehicle(),
-            site: first.environment(),
-            air: &self.air,
-            wind_ned: self.wind_ned,
-            ground: first.ground(),
-            deviations: self.deviations.as_ref(),
         }
     }
 
@@ -232,28 +239,27 @@ impl Abreast {
         let h = dt_s / f64::from(steps);
         for k in 0..steps {
             let [open_v, near_v] = self.voltages();
-            let (mut stages, mut craft, mut air) = (Stages::new(near_v), self.craft, self.air);
-            let plant = &self.drops[0].plant;
-            vectorised(Fly {
-                site: plant.environment(),
-                air: &mut air,
-                around: Surroundings {
-                    deviations: self.deviations.as_ref().filter(|_| !locked),
-                    ..self.surroundings()
-                },
-                turning: &plant.commanded(&self.throttle, open_v, locked),
-                craft: &mut craft,
-                stages: &mut stages,
+            let Self { drops, craft, air, wind_ned, throttle, deviations, room, .. } = self;
+            let Room { stages: [stages, _], alone: workspace, .. } = &mut **room;
+            let (first, before) = (&drops[0], *air);
+            let deviations = deviations.as_ref().filter(|_| !locked);
+            let drawn = vectorised(Fly {
+                around: surroundings(first, &before, *wind_ned, deviations),
+                air,
+                turning: &first.plant.commanded(throttle, open_v, locked),
+                craft,
+                stages,
+                workspace,
+                near_v,
                 dt_s: h,
             });
-            (self.craft, self.air) = (craft, air);
             if k == 0 {
-                self.take_loads(&stages.first);
+                self.take_loads();
             }
-            let drawn = vectorised(Drawn(&stages, h)).map(|number| *number.as_array());
+            let near_v = self.room.stages[0].near_v;
             for (i, drop) in self.drops.iter_mut().enumerate() {
-                let near_v = stages.now.bus.near_v.as_array()[i];
-                drop.plant.take(drawn[0][i], drawn[1][i], near_v);
+                let [charge_c, energy_j] = drawn.map(|number| number.as_array()[i]);
+                drop.plant.take(charge_c, energy_j, near_v.as_array()[i]);
             }
         }
         self.end(dt_s);
@@ -305,33 +311,37 @@ impl Abreast {
     fn fly_held(&mut self, dt_s: f64) {
         let (steps, most, from_s) = self.canopy_steps(dt_s);
         let [open_v, near_v] = self.voltages();
-        let (mut stages, mut craft, mut air) = (Stages::new(near_v), self.craft, self.air);
-        let Some((mut body, mut canopy_air)) = self.canopy else { return };
-        let first = &self.drops[0];
-        let Some(canopy) = &first.canopy else { return };
+        let Self { drops, craft, air, wind_ned, throttle, canopy, room, .. } = self;
+        let Some((body, canopy_air)) = canopy else { return };
+        let (first, before) = (&drops[0], *air);
+        let Some(hung) = &first.canopy else { return };
+        let Room { stages: [first_stages, others], bodies, both: workspace, .. } = &mut **room;
         vectorised(HeldSteps {
-            around: Surroundings { deviations: None, ..self.surroundings() },
-            air: &mut air,
-            turning: &first.plant.commanded(&self.throttle, open_v, true),
-            canopy: &canopy.suspension.canopy,
-            line: canopy.line.as_ref(),
-            canopy_air: &mut canopy_air,
-            craft: &mut craft,
-            body: &mut body,
-            stages: &mut stages,
+            around: surroundings(first, &before, *wind_ned, None),
+            air,
+            turning: &first.plant.commanded(throttle, open_v, true),
+            canopy: &hung.suspension.canopy,
+            line: hung.line.as_ref(),
+            canopy_air,
+            craft,
+            body,
+            stages: [first_stages, others],
+            bodies,
+            workspace,
+            near_v,
             from_s,
             dt_s,
             steps,
             most,
         });
-        (self.craft, self.air, self.canopy) = (craft, air, Some((body, canopy_air)));
-        self.take_loads(&stages.first);
+        self.take_loads();
         self.store_canopies();
         self.end(dt_s);
     }
 
-    /// What acted on each vehicle in a stage.
-    fn take_loads(&mut self, stage: &Stage<Lanes>) {
+    /// What acted on each vehicle at the beginning of a step.
+    fn take_loads(&mut self) {
+        let stage = self.room.stages[0].first();
         for (i, (drop, loads)) in self.drops.iter().zip(&mut self.loads).enumerate() {
             *loads = drop.plant.acted(&stage_of(stage, i));
         }
@@ -418,40 +428,42 @@ impl Kernel for Deviate<'_> {
     }
 }
 
-/// A step of vehicles that nothing holds.
+/// A step of vehicles that nothing holds; tells charge [C] and energy [J] that the buses have given.
 struct Fly<'a> {
     around: Surroundings<'a, Lanes>,
-    site: &'a crate::model::Environment,
     air: &'a mut LocalAir<Lanes>,
     turning: &'a Commanded<'a, Lanes>,
     craft: &'a mut Craft<Lanes>,
     stages: &'a mut Stages<Lanes>,
+    workspace: &'a mut Workspace<Lanes, Craft<Lanes>>,
+    near_v: Lanes,
     dt_s: f64,
 }
 
 impl Kernel for Fly<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { around, site, air, turning, craft, stages, dt_s } = self;
-        air.follow(site, craft.p_ned.z);
-        let dt_s = craft.p_ned.z.of(dt_s);
-        FreeStep { around: Surroundings { air, ..around }, turning, craft, stages, dt_s }.run();
-        *craft = craft.settled();
-    }
-}
-
-/// Charge [C] and energy [J] that the buses have given over a step [s].
-struct Drawn<'a>(&'a Stages<Lanes>, f64);
-
-impl Kernel for Drawn<'_> {
     type Output = [Lanes; 2];
 
     #[inline(always)]
     fn run(self) -> [Lanes; 2] {
-        self.0.drawn(self.0.now.bus.near_v.of(self.1))
+        let Self { around, air, turning, craft, stages, workspace, near_v, dt_s } = self;
+        air.follow(around.site, craft.p_ned.z);
+        let (around, dt_s) = (Surroundings { air, ..around }, near_v.of(dt_s));
+        stages.begin(near_v);
+        FreeStep { around, turning, craft, stages, workspace, dt_s }.run();
+        craft.settle();
+        stages.drawn(dt_s)
     }
+}
+
+/// What drops like this one fly in.
+fn surroundings<'a>(
+    drop: &'a DropSimulation,
+    air: &'a LocalAir<Lanes>,
+    wind_ned: V3<Lanes>,
+    deviations: Option<&'a [Lanes; MAX_ROTORS]>,
+) -> Surroundings<'a, Lanes> {
+    let (vehicle, site, ground) = (drop.vehicle(), drop.environment(), drop.ground());
+    Surroundings { vehicle, site, air, wind_ned, ground, deviations }
 }
 
 fn set_vector(vector: &mut V3<Lanes>, i: usize, one: &Vector3<f64>) {
@@ -500,7 +512,7 @@ fn craft_of(craft: &Craft<Lanes>, i: usize) -> Craft<f64> {
 fn stage_of(stage: &Stage<Lanes>, i: usize) -> Stage<f64> {
     let rate = &stage.rate;
     let MotionRate { q_dot, v_dot_ned, omega_dot_body } = &rate.motion;
-    let mut one = Stage::new(stage.bus.near_v.as_array()[i]);
+    let mut one = Stage::nothing(0.0);
     one.rate = FlightRate {
         motion: MotionRate {
             q_dot: numbers(q_dot, i),
@@ -520,7 +532,7 @@ fn stage_of(stage: &Stage<Lanes>, i: usize) -> Stage<f64> {
     };
     one.ground = [of(&stage.ground[0], i), of(&stage.ground[1], i)];
     one.canopy = [of(&stage.canopy[0], i), of(&stage.canopy[1], i)];
-    one.bus.found = stage.bus.found.as_ref().map(|bus| bus_of(bus, i));
+    one.bus = stage.bus.as_ref().map(|bus| bus_of(bus, i));
     one
 }
 
