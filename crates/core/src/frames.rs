@@ -124,10 +124,11 @@ pub fn normalized<S: Real>(q: Quaternion<S>) -> Quaternion<S> {
 }
 
 /// Roll, pitch, yaw [rad] to a quaternion (rotations in the order yaw, pitch, roll).
-pub fn quaternion_from_euler(roll: f64, pitch: f64, yaw: f64) -> Quaternion {
-    let (sr, cr) = straight::sin_cos(0.5 * roll);
-    let (sp, cp) = straight::sin_cos(0.5 * pitch);
-    let (sy, cy) = straight::sin_cos(0.5 * yaw);
+#[inline(always)]
+pub fn quaternion_from_euler<S: Real>(roll: S, pitch: S, yaw: S) -> Quaternion<S> {
+    let (sr, cr) = straight::sin_cos(roll * 0.5);
+    let (sp, cp) = straight::sin_cos(pitch * 0.5);
+    let (sy, cy) = straight::sin_cos(yaw * 0.5);
     [
         cr * cp * cy + sr * sp * sy,
         sr * cp * cy - cr * sp * sy,
@@ -192,9 +193,10 @@ pub fn yaw(q: Quaternion) -> f64 {
 }
 
 /// An angle folded into [-pi, pi).
-pub fn wrap_pi(angle: f64) -> f64 {
+#[inline(always)]
+pub fn wrap_pi<S: Real>(angle: S) -> S {
     use std::f64::consts::{PI, TAU};
-    angle - TAU * ((angle + PI) * (1.0 / TAU)).floor()
+    angle - ((angle + PI) * (1.0 / TAU)).floor() * TAU
 }
 
 #[cfg(test)]

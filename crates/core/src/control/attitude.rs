@@ -5,40 +5,52 @@
 //! delay the tilt. In the vertical plane the tilt error is exactly `theta_c - theta` (within half a turn):
 //! `q_c = clip(K_ptheta (theta_c - theta))`.
 
-use nalgebra::Vector3;
-
 use super::{ControlLimits, Gains};
 use crate::frames::{Quaternion, conjugate, product, wrap_pi};
-use crate::real::straight;
+use crate::real::{Real, straight};
+use crate::vector::V3;
 
 /// Wanted body rates [rad/s] at an attitude and its setpoint.
-pub fn rate_setpoint(
+#[inline(always)]
+pub fn rate_setpoint<S: Real>(
     gains: &Gains,
     limits: &ControlLimits,
-    q_ned_from_body: Quaternion,
-    q_sp_ned_from_body: Quaternion,
-) -> Vector3<f64> {
+    q_ned_from_body: Quaternion<S>,
+    q_sp_ned_from_body: Quaternion<S>,
+) -> V3<S> {
     let e = tilt_and_twist(q_ned_from_body, q_sp_ned_from_body);
     let (rate, yaw) = (limits.rate_command_rad_s, limits.yaw_rate_command_rad_s);
-    Vector3::new(
-        (gains.k_ptheta * e.x).min(rate).max(-rate),
-        (gains.k_ptheta * e.y).min(rate).max(-rate),
-        (gains.k_ppsi * e.z).min(yaw).max(-yaw),
+    V3::new(
+        within(e.x * gains.k_ptheta, rate),
+        within(e.y * gains.k_ptheta, rate),
+        within(e.z * gains.k_ppsi, yaw),
     )
 }
 
+/// A number, or the nearest one that is no larger than a bound, either way.
+#[inline(always)]
+pub(super) fn within<S: Real>(x: S, bound: f64) -> S {
+    x.at_most(x.of(bound)).at_least(x.of(-bound))
+}
+
 /// Tilt error about body x and y and twist error about the thrust axis [rad].
-pub fn tilt_and_twist(q_ned_from_body: Quaternion, q_sp_ned_from_body: Quaternion) -> Vector3<f64> {
+#[inline(always)]
+pub fn tilt_and_twist<S: Real>(
+    q_ned_from_body: Quaternion<S>,
+    q_sp_ned_from_body: Quaternion<S>,
+) -> V3<S> {
     let [w, x, y, z] = product(conjugate(q_ned_from_body), q_sp_ned_from_body);
     let upright = straight::hypot(w, z);
     let lying = straight::hypot(x, y);
     // q_body_from_sp = swing * twist; the swing's axis lies in the body's x-y plane.
-    let (cos, sin) = if upright > 0.0 { (w / upright, z / upright) } else { (1.0, 0.0) };
-    let angle_per_length = if lying > 0.0 { 2.0 * straight::atan2(lying, upright) / lying } else { 0.0 };
-    Vector3::new(
+    let (zero, one) = (w.of(0.0), w.of(1.0));
+    let stands = zero.less(upright);
+    let (cos, sin) = (S::select(stands, w / upright, one), S::select(stands, z / upright, zero));
+    let angle_per_length = S::select(zero.less(lying), lying.atan2(upright) * 2.0 / lying, zero);
+    V3::new(
         angle_per_length * (x * cos - y * sin),
         angle_per_length * (x * sin + y * cos),
-        wrap_pi(2.0 * straight::atan2(sin, cos)),
+        wrap_pi(sin.atan2(cos) * 2.0),
     )
 }
 
@@ -47,6 +59,7 @@ mod tests {
     use super::*;
     use crate::frames::{LEVEL, quaternion_from_euler, rotate_ned_from_body};
     use crate::math;
+    use nalgebra::Vector3;
     use proptest::prelude::*;
 
     fn about(axis: Vector3<f64>, angle: f64) -> Quaternion {
@@ -58,7 +71,7 @@ mod tests {
     fn closed_form_in_the_plane_the_error_is_the_difference_of_angles() {
         for (theta, theta_c) in [(0.0, 0.3), (-0.6, 0.6), (1.2, -1.4), (2.9, 0.1)] {
             let e = tilt_and_twist(about(Vector3::y(), theta), about(Vector3::y(), theta_c));
-            assert!((e - Vector3::new(0.0, theta_c - theta, 0.0)).norm() < 1e-15, "{e}");
+            assert!((e - V3::new(0.0, theta_c - theta, 0.0)).norm() < 1e-15, "{e:?}");
         }
     }
 
@@ -68,14 +81,14 @@ mod tests {
         let e = tilt_and_twist(quaternion_from_euler(0.3, -0.2, 0.1), quaternion_from_euler(0.3, -0.2, 0.1));
         assert!(e.norm() < 1e-15);
         let e = tilt_and_twist(LEVEL, about(Vector3::z(), 2.0));
-        assert!((e - Vector3::new(0.0, 0.0, 2.0)).norm() < 1e-15);
+        assert!((e - V3::new(0.0, 0.0, 2.0)).norm() < 1e-15);
     }
 
     #[test]
     fn upside_down_and_zero_quaternions_give_numbers() {
         let e = tilt_and_twist(LEVEL, about(Vector3::x(), std::f64::consts::PI));
-        assert!((e - Vector3::new(std::f64::consts::PI, 0.0, 0.0)).norm() < 1e-15);
-        assert_eq!(tilt_and_twist([0.0; 4], LEVEL), Vector3::zeros());
+        assert!((e - V3::new(std::f64::consts::PI, 0.0, 0.0)).norm() < 1e-15);
+        assert_eq!(tilt_and_twist([0.0; 4], LEVEL), V3::zero(0.0));
     }
 
     proptest! {

@@ -8,20 +8,21 @@
 
 use nalgebra::Vector3;
 
-use super::attitude::rate_setpoint;
-use super::rate::RateLoop;
-use super::velocity::{VelocityLoop, VelocitySetpoint};
+use super::attitude::within;
+use super::loops::{Demand, Loops};
+use super::velocity::VelocitySetpoint;
 use super::{
     Airframe, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement, Setpoint,
 };
-use crate::frames::{LEVEL, Quaternion, quaternion_from_euler, yaw};
+use crate::frames::{LEVEL, Quaternion, yaw};
+use crate::model::rigid_body::Motion;
+use crate::vector::V3;
 
 /// The controller with its state.
 #[derive(Clone, Debug)]
 pub struct Cascade {
     settings: ControlSettings,
-    velocity: VelocityLoop,
-    rate: RateLoop,
+    loops: Loops<f64>,
     held: Held,
     output: ControlOutput,
 }
@@ -57,6 +58,11 @@ impl Measurement {
     fn is_finite(&self) -> bool {
         finite(&self.q_ned_from_body) && finite(self.v_ned.as_slice()) && finite(self.omega_body.as_slice())
     }
+
+    fn motion(&self) -> Motion<f64> {
+        let Self { q_ned_from_body, v_ned, omega_body } = *self;
+        Motion { q_ned_from_body, v_ned: v_ned.into(), omega_body: omega_body.into() }
+    }
 }
 
 impl Cascade {
@@ -72,12 +78,12 @@ impl Cascade {
 
     /// The integrals of the velocity loop, NED [m/s^2].
     pub fn velocity_integral_ned(&self) -> Vector3<f64> {
-        self.velocity.integral_ned()
+        self.loops.velocity.integral_ned().into()
     }
 
     /// The integrals of the roll and pitch rate loop [rad/s^2].
     pub fn rate_integral(&self) -> [f64; 2] {
-        self.rate.integral()
+        self.loops.rate.integral()
     }
 
     /// The output of the last step.
@@ -105,16 +111,11 @@ impl Cascade {
         }
         let setpoint = VelocitySetpoint {
             // With no finite setpoint yet: keep the velocity that there is.
-            v_ned: self.held.v_sp_ned.unwrap_or(m.v_ned),
-            a_ff_ned: if finite(a_ff_ned.as_slice()) { a_ff_ned } else { Vector3::zeros() },
+            v_ned: self.held.v_sp_ned.unwrap_or(m.v_ned).into(),
+            a_ff_ned: if finite(a_ff_ned.as_slice()) { a_ff_ned.into() } else { V3::zero(0.0) },
         };
-        let ControlSettings { airframe, gains, limits } = &self.settings;
-        let wanted = self.velocity.step(airframe, gains, limits.tilt_rad, &m.v_ned, &setpoint, dt_s);
-        let yaw = self.held.yaw_sp_rad;
-        let (roll, pitch) = wanted.roll_pitch(yaw);
-        self.output.acceleration_sp_ned = wanted.acceleration_sp_ned;
-        self.output.collective_n = airframe.mass_kg * wanted.up_m_s2;
-        self.attitude_step(m, quaternion_from_euler(roll, pitch, yaw), dt_s);
+        let yaw_rad = self.held.yaw_sp_rad;
+        self.output = self.loops.track(&self.settings, &m.motion(), &setpoint, yaw_rad, dt_s).into();
     }
 
     /// One step of attitude, rate and mixer. No collective stops all motors, as in PX4, and leaves the
@@ -124,7 +125,8 @@ impl Cascade {
             self.held.q_sp = q_sp;
         }
         if self.take_collective(m, collective) {
-            self.attitude_step(m, self.held.q_sp, dt_s);
+            let (q_sp, collective_n) = (self.held.q_sp, self.output.collective_n);
+            self.output = self.loops.turn(&self.settings, &m.motion(), q_sp, collective_n, dt_s).into();
         }
     }
 
@@ -136,12 +138,11 @@ impl Cascade {
         if !self.take_collective(m, collective) {
             return;
         }
-        self.output.q_sp = m.q_ned_from_body;
         let ControlLimits { rate_command_rad_s: rate, yaw_rate_command_rad_s: yaw, .. } =
             self.settings.limits;
-        let bound = Vector3::new(rate, rate, yaw);
-        self.output.rate_sp_body = self.held.rate_sp.zip_map(&bound, |x, b| x.min(b).max(-b));
-        self.rate_step(m, dt_s);
+        let rate_sp = self.held.rate_sp.zip_map(&Vector3::new(rate, rate, yaw), within).into();
+        let collective_n = self.output.collective_n;
+        self.output = self.loops.spin(&self.settings, &m.motion(), rate_sp, collective_n, dt_s).into();
     }
 
     /// Takes over the collective; false when there is nothing more to do in this step.
@@ -156,26 +157,17 @@ impl Cascade {
         if !m.is_finite() {
             return false;
         }
-        self.output.acceleration_sp_ned = Vector3::zeros();
         self.output.collective_n = self.held.collective * self.settings.airframe.lift_max_n;
         true
     }
+}
 
-    fn attitude_step(&mut self, m: &Measurement, q_sp: Quaternion, dt_s: f64) {
-        let ControlSettings { gains, limits, .. } = &self.settings;
-        self.output.q_sp = q_sp;
-        self.output.rate_sp_body = rate_setpoint(gains, limits, m.q_ned_from_body, q_sp);
-        self.rate_step(m, dt_s);
-    }
-
-    fn rate_step(&mut self, m: &Measurement, dt_s: f64) {
-        let ControlSettings { airframe, gains, limits } = &self.settings;
-        let out = &mut self.output;
-        let angular = self.rate.step(gains, limits, &m.omega_body, &out.rate_sp_body, dt_s);
-        let moment = airframe.inertia_kg_m2 * angular;
-        out.thrust_n = airframe.mixer.thrusts(out.collective_n, &moment);
-        let limit = airframe.mixer.thrust_limit_n();
-        out.throttle = out.thrust_n.map(|t| (t / limit).sqrt());
+impl From<Demand<f64>> for ControlOutput {
+    #[inline(always)]
+    fn from(demand: Demand<f64>) -> Self {
+        let Demand { acceleration_sp_ned, collective_n, q_sp, rate_sp_body, thrust_n, throttle } = demand;
+        let (acceleration_sp_ned, rate_sp_body) = (acceleration_sp_ned.into(), rate_sp_body.into());
+        Self { thrust_n, throttle, acceleration_sp_ned, q_sp, rate_sp_body, collective_n }
     }
 }
 
@@ -183,8 +175,7 @@ impl From<ControlSettings> for Cascade {
     fn from(settings: ControlSettings) -> Self {
         Self {
             settings,
-            velocity: VelocityLoop::default(),
-            rate: RateLoop::default(),
+            loops: Loops::new(0.0),
             held: Held::NOTHING,
             output: ControlOutput::ZERO,
         }

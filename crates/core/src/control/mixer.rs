@@ -14,8 +14,10 @@
 use nalgebra::{SMatrix, Vector3};
 
 use super::ControlError;
+use super::attitude::within;
 use crate::model::{MAX_ROTORS, PerRotor};
-use crate::real::Real as _;
+use crate::real::{Mask as _, Real};
+use crate::vector::V3;
 
 /// Allocation of collective and moments to rotors.
 #[derive(Clone, Debug, PartialEq)]
@@ -93,63 +95,71 @@ impl Mixer {
 
     /// Thrust of each rotor [N], as it would be alone at that throttle, for a lift [N] and a moment [N m],
     /// body axes. A demand that is not a number counts as zero.
-    pub fn thrusts(&self, lift_n: f64, moment_body: &Vector3<f64>) -> PerRotor {
+    #[inline(always)]
+    pub fn thrusts<S: Real>(&self, lift_n: S, moment_body: V3<S>) -> [S; MAX_ROTORS] {
         let n = self.n_rotors;
-        let limit = self.thrust_limit_n;
-        let bounded = |x: f64| if x.is_nan() { 0.0 } else { x.clamp(-DEMAND_LIMIT, DEMAND_LIMIT) };
-        let [m_roll, m_pitch, m_yaw] =
-            [bounded(moment_body.x), bounded(moment_body.y), bounded(moment_body.z)];
-        let mut tilt: PerRotor =
-            std::array::from_fn(|i| self.moment[0][i] * m_roll + self.moment[1][i] * m_pitch);
+        let (zero, one, limit) = (lift_n.of(0.0), lift_n.of(1.0), lift_n.of(self.thrust_limit_n));
+        let (m_roll, m_pitch) = (bounded(moment_body.x), bounded(moment_body.y));
+        let mut tilt = [zero; MAX_ROTORS];
+        for (i, share) in tilt.iter_mut().enumerate().take(n) {
+            *share = m_roll * self.moment[0][i] + m_pitch * self.moment[1][i];
+        }
         // A lift L fits when 0 <= L c_i + d_i <= T_lim for all i; there is one when s (d_i - d_j c_i/c_j) <=
         // T_lim.
-        let per_limit = 1.0 / limit;
-        let mut widest = 1.0f64;
+        let per_limit = 1.0 / self.thrust_limit_n;
+        let mut widest = one;
         for i in 0..n {
             for j in 0..n {
                 let spread = tilt[i] - tilt[j] * (self.lift[i] * self.per_lift[j]);
                 widest = (spread * per_limit).at_least(widest);
             }
         }
-        let scale = 1.0 / widest;
-        let (mut lowest, mut highest) = (f64::NEG_INFINITY, f64::INFINITY);
+        let scale = one / widest;
+        let (mut lowest, mut highest) = (zero.of(f64::NEG_INFINITY), zero.of(f64::INFINITY));
         for (share, per_lift) in tilt.iter_mut().zip(&self.per_lift).take(n) {
             *share *= scale;
-            lowest = (-*share * per_lift).at_least(lowest);
-            highest = ((limit - *share) * per_lift).at_most(highest);
+            lowest = (-*share * *per_lift).at_least(lowest);
+            highest = ((limit - *share) * *per_lift).at_most(highest);
         }
-        let lift = bounded(lift_n).min(highest).max(lowest);
-        let mut thrust = [0.0; MAX_ROTORS];
+        let lift = bounded(lift_n).at_most(highest).at_least(lowest);
+        let mut thrust = [zero; MAX_ROTORS];
         for i in 0..n {
             thrust[i] = lift * self.lift[i] + tilt[i];
         }
-        self.add_yaw(&mut thrust, m_yaw);
+        self.add_yaw(&mut thrust, bounded(moment_body.z));
         for t in &mut thrust[..n] {
-            *t = t.min(limit).max(0.0);
-            if *t < ROUNDING * limit {
-                *t = 0.0;
-            }
+            let within = t.at_most(limit).at_least(zero);
+            *t = S::select(within.less(limit * ROUNDING), zero, within);
         }
         thrust
     }
 
-    /// Adds as much of the yaw moment as keeps every thrust within its limits.
-    fn add_yaw(&self, thrust: &mut PerRotor, m_yaw: f64) {
-        if m_yaw == 0.0 {
+    /// Adds the share of the yaw moment that fits in what room is left.
+    #[inline(always)]
+    fn add_yaw<S: Real>(&self, thrust: &mut [S; MAX_ROTORS], m_yaw: S) {
+        let zero = m_yaw.of(0.0);
+        if !zero.less(m_yaw.abs()).any() {
             return;
         }
-        let mut scale = 1.0f64;
+        let mut scale = zero.of(1.0);
         for (t, y) in thrust.iter().zip(&self.moment[2]).take(self.n_rotors) {
-            let share = y * m_yaw;
-            let room = if share > 0.0 { self.thrust_limit_n - t } else { *t };
-            if share.abs() * scale > room {
-                scale = room.max(0.0) / share.abs();
-            }
+            let share = m_yaw * *y;
+            let room = S::select(zero.less(share), zero.of(self.thrust_limit_n) - *t, *t);
+            let scarce = room.less(share.abs() * scale);
+            scale = S::select(scarce, room.at_least(zero) / share.abs(), scale);
         }
         for (t, y) in thrust.iter_mut().zip(&self.moment[2]).take(self.n_rotors) {
-            *t += y * m_yaw * scale;
+            *t += m_yaw * *y * scale;
         }
     }
+}
+
+/// A demand within its limit; zero where it is not a number.
+#[inline(always)]
+fn bounded<S: Real>(x: S) -> S {
+    let zero = x.of(0.0);
+    let number = zero.less(x.abs() + 1.0);
+    S::select(number, within(x, DEMAND_LIMIT), zero)
 }
 
 #[cfg(test)]
@@ -201,7 +211,7 @@ mod tests {
             let mixer = airframe(&vehicle).mixer;
             let yaw = if yaws(&mixer) { 3.0 } else { 0.0 };
             let wanted = Vector3::new(20.0, -30.0, yaw);
-            let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &wanted));
+            let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, V3::from(wanted)));
             assert!((lift - 800.0).abs() < 1e-9 && (moment - wanted).norm() < 1e-9, "{lift} {moment}");
         }
         assert!(
@@ -221,11 +231,11 @@ mod tests {
                 let one_side = mixer.effect[axis].map(|a| if a > 0.0 { limit } else { 0.0 });
                 assert!((mixer.moment_shares(&one_side)[axis] - 1.0).abs() < 1e-12);
             }
-            let level = mixer.thrusts(0.5 * limit, &Vector3::zeros());
+            let level = mixer.thrusts(0.5 * limit, V3::from(Vector3::zeros()));
             assert!(mixer.moment_shares(&level).norm() < 1e-12);
             let moment = Vector3::new(0.01 * limit, -0.02 * limit, 0.0);
-            let one = mixer.moment_shares(&mixer.thrusts(limit, &moment));
-            let half = mixer.moment_shares(&mixer.thrusts(limit, &(0.5 * moment)));
+            let one = mixer.moment_shares(&mixer.thrusts(limit, V3::from(moment)));
+            let half = mixer.moment_shares(&mixer.thrusts(limit, V3::from(0.5 * moment)));
             assert!((one - 2.0 * half).norm() < 1e-12 && one.x > 0.0 && one.y < 0.0, "{one} {half}");
         }
     }
@@ -236,20 +246,20 @@ mod tests {
         let mixer = airframe(&vehicle).mixer;
         // Full collective gives way to the pitch moment; no room is left for yaw.
         let wanted = Vector3::new(0.0, 600.0, 400.0);
-        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(4.0 * THRUST_LIMIT_N, &wanted));
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(4.0 * THRUST_LIMIT_N, V3::from(wanted)));
         assert!((moment - Vector3::new(0.0, 600.0, 0.0)).norm() < 1e-9 && lift < 4.0 * THRUST_LIMIT_N);
         // No collective: it comes up to make room.
-        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(0.0, &wanted));
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(0.0, V3::from(wanted)));
         assert!((moment - Vector3::new(0.0, 600.0, 0.0)).norm() < 1e-9 && lift > 0.0);
         // Just enough, and what is then nothing is exactly nothing: the root of its rounding would turn the
         // rotors.
-        let thrust = mixer.thrusts(0.0, &Vector3::new(0.0, 600.0, 0.0));
+        let thrust = mixer.thrusts(0.0, V3::from(Vector3::new(0.0, 600.0, 0.0)));
         assert!(thrust.iter().filter(|t| **t == 0.0).count() == 6 && thrust[0] > 100.0, "{thrust:?}");
         // More moment than there is: its direction is kept.
-        let (_, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &Vector3::new(5e4, -8e4, 0.0)));
+        let (_, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, V3::from(Vector3::new(5e4, -8e4, 0.0))));
         assert!(moment.xy().perp(&nalgebra::Vector2::new(5.0, -8.0)).abs() < 1e-6 && moment.x > 200.0);
         // Yaw takes what room there is.
-        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &Vector3::new(0.0, 0.0, 1e4)));
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, V3::from(Vector3::new(0.0, 0.0, 1e4))));
         assert!((lift - 800.0).abs() < 1e-9 && moment.xy().norm() < 1e-9);
         assert!((moment.z - 0.05 * 800.0).abs() < 1e-9, "two rotors stop: {moment}");
     }
@@ -260,7 +270,7 @@ mod tests {
     fn closed_form_the_lower_rotors_get_less() {
         let mut vehicle = coaxial();
         vehicle.options = VehicleOptions::default();
-        let thrust = airframe(&vehicle).mixer.thrusts(800.0, &Vector3::zeros());
+        let thrust = airframe(&vehicle).mixer.thrusts(800.0, V3::from(Vector3::zeros()));
         let upper = 800.0 / (4.0 * (1.0 + 0.6 * 0.6));
         for (i, t) in thrust.iter().enumerate() {
             let wanted = if i % 2 == 0 { 0.6 * upper } else { upper };
@@ -296,7 +306,7 @@ mod tests {
             for vehicle in vehicles() {
                 let mixer = airframe(&vehicle).mixer;
                 for demand in [Vector3::new(x, y, z), Vector3::new(x % 1e4, scale * 1e3, z % 300.0)] {
-                    let thrust = mixer.thrusts(if scale > 0.0 { lift } else { lift % 2e3 }, &demand);
+                    let thrust = mixer.thrusts(if scale > 0.0 { lift } else { lift % 2e3 }, V3::from(demand));
                     for (i, t) in thrust.iter().enumerate() {
                         let top = if i < vehicle.rotors.len() { mixer.thrust_limit_n() } else { 0.0 };
                         prop_assert!((0.0..=top).contains(t), "{thrust:?}");
@@ -311,7 +321,7 @@ mod tests {
             lift in 0.0f64..1700.0, x in -200.0f64..200.0, y in -200.0f64..200.0,
         ) {
             for vehicle in vehicles() {
-                let thrust = airframe(&vehicle).mixer.thrusts(lift, &Vector3::new(x, y, 0.0));
+                let thrust = airframe(&vehicle).mixer.thrusts(lift, V3::from(Vector3::new(x, y, 0.0)));
                 let (_, moment) = lift_and_moment(&vehicle, &thrust);
                 prop_assert!((moment - Vector3::new(x, y, 0.0)).xy().norm() < 1e-9);
             }

@@ -27,6 +27,7 @@ pub mod cascade;
 pub mod controller;
 pub mod free_fall;
 pub mod gains;
+pub mod loops;
 pub mod mixer;
 pub mod position;
 pub mod px4;

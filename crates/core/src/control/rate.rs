@@ -6,41 +6,45 @@
 //!
 //! for roll and pitch; yaw is proportional. The integral is used before its update.
 
-use nalgebra::Vector3;
-
+use super::attitude::within;
 use super::{ControlLimits, Gains};
+use crate::real::Real;
+use crate::vector::V3;
 
 /// State of the rate loop.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct RateLoop {
-    integral: [f64; 2],
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RateLoop<S = f64> {
+    integral: [S; 2],
 }
 
-impl RateLoop {
+impl<S: Real> RateLoop<S> {
+    /// The loop at its beginning, for numbers of a kind of which one is given.
+    pub fn new(kind: S) -> Self {
+        Self { integral: [kind.of(0.0); 2] }
+    }
+
     /// The integrals of roll and pitch rate [rad/s^2].
-    pub fn integral(&self) -> [f64; 2] {
+    pub fn integral(&self) -> [S; 2] {
         self.integral
     }
 
     /// One step: body rates and their setpoint [rad/s] to the angular acceleration [rad/s^2].
+    #[inline(always)]
     pub fn step(
         &mut self,
         gains: &Gains,
         limits: &ControlLimits,
-        omega_body: &Vector3<f64>,
-        rate_sp_body: &Vector3<f64>,
+        omega_body: V3<S>,
+        rate_sp_body: V3<S>,
         dt_s: f64,
-    ) -> Vector3<f64> {
+    ) -> V3<S> {
         let e = rate_sp_body - omega_body;
         let bound = limits.rate_integral_rad_s2;
-        let wanted = Vector3::new(
-            gains.k_pq * e.x + self.integral[0],
-            gains.k_pq * e.y + self.integral[1],
-            gains.k_pr * e.z,
-        );
-        for i in 0..2 {
-            self.integral[i] = (self.integral[i] + gains.k_iq * e[i] * dt_s).min(bound).max(-bound);
-        }
-        wanted
+        let [roll, pitch] = self.integral;
+        self.integral = [
+            within(roll + e.x * gains.k_iq * dt_s, bound),
+            within(pitch + e.y * gains.k_iq * dt_s, bound),
+        ];
+        V3::new(e.x * gains.k_pq + roll, e.y * gains.k_pq + pitch, e.z * gains.k_pr)
     }
 }

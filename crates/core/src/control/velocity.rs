@@ -10,97 +10,101 @@
 //! The vertical has priority. Integrals are used before their update. The horizontal gains are the same in
 //! every direction, so the loop works in NED; in the vertical plane the radial clip is the planar one.
 
-use nalgebra::{Vector2, Vector3};
-
+use super::attitude::within;
 use super::{Airframe, Gains};
 use crate::math;
-use crate::real::straight;
+use crate::real::{Real, straight};
+use crate::vector::V3;
 
 /// State of the velocity loop.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct VelocityLoop {
-    integral_ned: Vector3<f64>,
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VelocityLoop<S = f64> {
+    integral_ned: V3<S>,
 }
 
 /// Setpoint of the velocity loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VelocitySetpoint {
+pub struct VelocitySetpoint<S = f64> {
     /// Velocity, NED [m/s].
-    pub v_ned: Vector3<f64>,
+    pub v_ned: V3<S>,
     /// Acceleration fed forward, NED [m/s^2].
-    pub a_ff_ned: Vector3<f64>,
+    pub a_ff_ned: V3<S>,
 }
 
 /// Output of the velocity loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ThrustVector {
+pub struct ThrustVector<S = f64> {
     /// Acceleration after all limits, NED [m/s^2]; gravity is not part of it.
-    pub acceleration_sp_ned: Vector3<f64>,
+    pub acceleration_sp_ned: V3<S>,
     /// Acceleration that the rotors shall give upwards, `up_s` [m/s^2].
-    pub up_m_s2: f64,
+    pub up_m_s2: S,
 }
 
 /// Bound of the integrals as a multiple of the rotors' largest acceleration. No flight comes near it (the
 /// anti-windup stops the integrals first); it lets the loop recover from a setpoint of absurd size.
 pub(crate) const INTEGRAL_BOUND: f64 = 10.0;
 
-impl VelocityLoop {
+impl<S: Real> VelocityLoop<S> {
+    /// The loop at its beginning, for numbers of a kind of which one is given.
+    pub fn new(kind: S) -> Self {
+        Self { integral_ned: V3::zero(kind) }
+    }
+
     /// The integrals, NED [m/s^2].
-    pub fn integral_ned(&self) -> Vector3<f64> {
+    pub fn integral_ned(&self) -> V3<S> {
         self.integral_ned
     }
 
     /// One step at the velocity `v_ned` [m/s].
+    #[inline(always)]
     pub fn step(
         &mut self,
         airframe: &Airframe,
         gains: &Gains,
         tilt_rad: f64,
-        v_ned: &Vector3<f64>,
-        setpoint: &VelocitySetpoint,
+        v_ned: V3<S>,
+        setpoint: &VelocitySetpoint<S>,
         dt_s: f64,
-    ) -> ThrustVector {
+    ) -> ThrustVector<S> {
         let e = setpoint.v_ned - v_ned;
-        let k_p = Vector3::new(gains.k_pvx, gains.k_pvx, gains.k_pvz);
-        let a = k_p.component_mul(&e) + self.integral_ned + setpoint.a_ff_ned;
-        let up = airframe.gravity_m_s2 - a.z;
-        let up_max = airframe.up_max_m_s2();
-        let up_s = up.min(up_max).max(0.0);
-        let level_max = (up_s * math::tan(tilt_rad)).min((up_max * up_max - up_s * up_s).max(0.0).sqrt());
-        let (level, clipped) = clip_radially(a.xy(), level_max);
-        let bound = INTEGRAL_BOUND * up_max;
-        if !((up > up_max && e.z < 0.0) || (up < 0.0 && e.z > 0.0)) {
-            self.integral_ned.z = (self.integral_ned.z + gains.k_ivz * e.z * dt_s).min(bound).max(-bound);
-        }
-        if !(clipped && a.xy().dot(&e.xy()) > 0.0) {
-            for i in 0..2 {
-                self.integral_ned[i] =
-                    (self.integral_ned[i] + gains.k_ivx * e[i] * dt_s).min(bound).max(-bound);
-            }
-        }
-        ThrustVector {
-            acceleration_sp_ned: Vector3::new(level.x, level.y, airframe.gravity_m_s2 - up_s),
-            up_m_s2: up_s,
-        }
+        let k_p_e = V3::new(e.x * gains.k_pvx, e.y * gains.k_pvx, e.z * gains.k_pvz);
+        let a = k_p_e + self.integral_ned + setpoint.a_ff_ned;
+        let (zero, gravity) = (e.x.of(0.0), e.x.of(airframe.gravity_m_s2));
+        let up_max_m_s2 = airframe.up_max_m_s2();
+        let up_max = zero.of(up_max_m_s2);
+        let up = gravity - a.z;
+        let up_s = up.at_most(up_max).at_least(zero);
+        let rest = (up_max * up_max - up_s * up_s).at_least(zero).sqrt();
+        let level_max = (up_s * math::tan(tilt_rad)).at_most(rest);
+        let length = (a.x * a.x + a.y * a.y).sqrt();
+        let clipped = level_max.less(length);
+        let share = S::select(clipped, level_max / length, zero.of(1.0));
+        let (level_x, level_y) = (a.x * share, a.y * share);
+        let bound = INTEGRAL_BOUND * up_max_m_s2;
+        let held = (up_max.less(up) & e.z.less(zero)) | (up.less(zero) & zero.less(e.z));
+        let old = self.integral_ned;
+        let z = S::select(held, old.z, within(old.z + e.z * gains.k_ivz * dt_s, bound));
+        let held = clipped & zero.less(a.x * e.x + a.y * e.y);
+        let x = S::select(held, old.x, within(old.x + e.x * gains.k_ivx * dt_s, bound));
+        let y = S::select(held, old.y, within(old.y + e.y * gains.k_ivx * dt_s, bound));
+        self.integral_ned = V3::new(x, y, z);
+        let acceleration_sp_ned = V3::new(level_x, level_y, gravity - up_s);
+        ThrustVector { acceleration_sp_ned, up_m_s2: up_s }
     }
 }
 
-/// `a` shortened to the length `limit`, and whether it was longer.
-fn clip_radially(a: Vector2<f64>, limit: f64) -> (Vector2<f64>, bool) {
-    let length = a.norm();
-    if length > limit { (a * (limit / length), true) } else { (a, false) }
-}
-
-impl ThrustVector {
+impl<S: Real> ThrustVector<S> {
     /// Roll and pitch [rad] that put the thrust along the wanted acceleration at the heading `yaw_rad`. In
     /// the plane, `theta_c = atan2(-a_N, up)`; level when nothing is wanted.
-    pub fn roll_pitch(&self, yaw_rad: f64) -> (f64, f64) {
+    #[inline(always)]
+    pub fn roll_pitch(&self, yaw_rad: S) -> (S, S) {
         let (sin, cos) = straight::sin_cos(yaw_rad);
-        let a = &self.acceleration_sp_ned;
+        let (a, zero) = (&self.acceleration_sp_ned, yaw_rad.of(0.0));
         let (ahead, right) = (cos * a.x + sin * a.y, cos * a.y - sin * a.x);
-        if self.up_m_s2 <= 1e-9 && ahead == 0.0 && right == 0.0 {
-            return (0.0, 0.0);
-        }
-        (straight::atan2(right, straight::hypot(ahead, self.up_m_s2)), straight::atan2(-ahead, self.up_m_s2))
+        let wanted =
+            zero.of(1e-9).less(self.up_m_s2) | zero.less(ahead.abs()) | zero.less(right.abs());
+        let roll = right.atan2(straight::hypot(ahead, self.up_m_s2));
+        let pitch = (-ahead).atan2(self.up_m_s2);
+        (S::select(wanted, roll, zero), S::select(wanted, pitch, zero))
     }
 }
