@@ -11,8 +11,7 @@
 use nalgebra::{Matrix3, Vector3};
 
 use crate::math;
-use crate::real::Real;
-use crate::real::straight;
+use crate::real::{Mask as _, Real, straight};
 use crate::vector::V3;
 
 /// A quaternion `[w, x, y, z]`, body to NED; not necessarily of unit length.
@@ -157,8 +156,10 @@ pub fn rotation_vector(q: Quaternion) -> Vector3<f64> {
 }
 
 /// Roll [rad], in (-pi, pi].
-pub fn roll(q: Quaternion) -> f64 {
-    straight::atan2(2.0 * (q[0] * q[1] + q[2] * q[3]), 1.0 - 2.0 * (q[1] * q[1] + q[2] * q[2]))
+#[inline(always)]
+pub fn roll<S: Real>(q: Quaternion<S>) -> S {
+    let one = q[0].of(1.0);
+    ((q[0] * q[1] + q[2] * q[3]) * 2.0).atan2(one - (q[1] * q[1] + q[2] * q[2]) * 2.0)
 }
 
 /// Lateral parts of a quaternion below this are the rounding of planar flight: sums over the rotors cancel to
@@ -167,23 +168,38 @@ const PLANAR_TOLERANCE: f64 = 1e-9;
 
 /// Pitch [rad]. Without lateral motion (`q1 = q3 = 0` but for rounding) it is `2 atan2(q2, q0)`, which counts
 /// through the vertical and beyond, as the paper's planar angle does; otherwise Euler's, within +-pi/2.
-pub fn pitch(q: Quaternion) -> f64 {
-    if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE {
-        2.0 * straight::atan2(q[2], q[0])
-    } else {
-        straight::asin(2.0 * (q[0] * q[2] - q[3] * q[1]))
-    }
+#[inline(always)]
+pub fn pitch<S: Real>(q: Quaternion<S>) -> S {
+    pitch_and_bank(q).0
 }
 
 /// Roll [rad] as a companion of [`pitch`]: zero without lateral motion, also beyond the vertical; otherwise
 /// [`roll`].
-pub fn bank(q: Quaternion) -> f64 {
-    if q[1].abs().max(q[3].abs()) < PLANAR_TOLERANCE { 0.0 } else { roll(q) }
+#[inline(always)]
+pub fn bank<S: Real>(q: Quaternion<S>) -> S {
+    pitch_and_bank(q).1
+}
+
+/// [`pitch`] and [`bank`] [rad].
+#[inline(always)]
+pub fn pitch_and_bank<S: Real>(q: Quaternion<S>) -> (S, S) {
+    let zero = q[0].of(0.0);
+    let planar = q[3].abs().at_least(q[1].abs()).less(zero.of(PLANAR_TOLERANCE));
+    if planar.all() {
+        return (q[2].atan2(q[0]) * 2.0, zero);
+    }
+    let (pitch, roll) = (straight::asin((q[0] * q[2] - q[3] * q[1]) * 2.0), roll(q));
+    if !planar.any() {
+        return (pitch, roll);
+    }
+    (S::select(planar, q[2].atan2(q[0]) * 2.0, pitch), S::select(planar, zero, roll))
 }
 
 /// Angle between the body's up axis and the vertical [rad], in [0, pi].
-pub fn tilt(q: Quaternion) -> f64 {
-    let up_ned = rotate_ned_from_body(q, -Vector3::z());
+#[inline(always)]
+pub fn tilt<S: Real>(q: Quaternion<S>) -> S {
+    let zero = q[0].of(0.0);
+    let up_ned = Turn::of(q).to_ned(-V3::new(zero, zero, zero.of(1.0)));
     straight::acos(-up_ned.z)
 }
 

@@ -57,6 +57,7 @@ pub mod statistics;
 pub mod study;
 pub mod tracking;
 pub mod trends;
+mod watched;
 
 pub use batch::{BatchFlight, BatchMeasure, judge_flights};
 pub use better::{LEAST_DIFFERENCE, clearly_less};

@@ -15,6 +15,7 @@ use super::limits::Limits;
 use super::outcome::{CANOPY_DISTANCE, Outcome};
 use super::power::PowerUse;
 use super::scenario::Scenario;
+use super::watched::{Sight, Watched};
 use crate::frames::{bank, pitch, tilt};
 use crate::model::environment::LocalAir;
 use crate::model::rigid_body::BodyState;
@@ -25,6 +26,7 @@ use crate::sim::limits::{NOT_FINITE, SafetyLimits, StateCost};
 use crate::sim::{Phase, Sample};
 use crate::trajectory::Trajectory;
 use crate::units::DEG_PER_RAD;
+use crate::vector::V3;
 
 /// Peaks of a flight's attitude and rates, with their signs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -181,27 +183,17 @@ struct PlanWatch {
     needs_m: f64,
     /// Whether its end is level or climbs.
     pulls_out: bool,
-    /// Sum of the squares of the velocity's distance from the plan's, and how many.
-    distance2: (f64, u32),
 }
 
 impl PlanWatch {
     fn new(plan: &Trajectory) -> Self {
         let (needs_m, pulls_out) = way_down(plan);
-        Self { plan: plan.clone(), needs_m, pulls_out, distance2: (0.0, 0) }
+        Self { plan: plan.clone(), needs_m, pulls_out }
     }
 
-    /// Takes a velocity [m/s] at a time of the plan [s]; what is not in it does not count.
-    fn observe(&mut self, t_s: f64, v_ned: &Vector3<f64>) {
-        if (0.0..=self.plan.end_s()).contains(&t_s) {
-            self.distance2.0 += (v_ned - self.plan.velocity_ned(t_s)).norm_squared();
-            self.distance2.1 += 1;
-        }
-    }
-
-    /// Root of the mean square of `|v - v_plan|` [m/s].
-    fn rms_m_s(&self) -> f64 {
-        (self.distance2.0 / f64::from(self.distance2.1)).sqrt()
+    /// Its velocity, NED [m/s], at a time that is in it [s].
+    fn v_ned(&self, t_s: f64) -> Option<Vector3<f64>> {
+        (0.0..=self.plan.end_s()).contains(&t_s).then(|| self.plan.velocity_ned(t_s))
     }
 }
 
@@ -232,8 +224,10 @@ fn keep_larger<const N: usize>(peaks: [(&mut f64, f64); N]) {
 #[derive(Clone, Debug)]
 pub struct VerdictBuilder {
     v_cmd_ned: Vector3<f64>,
-    infinite: bool,
-    /// Peaks, steadiness and touches so far; the rest is filled in at the end.
+    watched: Watched<f64>,
+    /// How many samples were in the plan's time.
+    in_plan: u32,
+    /// Touches so far; the rest is filled in at the end.
     verdict: Verdict,
     /// The first sample after the release: time [s] and position.
     first: Option<(f64, Vector3<f64>)>,
@@ -266,7 +260,8 @@ impl VerdictBuilder {
     pub fn judging(limits: Limits, v_cmd_ned: Vector3<f64>) -> Self {
         Self {
             v_cmd_ned,
-            infinite: false,
+            watched: Watched::nothing(0.0),
+            in_plan: 0,
             verdict: Verdict::begun(limits),
             first: None,
             free_p_ned: None,
@@ -366,6 +361,11 @@ impl VerdictBuilder {
         self.grounded.observe(touch.is_some(), body.p_ned.z)
     }
 
+    /// The plan's velocity, NED [m/s], at a time that is in it [s].
+    fn plan_v_ned(&self, t_powered_s: Option<f64>) -> Option<Vector3<f64>> {
+        self.plan.as_ref()?.v_ned(t_powered_s?)
+    }
+
     /// Takes the next sample; what happens under the canopy does not count.
     pub fn observe(&mut self, sample: &Sample) {
         if sample.phase == Phase::Hanging {
@@ -376,40 +376,29 @@ impl VerdictBuilder {
             self.free_p_ned.get_or_insert(body.p_ned);
         }
         let over = self.observe_ground(sample);
-        let cost = StateCost::of_sample(sample, &self.verdict.limits.safety);
-        self.infinite |= cost.max() == f64::INFINITY;
-        let so_far = &mut self.verdict;
-        if !over {
-            so_far.peak_cost = so_far.peak_cost.worse(&cost);
-            so_far.peaks.observe(body);
-            keep_larger([(&mut so_far.peak_vertical_acceleration_m_s2, sample.a_ned.z)]);
-        }
-        let near = (body.v_ned - self.v_cmd_ned).norm() <= so_far.limits.steady_within_m_s;
-        if let Some(canopy) = &sample.canopy {
-            let distance_m = (canopy.state.p_ned - body.p_ned).norm();
-            let least = &mut so_far.outcome.canopy_distance_m;
-            *least = Some(least.map_or(distance_m, |least| least.min(distance_m)));
-        }
+        let limits = &self.verdict.limits;
+        let plan_v_ned = self.plan_v_ned(sample.t_powered_s);
+        let canopy = sample.canopy.as_ref();
+        let now = Sight {
+            motion: &body.motion(),
+            turned_over: sample.turned_over,
+            over,
+            a_down_m_s2: sample.a_ned.z,
+            canopy_m: canopy.map(|canopy| (canopy.state.p_ned - body.p_ned).norm()),
+            powered_s: sample.t_powered_s.filter(|_| sample.phase == Phase::Powered),
+            plan_v_ned: plan_v_ned.map(V3::from),
+        };
+        self.watched.see(&now, &limits.safety, self.v_cmd_ned.into(), limits.steady_within_m_s);
+        self.in_plan += u32::from(plan_v_ned.is_some());
         self.observe_rotors(sample);
         if let Some(power) = &mut self.verdict.power {
             power.observe(sample);
-        }
-        match sample.t_powered_s {
-            // What was steady when it came to the ground stays so.
-            _ if over => {}
-            Some(t) if near && sample.phase == Phase::Powered => {
-                self.verdict.outcome.steady_after_s.get_or_insert(t);
-            }
-            _ => self.verdict.outcome.steady_after_s = None,
         }
         if self.first.is_none() {
             self.first = Some((sample.t_s, body.p_ned));
             let outcome = &mut self.verdict.outcome;
             outcome.release_pitch_deg = Some(pitch(body.q_ned_from_body) * DEG_PER_RAD);
             outcome.release_pitch_rate_deg_s = Some(body.omega_body.y * DEG_PER_RAD);
-        }
-        if let (Some(plan), Some(t_s)) = (&mut self.plan, sample.t_powered_s) {
-            plan.observe(t_s, &body.v_ned);
         }
         if sample.t_powered_s.is_none_or(|t| t <= self.plan_end_s) {
             self.plan_end_p_ned = body.p_ned;
@@ -420,7 +409,7 @@ impl VerdictBuilder {
 
     /// J_TPF of what was observed so far.
     pub fn j_tpf(&self) -> f64 {
-        if self.infinite { f64::INFINITY } else { self.verdict.peak_cost.max() }
+        if self.watched.infinite { f64::INFINITY } else { StateCost::from(self.watched.cost).max() }
     }
 
     /// The verdict; `None` when nothing was observed from the release on.
@@ -428,16 +417,26 @@ impl VerdictBuilder {
         let (last, (_, first_p_ned)) = (self.last?, self.first?);
         let way_ned_m = self.way_before_ned_m + self.plan_end_p_ned - first_p_ned;
         let plan_cut = self.plan.is_some() && self.last_powered_s + STEP_AT_MOST_S < self.plan_end_s;
-        let (j_tpf, Verdict { peak_cost, limits, outcome, peaks, .. }) = (self.j_tpf(), &self.verdict);
+        let (j_tpf, Verdict { limits, outcome, .. }) = (self.j_tpf(), &self.verdict);
+        let Watched { cost, infinite, peaks, tilt_rad, a_down_m_s2, .. } = self.watched;
+        let Watched { canopy_m, steady_from_s, distance2, .. } = self.watched;
+        let (peak_cost, [pitch_rad, pitch_rate_rad_s, roll_rad, roll_rate_rad_s]) = (StateCost::from(cost), peaks);
+        let peaks = Peaks { pitch_rad, pitch_rate_rad_s, roll_rad, roll_rate_rad_s, tilt_rad };
+        let seen = |x: f64| x.is_finite().then_some(x);
         let outcome = Outcome {
             j_tpf,
-            peak_speed_m_s: peak_cost.speed * limits.safety.speed_m_s,
-            tracking_rms_m_s: self.plan.as_ref().map(PlanWatch::rms_m_s),
+            peak_speed_m_s: cost[0] * limits.safety.speed_m_s,
+            steady_after_s: seen(steady_from_s),
+            canopy_distance_m: seen(canopy_m),
+            tracking_rms_m_s: self.plan.as_ref().map(|_| (distance2 / f64::from(self.in_plan)).sqrt()),
             ..peaks.put_into(*outcome)
         };
         let mut verdict = Verdict {
             outcome: outcome.with_way(way_ned_m).with_final_v(last.v_ned),
-            decided_by: if self.infinite { NOT_FINITE } else { peak_cost.decided_by() },
+            peak_cost,
+            decided_by: if infinite { NOT_FINITE } else { peak_cost.decided_by() },
+            peaks,
+            peak_vertical_acceleration_m_s2: a_down_m_s2,
             plan_cut,
             ..self.verdict
         };

@@ -17,8 +17,10 @@
 use std::f64::consts::PI;
 
 use super::record::Sample;
-use crate::frames::{bank, pitch};
+use crate::frames::pitch_and_bank;
 use crate::model::rigid_body::BodyState;
+use crate::real::Real;
+use crate::vector::V3;
 
 /// Name of what decides J_TPF, and is passed, when a state was no number.
 pub const NOT_FINITE: &str = "state is not finite";
@@ -58,16 +60,42 @@ pub struct StateCost {
     pub roll_rate: f64,
 }
 
+/// The parts of J_state: speed, pitch, pitch rate, roll, roll rate, over any [`Real`]; in a flight that has
+/// turned over where the mask holds.
+#[inline(always)]
+pub(crate) fn shares<S: Real>(
+    speed_m_s: S,
+    [pitch_rad, roll_rad]: [S; 2],
+    omega_body: V3<S>,
+    turned_over: S::Mask,
+    limits: &SafetyLimits,
+) -> [S; 5] {
+    let (pi, pitch) = (speed_m_s.of(PI), speed_m_s.of(limits.pitch_rad));
+    let rate = speed_m_s.of(limits.pitch_rate_rad_s);
+    let angle_rad = S::select(pi.less(pitch_rad.abs()), pi, pitch_rad.abs());
+    // An angle that is none stays so.
+    let over = turned_over & angle_rad.less(pi.of(f64::INFINITY));
+    [
+        speed_m_s / pi.of(limits.speed_m_s),
+        S::select(over, pi, angle_rad) / pitch,
+        omega_body.y.abs() / rate,
+        roll_rad.abs() / pitch,
+        omega_body.x.abs() / rate,
+    ]
+}
+
+impl From<[f64; 5]> for StateCost {
+    fn from([speed, pitch, pitch_rate, roll, roll_rate]: [f64; 5]) -> Self {
+        Self { speed, pitch, pitch_rate, roll, roll_rate }
+    }
+}
+
 impl StateCost {
     /// The cost of a state by itself: of a sample of a flight it is [`Self::of_sample`].
     pub fn of(body: &BodyState, limits: &SafetyLimits) -> Self {
-        Self {
-            speed: body.v_ned.norm() / limits.speed_m_s,
-            pitch: pitch_share(pitch(body.q_ned_from_body), limits),
-            pitch_rate: body.omega_body.y.abs() / limits.pitch_rate_rad_s,
-            roll: bank(body.q_ned_from_body).abs() / limits.pitch_rad,
-            roll_rate: body.omega_body.x.abs() / limits.pitch_rate_rad_s,
-        }
+        let (pitch_rad, roll_rad) = pitch_and_bank(body.q_ned_from_body);
+        let (speed_m_s, omega_body) = (body.v_ned.norm(), body.omega_body.into());
+        shares(speed_m_s, [pitch_rad, roll_rad], omega_body, false, limits).into()
     }
 
     /// The cost of a flight's state, which knows whether the flight has turned over.
@@ -108,14 +136,4 @@ impl StateCost {
         if self.max().is_finite() { worst.map_or("", |(name, _)| name) } else { NOT_FINITE }
     }
 
-    /// Each part the larger of the two.
-    pub(crate) fn worse(&self, other: &Self) -> Self {
-        Self {
-            speed: self.speed.max(other.speed),
-            pitch: self.pitch.max(other.pitch),
-            pitch_rate: self.pitch_rate.max(other.pitch_rate),
-            roll: self.roll.max(other.roll),
-            roll_rate: self.roll_rate.max(other.roll_rate),
-        }
-    }
 }
