@@ -2,7 +2,7 @@
 
 use samara_core::assess::{StudyEntry, StudyReference};
 use samara_core::control::{
-    Airframe, Cascade, ControlError, ControlOutput, Controller, Gains, Measurement, Setpoint,
+    Airframe, AsCascade, Cascade, ControlError, ControlOutput, Controller, Gains, Measurement, Setpoint,
 };
 use samara_core::frames::yaw;
 use samara_mission::Mission;
@@ -61,5 +61,9 @@ impl Controller for KeepsHeading {
             *yaw_rad = Some(*self.heading_rad.get_or_insert_with(|| yaw(measurement.q_ned_from_body)));
         }
         self.controller.step(measurement, &setpoint, dt_s)
+    }
+
+    fn as_cascade(&self) -> Option<AsCascade<'_>> {
+        Some(AsCascade { keeps_heading: true, ..self.controller.as_cascade()? })
     }
 }

@@ -5,10 +5,10 @@
 //! effects, each alone, all but each, and all. The trials of each have the same swings, winds and eddies, so
 //! differences are taken trial by trial.
 
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 
 use super::controller::{KeepsHeading, controller};
-use samara_core::assess::{Course, Outcome, Verdict, VerdictBuilder, judge};
+use samara_core::assess::{Course, Outcome, Verdict, VerdictBuilder, Verdicts, judge};
 use samara_core::control::ControlError;
 use samara_core::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use samara_core::sim::{self, Flight, FlightPlan, Reference};
@@ -118,14 +118,9 @@ impl<'a> EffectFlights<'a> {
                 Flight { simulation, controller: Box::new(controller), plan }
             })
             .collect();
-        let mut verdicts: Vec<VerdictBuilder> = flights
-            .iter()
-            .map(|_| VerdictBuilder::judging(limits, target_v_ned).along(trajectory))
-            .collect();
-        sim::fly_many(flights, &mut |i, sample| {
-            verdicts[i].observe(sample);
-            ControlFlow::Continue(())
-        });
-        verdicts.into_iter().map(|verdict| JudgedDrop::of(verdict.finish())).collect()
+        let builder = VerdictBuilder::judging(limits, target_v_ned).along(trajectory);
+        let mut verdicts = Verdicts::by(vec![builder; flights.len()]);
+        sim::fly_many(flights, &mut verdicts);
+        verdicts.finish().into_iter().map(JudgedDrop::of).collect()
     }
 }

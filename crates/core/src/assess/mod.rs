@@ -57,6 +57,7 @@ pub mod statistics;
 pub mod study;
 pub mod tracking;
 pub mod trends;
+mod verdicts;
 mod watched;
 
 pub use batch::{BatchFlight, BatchMeasure, judge_flights};
@@ -74,6 +75,7 @@ pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{Peaks, Verdict, VerdictBuilder, judge, judge_trial, steady_within_m_s};
+pub use verdicts::Verdicts;
 pub use scenario::Scenario;
 pub use statistics::{CONFIDENCE, Share, Summary, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};

@@ -224,9 +224,9 @@ fn keep_larger<const N: usize>(peaks: [(&mut f64, f64); N]) {
 #[derive(Clone, Debug)]
 pub struct VerdictBuilder {
     v_cmd_ned: Vector3<f64>,
-    watched: Watched<f64>,
+    pub(super) watched: Watched<f64>,
     /// How many samples were in the plan's time.
-    in_plan: u32,
+    pub(super) in_plan: u32,
     /// Touches so far; the rest is filled in at the end.
     verdict: Verdict,
     /// The first sample after the release: time [s] and position.
@@ -236,12 +236,12 @@ pub struct VerdictBuilder {
     plan_end_s: f64,
     /// The plan that is flown, and how far from it.
     plan: Option<PlanWatch>,
-    plan_end_p_ned: Vector3<f64>,
+    pub(super) plan_end_p_ned: Vector3<f64>,
     /// Way before the first sample, NED [m].
     way_before_ned_m: Vector3<f64>,
-    last: Option<BodyState>,
+    pub(super) last: Option<BodyState>,
     /// Time of the last sample of powered flight, from t = 0 [s].
-    last_powered_s: f64,
+    pub(super) last_powered_s: f64,
     grounded: Grounded,
     touching: bool,
     /// Vehicle and site whose rotors are watched.
@@ -362,7 +362,7 @@ impl VerdictBuilder {
     }
 
     /// The plan's velocity, NED [m/s], at a time that is in it [s].
-    fn plan_v_ned(&self, t_powered_s: Option<f64>) -> Option<Vector3<f64>> {
+    pub(super) fn plan_v_ned(&self, t_powered_s: Option<f64>) -> Option<Vector3<f64>> {
         self.plan.as_ref()?.v_ned(t_powered_s?)
     }
 
@@ -372,9 +372,7 @@ impl VerdictBuilder {
             return;
         }
         let body = &sample.state.body;
-        if sample.phase == Phase::Powered {
-            self.free_p_ned.get_or_insert(body.p_ned);
-        }
+        self.begin(sample.t_s, sample.phase, body);
         let over = self.observe_ground(sample);
         let limits = &self.verdict.limits;
         let plan_v_ned = self.plan_v_ned(sample.t_powered_s);
@@ -394,17 +392,60 @@ impl VerdictBuilder {
         if let Some(power) = &mut self.verdict.power {
             power.observe(sample);
         }
-        if self.first.is_none() {
-            self.first = Some((sample.t_s, body.p_ned));
-            let outcome = &mut self.verdict.outcome;
-            outcome.release_pitch_deg = Some(pitch(body.q_ned_from_body) * DEG_PER_RAD);
-            outcome.release_pitch_rate_deg_s = Some(body.omega_body.y * DEG_PER_RAD);
-        }
-        if sample.t_powered_s.is_none_or(|t| t <= self.plan_end_s) {
+        if self.is_up_to_plans_end(sample.t_powered_s) {
             self.plan_end_p_ned = body.p_ned;
         }
         self.last = Some(*body);
         self.last_powered_s = sample.t_powered_s.unwrap_or(self.last_powered_s);
+    }
+
+    /// Whether a sample in a phase begins something: what is observed, or powered flight.
+    pub(super) fn is_to_begin(&self, phase: Phase) -> bool {
+        self.first.is_none() || (phase == Phase::Powered && self.free_p_ned.is_none())
+    }
+
+    /// Takes the first sample's time [s] and state, and the state in which the rotors were freed.
+    pub(super) fn begin(&mut self, t_s: f64, phase: Phase, body: &BodyState) {
+        if phase == Phase::Powered {
+            self.free_p_ned.get_or_insert(body.p_ned);
+        }
+        if self.first.is_none() {
+            self.first = Some((t_s, body.p_ned));
+            let outcome = &mut self.verdict.outcome;
+            outcome.release_pitch_deg = Some(pitch(body.q_ned_from_body) * DEG_PER_RAD);
+            outcome.release_pitch_rate_deg_s = Some(body.omega_body.y * DEG_PER_RAD);
+        }
+    }
+
+    /// Whether a time of powered flight [s] is not after the plan's end.
+    pub(super) fn is_up_to_plans_end(&self, t_powered_s: Option<f64>) -> bool {
+        t_powered_s.is_none_or(|t| t <= self.plan_end_s)
+    }
+
+    /// Whether the vehicle is on the ground, or has come there and not left it.
+    pub(super) fn is_at_the_ground(&self) -> bool {
+        self.touching || self.grounded != Grounded::default()
+    }
+
+    /// Whether what it looks for at each sample is the same as the other does, and is seen in [`Watched`].
+    pub(super) fn watches_as(&self, other: &Self) -> bool {
+        let plan = |builder: &Self| builder.plan.as_ref().map(|plan| plan.plan.clone());
+        self.disks.is_none()
+            && self.verdict.power.is_none()
+            && self.limits() == other.limits()
+            && self.v_cmd_ned == other.v_cmd_ned
+            && self.plan_end_s == other.plan_end_s
+            && plan(self) == plan(other)
+    }
+
+    /// Limits that it judges by.
+    pub(super) fn limits(&self) -> &Limits {
+        &self.verdict.limits
+    }
+
+    /// Velocity that is to be reached, NED [m/s].
+    pub(super) fn v_cmd_ned(&self) -> Vector3<f64> {
+        self.v_cmd_ned
     }
 
     /// J_TPF of what was observed so far.

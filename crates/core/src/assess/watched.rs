@@ -2,9 +2,9 @@
 //!
 //! [`super::safety`] makes its verdict of it, of one flight or of flights side by side.
 
-use crate::frames::{Quaternion, pitch_and_bank, tilt};
+use crate::frames::{pitch_and_bank, tilt};
 use crate::model::rigid_body::Motion;
-use crate::real::{Mask as _, Real};
+use crate::real::Real;
 use crate::sim::limits::{SafetyLimits, shares};
 use crate::vector::V3;
 

@@ -12,7 +12,7 @@ use super::attitude::within;
 use super::loops::{Demand, Loops};
 use super::velocity::VelocitySetpoint;
 use super::{
-    Airframe, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement, Setpoint,
+    Airframe, AsCascade, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement, Setpoint,
 };
 use crate::frames::{LEVEL, Quaternion, yaw};
 use crate::model::rigid_body::Motion;
@@ -48,9 +48,10 @@ impl Held {
 }
 
 /// Beyond this size no angle, speed or rate means anything; products of such numbers stay finite.
-const LARGEST_INPUT: f64 = 1e9;
+pub(crate) const LARGEST_INPUT: f64 = 1e9;
 
-fn finite(numbers: &[f64]) -> bool {
+/// Whether all are of a physical size.
+pub(crate) fn finite(numbers: &[f64]) -> bool {
     numbers.iter().all(|x| x.abs() <= LARGEST_INPUT)
 }
 
@@ -209,6 +210,10 @@ impl Controller for Cascade {
 
     fn cascade_settings(&self) -> Option<&ControlSettings> {
         Some(&self.settings)
+    }
+
+    fn as_cascade(&self) -> Option<AsCascade<'_>> {
+        Some(AsCascade { settings: &self.settings, keeps_heading: false })
     }
 }
 

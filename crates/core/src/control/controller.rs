@@ -151,6 +151,21 @@ pub trait Controller: CloneController + std::fmt::Debug + Send + Sync {
     fn cascade_settings(&self) -> Option<&ControlSettings> {
         None
     }
+
+    /// The cascade that does from its reset on what this controller does, where there is one: flights under
+    /// it can be flown side by side.
+    fn as_cascade(&self) -> Option<AsCascade<'_>> {
+        None
+    }
+}
+
+/// A cascade in the place of a controller.
+#[derive(Clone, Copy, Debug)]
+pub struct AsCascade<'a> {
+    /// Its settings.
+    pub settings: &'a ControlSettings,
+    /// Whether it holds the heading at which it is first asked for a velocity without one.
+    pub keeps_heading: bool,
 }
 
 /// Copies a controller whose type is not known. Every controller that is [`Clone`] has it.

@@ -3,12 +3,13 @@
 
 use super::ControlSettings;
 use super::attitude::rate_setpoint;
+use super::cascade::LARGEST_INPUT;
 use super::rate::RateLoop;
 use super::velocity::{VelocityLoop, VelocitySetpoint};
 use crate::frames::{Quaternion, quaternion_from_euler};
 use crate::model::MAX_ROTORS;
 use crate::model::rigid_body::Motion;
-use crate::real::Real;
+use crate::real::{Mask as _, Real};
 use crate::vector::V3;
 
 /// States of velocity and rate loop.
@@ -98,5 +99,59 @@ impl<S: Real> Loops<S> {
         let acceleration_sp_ned = V3::zero(limit);
         let q_sp = motion.q_ned_from_body;
         Demand { acceleration_sp_ned, collective_n, q_sp, rate_sp_body, thrust_n, throttle }
+    }
+}
+
+/// Cascades of flights side by side from their reset on, each of which does what
+/// [`Cascade`](super::Cascade) does under velocity setpoints.
+#[derive(Clone, Debug)]
+pub struct Cascades<S: Real> {
+    settings: ControlSettings,
+    loops: Loops<S>,
+    throttle: [S; MAX_ROTORS],
+}
+
+impl<S: Real> Cascades<S> {
+    /// Cascades at their beginning, for numbers of a kind of which one is given.
+    pub fn new(settings: ControlSettings, kind: S) -> Self {
+        Self { settings, loops: Loops::new(kind), throttle: [kind.of(0.0); MAX_ROTORS] }
+    }
+
+    /// The throttle commands of the last step, 0..1.
+    pub fn throttle(&self) -> &[S; MAX_ROTORS] {
+        &self.throttle
+    }
+
+    /// One step to a finite velocity at a heading [rad] of those that are asked for one; the motors of the
+    /// others stand. Where the motion is not finite, integrals and commands stay.
+    #[inline(always)]
+    pub fn step(
+        &mut self,
+        asked: S::Mask,
+        motion: &Motion<S>,
+        setpoint: &VelocitySetpoint<S>,
+        yaw_rad: S,
+        dt_s: f64,
+    ) {
+        let zero = yaw_rad.of(0.0);
+        if !asked.any() {
+            self.throttle = [zero; MAX_ROTORS];
+            return;
+        }
+        let Motion { q_ned_from_body: [q0, q1, q2, q3], v_ned: v, omega_body: w } = *motion;
+        // The next number after the largest.
+        let beyond = zero.of(LARGEST_INPUT.next_up());
+        let mut flies = asked;
+        for number in [q0, q1, q2, q3, v.x, v.y, v.z, w.x, w.y, w.z] {
+            flies = flies & number.abs().less(beyond);
+        }
+        let mut loops = self.loops;
+        let demand = loops.track(&self.settings, motion, setpoint, yaw_rad, dt_s);
+        self.loops.velocity.take(flies, &loops.velocity);
+        self.loops.rate.take(flies, &loops.rate);
+        for (throttle, now) in self.throttle.iter_mut().zip(demand.throttle) {
+            let held = S::select(asked, *throttle, zero);
+            *throttle = S::select(flies, now, held);
+        }
     }
 }

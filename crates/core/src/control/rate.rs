@@ -28,6 +28,14 @@ impl<S: Real> RateLoop<S> {
         self.integral
     }
 
+    /// Becomes the other where the mask holds.
+    #[inline(always)]
+    pub(super) fn take(&mut self, mask: S::Mask, other: &Self) {
+        for (integral, now) in self.integral.iter_mut().zip(other.integral) {
+            *integral = S::select(mask, now, *integral);
+        }
+    }
+
     /// One step: body rates and their setpoint [rad/s] to the angular acceleration [rad/s^2].
     #[inline(always)]
     pub fn step(

@@ -55,6 +55,12 @@ impl<S: Real> VelocityLoop<S> {
         self.integral_ned
     }
 
+    /// Becomes the other where the mask holds.
+    #[inline(always)]
+    pub(super) fn take(&mut self, mask: S::Mask, other: &Self) {
+        self.integral_ned = V3::select(mask, other.integral_ned, self.integral_ned);
+    }
+
     /// One step at the velocity `v_ned` [m/s].
     #[inline(always)]
     pub fn step(

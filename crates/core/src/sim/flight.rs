@@ -14,7 +14,7 @@ use super::record::Sample;
 use crate::control::px4::Law;
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use crate::control::{Controller, Measurement, Setpoint};
-use crate::model::{MAX_ROTORS, PerRotor};
+use crate::model::MAX_ROTORS;
 use crate::trajectory::Trajectory;
 
 /// Velocities to follow, from t = 0.
@@ -88,6 +88,30 @@ impl<'a> FlightPlan<'a> {
         }
     }
 
+    /// What a controller is asked for; without a velocity level attitude, and no thrust.
+    pub(super) fn asked(&self, velocity: Option<(Vector3<f64>, Vector3<f64>)>) -> Setpoint {
+        let yaw_rad = self.yaw_sp_rad;
+        velocity.map_or(Setpoint::MOTORS_OFF, |(v_ned, a_ff_ned)| Setpoint::Velocity {
+            v_ned,
+            a_ff_ned,
+            yaw_rad,
+        })
+    }
+
+    /// Whether this plan asks for the same velocities as the other, at the same times.
+    pub(super) fn asks_as(&self, other: &Self) -> bool {
+        let times = |plan: &Self| (plan.setpoint_period_s, plan.velocity_from_s);
+        times(self) == times(other)
+            && match (self.reference, other.reference) {
+                (Reference::Step(a), Reference::Step(b)) => a == b,
+                (
+                    Reference::Plan { trajectory, then_v_ned, feed_forward },
+                    Reference::Plan { trajectory: along, then_v_ned: then, feed_forward: fed },
+                ) => std::ptr::eq(trajectory, along) && then_v_ned == then && feed_forward == fed,
+                _ => false,
+            }
+    }
+
     /// How many control periods the flight has.
     pub fn steps(&self) -> u64 {
         // `as u64` saturates: NaN and negatives give 0.
@@ -103,137 +127,19 @@ impl<'a> FlightPlan<'a> {
     /// The setpoint in force now, as [`Self::setpoint_at`]; `None` before the velocity setpoints are taken
     /// up.
     fn velocity_now(&self, sim: &DropSimulation) -> Option<(Vector3<f64>, Vector3<f64>)> {
-        let t_s = sim.time_powered_s().filter(|_| sim.phase() == Phase::Powered)?;
+        self.velocity_at(sim.time_powered_s(), sim.phase())
+    }
+
+    /// The setpoint in force at a time of powered flight [s], in a phase of the drop.
+    pub(super) fn velocity_at(
+        &self,
+        t_powered_s: Option<f64>,
+        phase: Phase,
+    ) -> Option<(Vector3<f64>, Vector3<f64>)> {
+        let t_s = t_powered_s.filter(|_| phase == Phase::Powered)?;
         // Powered flight may begin a rounding early.
         (t_s > self.velocity_from_s - 1e-9).then(|| self.setpoint_at(t_s))
     }
-}
-
-/// A flight that is to be flown.
-#[derive(Clone, Debug)]
-pub struct Flight<'a> {
-    /// The drop.
-    pub simulation: DropSimulation,
-    /// What flies it.
-    pub controller: Box<dyn Controller>,
-    /// How it is flown.
-    pub plan: FlightPlan<'a>,
-}
-
-impl Flight<'_> {
-    /// Whether it can be flown step by step beside the other.
-    fn keeps_step_with(&self, other: &Self) -> bool {
-        let steps = |flight: &Self| (flight.plan.control_period_s, flight.plan.steps());
-        steps(self) == steps(other)
-    }
-
-    /// The setpoint now, and the throttle commands under it.
-    fn control(&mut self, drop: &DropSimulation) -> (Option<Vector3<f64>>, PerRotor) {
-        let velocity = self.plan.velocity_now(drop);
-        let asked = asked(velocity, &self.plan);
-        let measured = Measurement::from(&drop.state().body);
-        let output = self.controller.step(&measured, &asked, self.plan.control_period_s);
-        (velocity.map(|(v_ned, _)| v_ned), output.throttle)
-    }
-}
-
-/// What a controller is asked for; without a velocity level attitude, and no thrust.
-fn asked(velocity: Option<(Vector3<f64>, Vector3<f64>)>, plan: &FlightPlan<'_>) -> Setpoint {
-    velocity.map_or(Setpoint::MOTORS_OFF, |(v_ned, a_ff_ned)| Setpoint::Velocity {
-        v_ned,
-        a_ff_ned,
-        yaw_rad: plan.yaw_sp_rad,
-    })
-}
-
-/// Fewer flights than this are flown one by one: eight side by side take as long as so many.
-const LEAST_ABREAST: usize = 3;
-
-/// Flies flights as [`fly`] does each of them, to the bit, eight side by side where they may be
-/// ([`Abreast`]): `observe` gets the number of the flight, from 0, with each of its samples, those of one
-/// flight in order; where it breaks off, that flight's are over.
-///
-/// [`Abreast`]: super::drop::abreast::Abreast
-pub fn fly_many(flights: Vec<Flight<'_>>, observe: &mut impl FnMut(usize, &Sample) -> ControlFlow<()>) {
-    let mut left = flights.into_iter();
-    let mut begin = 0;
-    while left.len() > 0 {
-        let group: Vec<Flight<'_>> = left.by_ref().take(ABREAST).collect();
-        let count = group.len();
-        for (i, mut flight) in abreast(group, &mut |i, sample| observe(begin + i, sample)) {
-            let Flight { simulation, controller, plan } = &mut flight;
-            let _ = fly(simulation, &mut **controller, plan, &mut |sample| observe(begin + i, sample));
-        }
-        begin += count;
-    }
-}
-
-/// How many flights fly side by side.
-pub const ABREAST: usize = 8;
-
-/// Flies a group of flights side by side; gives back, with their numbers, those that it does not fly.
-#[cfg(target_arch = "x86_64")]
-fn abreast<'a>(
-    group: Vec<Flight<'a>>,
-    observe: &mut impl FnMut(usize, &Sample) -> ControlFlow<()>,
-) -> Vec<(usize, Flight<'a>)> {
-    use super::drop::abreast::Abreast;
-    use crate::simd::lanes::LANES;
-    const _: () = assert!(LANES == ABREAST);
-
-    let count = group.len();
-    let alike = group.iter().all(|flight| flight.keeps_step_with(&group[0]));
-    if count < LEAST_ABREAST || !alike {
-        return group.into_iter().enumerate().collect();
-    }
-    let mut group = group;
-    // Lanes that are left over fly the first flight, which nobody looks at.
-    while group.len() < LANES {
-        group.push(group[0].clone());
-    }
-    let drops = group.iter().map(|flight| flight.simulation.clone()).collect();
-    let Ok(mut abreast) = Abreast::of(drops) else {
-        group.truncate(count);
-        return group.into_iter().enumerate().collect();
-    };
-    group.iter_mut().for_each(|flight| flight.controller.reset());
-    let (dt_s, steps) = (group[0].plan.control_period_s, group[0].plan.steps());
-    let mut throttle = [[0.0; MAX_ROTORS]; LANES];
-    let mut goes_on = [true; LANES];
-    for _ in 0..steps {
-        let rows: [_; LANES] = std::array::from_fn(|i| {
-            let drop = &abreast.drops()[i];
-            let (v_sp_ned, commands) = group[i].control(drop);
-            throttle[i] = commands;
-            (drop.row_start(), v_sp_ned)
-        });
-        abreast.step(&throttle, dt_s);
-        for (i, (row, v_sp_ned)) in rows.into_iter().enumerate().take(count) {
-            if goes_on[i] {
-                let sample = row.sample(abreast.loads()[i], &throttle[i], v_sp_ned);
-                goes_on[i] = observe(i, &sample).is_continue();
-            }
-        }
-        if !goes_on[..count].contains(&true) {
-            return Vec::new();
-        }
-    }
-    for (i, (flight, drop)) in group.iter().zip(abreast.drops()).enumerate().take(count) {
-        if goes_on[i] {
-            let v_sp_ned = flight.plan.velocity_now(drop).map(|(v_ned, _)| v_ned);
-            let _ = observe(i, &drop.sample(&throttle[i], v_sp_ned));
-        }
-    }
-    Vec::new()
-}
-
-/// Without registers of that kind none flies beside another.
-#[cfg(not(target_arch = "x86_64"))]
-fn abreast<'a>(
-    group: Vec<Flight<'a>>,
-    _observe: &mut impl FnMut(usize, &Sample) -> ControlFlow<()>,
-) -> Vec<(usize, Flight<'a>)> {
-    group.into_iter().enumerate().collect()
 }
 
 /// Flies: `observe` gets the state at each control step with the command computed there, and the final state
@@ -262,7 +168,7 @@ pub fn fly_by(
     controller.reset();
     for _ in 0..plan.steps() {
         let velocity = setpoint(sim);
-        let asked = asked(velocity, plan);
+        let asked = plan.asked(velocity);
         throttle = controller.step(&Measurement::from(&sim.state().body), &asked, dt_s).throttle;
         let row = sim.row_start();
         let loads = sim.step(&throttle, dt_s);

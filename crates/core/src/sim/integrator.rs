@@ -20,8 +20,15 @@ const MOST_STEPS: f64 = 1000.0;
 
 /// In how many equal steps a time `dt_s` is integrated, none longer than `longest_s` but by rounding.
 pub fn steps_in(dt_s: f64, longest_s: f64) -> u32 {
-    // `as u32` saturates: NaN gives 0.
-    ((dt_s / longest_s - 1e-9).ceil().min(MOST_STEPS) as u32).max(1)
+    many_steps_in(dt_s, longest_s) as u32
+}
+
+/// [`steps_in`] as a number, over any [`Real`].
+#[inline(always)]
+pub fn many_steps_in<S: Real>(dt_s: f64, longest_s: S) -> S {
+    let (one, most) = (longest_s.of(1.0), longest_s.of(MOST_STEPS));
+    let steps = longest_s.of(dt_s) / longest_s - 1e-9;
+    (-(-steps).floor()).at_most(most).at_least(one)
 }
 
 /// State of the vehicle with its rotors.

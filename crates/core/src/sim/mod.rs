@@ -11,6 +11,7 @@
 //! | [`limits`], [`turning_over`] | safety limits, a state's share of them; turning over |
 //! | [`faults`] | faults by name: what fails, when, and what that makes of motors and release |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
+//! | [`many`] | many flights, eight side by side where they may be |
 //! | [`two_bodies`] | vehicle and canopy under one riser, and the canopy after the release |
 //! | [`ground`] | what a vehicle stands on |
 //! | [`battery`], [`electric_battery`] | what the rotors take, of a store of energy; of a pack on a bus |
@@ -28,6 +29,7 @@ pub mod flight;
 pub mod ground;
 pub mod integrator;
 pub mod limits;
+pub mod many;
 pub mod planar;
 pub mod plant;
 pub mod record;
@@ -60,9 +62,10 @@ pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, PARAMETER, ReleaseCause};
 pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};
-pub use flight::{ABREAST, Flight, FlightPlan, Reference, fly, fly_by, fly_many};
+pub use flight::{FlightPlan, Reference, fly, fly_by};
 pub use ground::Ground;
 pub use integrator::PlantState;
+pub use many::{ABREAST, Flight, Watch, fly_many};
 pub use limits::{SafetyLimits, StateCost};
 pub use plant::PlantKind;
 pub use record::Sample;

@@ -202,6 +202,11 @@ impl Plant {
 
     /// What acts in a stage.
     pub(super) fn acted(&self, stage: &Stage<f64>) -> Loads {
+        self.acted_in(stage, self.environment.wind_ned_m_s)
+    }
+
+    /// What acts in a stage in this wind, NED [m/s].
+    pub(super) fn acted_in(&self, stage: &Stage<f64>, wind_ned: Vector3<f64>) -> Loads {
         let balance = ForceBalance {
             ground_force_ned: stage.ground[0].into(),
             ground_moment_body: stage.ground[1].into(),
@@ -214,7 +219,7 @@ impl Plant {
             Some(found) => found.at_charge(battery.charge()),
             None => battery.at_rest(),
         });
-        Loads { a_ned, wind_ned: self.environment.wind_ned_m_s, balance, bus }
+        Loads { a_ned, wind_ned, balance, bus }
     }
 
     /// What the vehicle flies in, its rotors held or free.

@@ -31,6 +31,11 @@ impl TurningOver {
         self.over
     }
 
+    /// Whether the up axis was above the horizon at the last attitude.
+    pub(super) fn was_upright(&self) -> bool {
+        self.side.is_none()
+    }
+
     /// Whether the flight has turned over so far.
     pub fn is_over(&self) -> bool {
         self.over

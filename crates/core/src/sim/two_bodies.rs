@@ -11,7 +11,9 @@ use std::f64::consts::TAU;
 
 use nalgebra::{Complex, Vector3};
 
-use super::integrator::{Craft, CraftRate, Derivative, PlantState, Workspace, runge_kutta_4_of, steps_in};
+use super::integrator::{
+    Craft, CraftRate, Derivative, PlantState, Workspace, many_steps_in, runge_kutta_4_of,
+};
 use super::plant::{Loads, Plant};
 use super::stage::{Stages, Surroundings, Turning};
 use crate::frames::{quaternion_from_euler, rotate_body_from_ned, rotate_ned_from_body};
@@ -20,7 +22,7 @@ use crate::model::canopy::{self as model, CanopyState, Pull, Riser, Suspension};
 use crate::model::environment::LocalAir;
 use crate::model::rigid_body::{BodyState, Motion};
 use crate::model::{Environment, Parachute, PerRotor, Vehicle};
-use crate::real::Real;
+use crate::real::{Mask as _, Real};
 use crate::simd::{Kernel, vectorised};
 use crate::vector::V3;
 
@@ -138,13 +140,23 @@ impl CanopyFlight {
 
     /// Pull of what holds the vehicle.
     pub(super) fn pull(&self, body: &BodyState) -> Pull {
-        let canopy = [self.state.p_ned.into(), self.state.v_ned.into()];
+        self.pull_at(body, &self.state)
+    }
+
+    fn pull_at(&self, body: &BodyState, canopy: &CanopyState) -> Pull {
+        let canopy = [canopy.p_ned.into(), canopy.v_ned.into()];
         self.around().pull(body.p_ned.into(), &body.motion(), canopy)
     }
 
     /// The canopy now, above a vehicle in this state.
     pub(super) fn sample(&self, body: &BodyState) -> CanopySample {
-        CanopySample { state: self.state, tension_n: self.pull(body).tension_n }
+        self.sampled(body, self.state.p_ned, self.state.v_ned)
+    }
+
+    /// The canopy at a position and velocity, NED [m, m/s], above a vehicle in this state.
+    pub(super) fn sampled(&self, body: &BodyState, p_ned: Vector3<f64>, v_ned: Vector3<f64>) -> CanopySample {
+        let state = CanopyState { p_ned, v_ned };
+        CanopySample { state, tension_n: self.pull_at(body, &state).tension_n }
     }
 
     /// What acts on the vehicle, rotors locked or free.
@@ -184,18 +196,18 @@ impl CanopyFlight {
     }
 
     /// In how many steps a time is integrated from `t_s` on [s].
-    pub(super) fn steps(&self, plant: &Plant, t_s: f64, dt_s: f64) -> u32 {
-        let airspeed_m_s = (self.state.v_ned - self.wind_ned).norm();
-        let density = plant.environment().density_kg_m3;
-        // A canopy that fills slows down faster at the end of the step than at its beginning, or later.
-        let drag =
-            [t_s, t_s + dt_s].map(|t| self.suspension.canopy.drag_rate_per_s(density, airspeed_m_s, t));
-        let mut longest_s = DAMPING_STEP / drag[0].max(drag[1]);
-        if self.line.is_some() {
-            let (riser, damper) = self.suspension.riser_rates_per_s(self.confluence_per_kg, t_s);
-            longest_s = longest_s.min(RISER_STEP_RAD / riser).min(DAMPING_STEP / damper);
+    fn steps(&self, plant: &Plant, t_s: f64, dt_s: f64) -> f64 {
+        self.lengths(plant).steps((self.state.v_ned - self.wind_ned).norm(), t_s, dt_s)
+    }
+
+    /// What the lengths of its steps depend on.
+    pub(super) fn lengths<'a>(&'a self, plant: &Plant) -> StepLengths<'a> {
+        StepLengths {
+            suspension: &self.suspension,
+            density_kg_m3: plant.environment().density_kg_m3,
+            held_per_kg: self.line.map(|_| self.confluence_per_kg),
+            most_s: plant.longest_free_step_s(),
         }
-        steps_in(dt_s, longest_s.min(plant.longest_free_step_s()))
     }
 
     /// Advances vehicle and canopy by `dt_s` [s] from `t_s` on under throttle commands, rotors locked or
@@ -211,7 +223,7 @@ impl CanopyFlight {
         plant.follow_air(state);
         self.air.follow(plant.environment(), self.state.p_ned.z);
         plant.begin_step(throttle, &state.rotor_speed, locked);
-        let mut steps = self.steps(plant, t_s, dt_s);
+        let mut steps = self.steps(plant, t_s, dt_s) as u32;
         if !locked {
             steps = steps.max(plant.rotor_steps(dt_s));
         }
@@ -244,7 +256,6 @@ impl CanopyFlight {
 
     /// Advances the canopy alone by `dt_s` [s] from `t_s` on.
     pub(super) fn step(&mut self, plant: &Plant, (t_s, dt_s): (f64, f64)) {
-        let most = self.steps(plant, t_s, dt_s);
         let CanopyState { p_ned, v_ned } = self.state;
         let mut body = CanopyBody {
             p_ned: p_ned.into(),
@@ -252,21 +263,20 @@ impl CanopyFlight {
             impulse_ned: self.impulse_ned.into(),
             wind_ned: self.wind_ned.into(),
         };
-        let (canopy, site) = (&self.suspension.canopy, plant.environment());
-        let (from_s, steps, air) = (t_s, f64::from(most), &mut self.air);
-        vectorised(LooseSteps { canopy, site, air, body: &mut body, from_s, dt_s, steps, most });
+        let (lengths, site) = (self.lengths(plant), plant.environment());
+        let mut air = self.air;
+        vectorised(LooseSteps { lengths, site, air: &mut air, body: &mut body, from_s: t_s, dt_s });
+        self.air = air;
         self.state = CanopyState { p_ned: body.p_ned.into(), v_ned: body.v_ned.into() };
         self.meet_ground(plant);
     }
 
-    /// A canopy that comes to the ground lies there; whether it does.
-    pub(super) fn meet_ground(&mut self, plant: &Plant) -> bool {
-        let Some(ground) = plant.ground().filter(|ground| self.state.p_ned.z >= ground.down_m) else {
-            return false;
-        };
-        self.state.p_ned.z = ground.down_m;
-        self.state.v_ned = Vector3::zeros();
-        true
+    /// A canopy that comes to the ground lies there.
+    fn meet_ground(&mut self, plant: &Plant) {
+        if let Some(ground) = plant.ground().filter(|ground| self.state.p_ned.z >= ground.down_m) {
+            self.state.p_ned.z = ground.down_m;
+            self.state.v_ned = Vector3::zeros();
+        }
     }
 }
 
@@ -274,6 +284,36 @@ impl CanopyFlight {
 #[inline(always)]
 fn at<S: Real>(canopy: &model::Canopy, [p_ned, momentum, _]: &Canopy<S>, t_s: S) -> [V3<S>; 2] {
     [*p_ned, *momentum / canopy.inertia_kg(t_s)]
+}
+
+/// What the lengths of the steps of canopies depend on.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct StepLengths<'a> {
+    suspension: &'a Suspension,
+    /// Density of the air at the site [kg/m^3].
+    density_kg_m3: f64,
+    /// [`Suspension::confluence_per_kg`] of what hangs from it; `None`: nothing does.
+    held_per_kg: Option<f64>,
+    /// No step is longer than this [s].
+    most_s: f64,
+}
+
+impl StepLengths<'_> {
+    /// In how many steps a time `dt_s` [s] is integrated from `t_s` on [s], at an airspeed [m/s].
+    #[inline(always)]
+    fn steps<S: Real>(&self, airspeed_m_s: S, t_s: S, dt_s: f64) -> S {
+        let canopy = &self.suspension.canopy;
+        // A canopy that fills slows down faster at the end of the step than at its beginning, or later.
+        let drag = canopy.drag_rate_per_s(self.density_kg_m3, airspeed_m_s, t_s);
+        let later = canopy.drag_rate_per_s(self.density_kg_m3, airspeed_m_s, t_s + dt_s);
+        let damping = t_s.of(DAMPING_STEP);
+        let mut longest_s = damping / drag.at_least(later);
+        if let Some(per_kg) = self.held_per_kg {
+            let (riser, damper) = self.suspension.riser_rates_per_s(per_kg, t_s);
+            longest_s = longest_s.at_most(t_s.of(RISER_STEP_RAD) / riser).at_most(damping / damper);
+        }
+        many_steps_in(dt_s, longest_s.at_most(t_s.of(self.most_s)))
+    }
 }
 
 /// A canopy: where it is, how it moves, what it has taken, and the wind there, over any [`Real`].
@@ -387,13 +427,13 @@ impl<S: Real, T: Turning<S>> Derivative<S, (Craft<S>, Canopy<S>)> for HeldStages
     }
 }
 
-/// Steps of vehicles and canopies in the same stages, rotors locked: of each as many equal ones as are said.
+/// Steps of vehicles and canopies in the same stages, rotors locked, of each as many equal ones as it needs.
 pub(super) struct HeldSteps<'a, S: Real, T> {
     pub(super) around: Surroundings<'a, S>,
     /// The air about the vehicles, which goes with them, as that about the canopies does.
     pub(super) air: &'a mut LocalAir<S>,
     pub(super) turning: &'a T,
-    pub(super) canopy: &'a model::Canopy,
+    pub(super) lengths: StepLengths<'a>,
     pub(super) line: Option<&'a Riser>,
     pub(super) canopy_air: &'a mut LocalAir<S>,
     pub(super) craft: &'a mut Craft<S>,
@@ -404,11 +444,9 @@ pub(super) struct HeldSteps<'a, S: Real, T> {
     pub(super) workspace: &'a mut Workspace<S, (Craft<S>, Canopy<S>)>,
     /// Bus voltage from which it is searched [V].
     pub(super) near_v: S,
-    /// Time at the beginning [s], length of all steps together [s], how many they are, and the most of that.
+    /// Time at the beginning, and length of all steps together [s].
     pub(super) from_s: S,
     pub(super) dt_s: f64,
-    pub(super) steps: S,
-    pub(super) most: u32,
 }
 
 impl<S: Real, T: Turning<S>> Kernel for HeldSteps<'_, S, T> {
@@ -416,15 +454,21 @@ impl<S: Real, T: Turning<S>> Kernel for HeldSteps<'_, S, T> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { around, air, turning, canopy, line, canopy_air, craft, body, stages, .. } = self;
+        let Self { around, air, turning, lengths, line, canopy_air, craft, body, stages, .. } = self;
+        let canopy = &lengths.suspension.canopy;
         let [first, others] = stages;
         air.follow(around.site, craft.p_ned.z);
         canopy_air.follow(around.site, body.p_ned.z);
         let around = Surroundings { air, ..around };
         let its = CanopyAround { canopy, line, wind_ned: body.wind_ned, air: canopy_air };
-        let h = self.steps.of(self.dt_s) / self.steps;
-        for k in 0..self.most {
+        let steps = lengths.steps((body.v_ned - body.wind_ned).norm(), self.from_s, self.dt_s);
+        let h = steps.of(self.dt_s) / steps;
+        for k in 0.. {
             let k_s = h.of(f64::from(k));
+            let goes_on = k_s.less(steps);
+            if !goes_on.any() {
+                break;
+            }
             let from_s = self.from_s + k_s * h;
             let (bodies, workspace) = (&mut *self.bodies, &mut *self.workspace);
             (bodies.0, bodies.1) = (*craft, body.as_integrated(canopy, from_s));
@@ -432,7 +476,6 @@ impl<S: Real, T: Turning<S>> Kernel for HeldSteps<'_, S, T> {
             stages.begin(self.near_v);
             HeldStep { around, turning, canopy: its, bodies, stages, workspace, from_s, dt_s: h }.run();
             let bodies = &mut *self.bodies;
-            let goes_on = k_s.less(self.steps);
             let [p_ned, v_ned] = at(canopy, &bodies.1, from_s + h);
             bodies.0.settle();
             craft.take(goes_on, &bodies.0);
@@ -443,17 +486,15 @@ impl<S: Real, T: Turning<S>> Kernel for HeldSteps<'_, S, T> {
     }
 }
 
-/// Steps of canopies that hold nothing: of each as many equal ones as are said.
+/// Steps of canopies that hold nothing, of each as many equal ones as it needs.
 pub(super) struct LooseSteps<'a, S: Real> {
-    pub(super) canopy: &'a model::Canopy,
+    pub(super) lengths: StepLengths<'a>,
     pub(super) site: &'a Environment,
     pub(super) air: &'a mut LocalAir<S>,
     pub(super) body: &'a mut CanopyBody<S>,
-    /// Time at the beginning [s], length of all steps together [s], how many they are, and the most of that.
+    /// Time at the beginning, and length of all steps together [s].
     pub(super) from_s: S,
     pub(super) dt_s: f64,
-    pub(super) steps: S,
-    pub(super) most: u32,
 }
 
 impl<S: Real> Kernel for LooseSteps<'_, S> {
@@ -461,16 +502,21 @@ impl<S: Real> Kernel for LooseSteps<'_, S> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { canopy, site, air, body, .. } = self;
+        let Self { lengths, site, air, body, .. } = self;
+        let canopy = &lengths.suspension.canopy;
         air.follow(site, body.p_ned.z);
         let around = CanopyAround { canopy, line: None, wind_ned: body.wind_ned, air };
-        let h = self.steps.of(self.dt_s) / self.steps;
-        for k in 0..self.most {
+        let steps = lengths.steps((body.v_ned - body.wind_ned).norm(), self.from_s, self.dt_s);
+        let h = steps.of(self.dt_s) / steps;
+        for k in 0.. {
             let k_s = h.of(f64::from(k));
+            let goes_on = k_s.less(steps);
+            if !goes_on.any() {
+                break;
+            }
             let from_s = self.from_s + k_s * h;
             let mut integrated = body.as_integrated(canopy, from_s);
             LooseStep { around, site, canopy: &mut integrated, from_s, dt_s: h }.run();
-            let goes_on = k_s.less(self.steps);
             let [p_ned, v_ned] = at(canopy, &integrated, from_s + h);
             body.p_ned = V3::select(goes_on, p_ned, body.p_ned);
             body.v_ned = V3::select(goes_on, v_ned, body.v_ned);

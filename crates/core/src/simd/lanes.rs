@@ -171,6 +171,14 @@ impl Masks {
     pub fn lane(self, i: usize) -> bool {
         Lanes(self.0).as_array()[i].is_sign_negative()
     }
+
+    /// Changes the outcome of one.
+    #[inline(always)]
+    pub fn set_lane(&mut self, i: usize, outcome: bool) {
+        let mut bits = Lanes(self.0);
+        bits.as_array_mut()[i] = f64::from_bits(if outcome { u64::MAX } else { 0 });
+        self.0 = bits.0;
+    }
 }
 
 impl Mask for Masks {

@@ -160,9 +160,10 @@ impl Canopy {
     }
 
     /// Rate at which drag takes the canopy's speed through the air away [1/s], at that speed [m/s].
-    pub fn drag_rate_per_s(&self, density_kg_m3: f64, airspeed_m_s: f64, t_s: f64) -> f64 {
-        let area_m2 = self.drag_area_m2 * self.filling(t_s).drag_area;
-        density_kg_m3 * area_m2 * airspeed_m_s / self.inertia_kg(t_s)
+    #[inline(always)]
+    pub fn drag_rate_per_s<S: Real>(&self, density_kg_m3: f64, airspeed_m_s: S, t_s: S) -> S {
+        let area_m2 = self.filling(t_s).drag_area * self.drag_area_m2;
+        area_m2 * density_kg_m3 * airspeed_m_s / self.inertia_kg(t_s)
     }
 }
 

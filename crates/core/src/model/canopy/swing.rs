@@ -27,6 +27,7 @@ use nalgebra::{Complex, Vector3};
 use super::super::rigid_body::{BodyState, MassProperties};
 use super::super::{Environment, MAX_ROTORS, ModelError, Vehicle, check};
 use super::Suspension;
+use crate::real::Real;
 use crate::frames::LEVEL;
 
 /// Steady descents faster than this are none [m/s].
@@ -150,9 +151,10 @@ impl Suspension {
     /// Highest angular frequency of the riser between both bodies at `t_s` from the beginning of the hang
     /// [rad/s], and the rate at which its damper acts [1/s], of a vehicle with this
     /// [`Self::confluence_per_kg`].
-    pub fn riser_rates_per_s(&self, confluence_per_kg: f64, t_s: f64) -> (f64, f64) {
-        let per_kg = confluence_per_kg + 1.0 / self.canopy.inertia_kg(t_s);
-        ((self.riser.stiffness_n_m * per_kg).sqrt(), self.riser.damping_n_s_m * per_kg)
+    #[inline(always)]
+    pub fn riser_rates_per_s<S: Real>(&self, confluence_per_kg: f64, t_s: S) -> (S, S) {
+        let per_kg = t_s.of(1.0) / self.canopy.inertia_kg(t_s) + confluence_per_kg;
+        ((per_kg * self.riser.stiffness_n_m).sqrt(), per_kg * self.riser.damping_n_s_m)
     }
 }
 

@@ -160,6 +160,9 @@ impl WindCourse {
         each[0].wind.courses(site, each.map(Self::site_wind_ned), numbers)
     }
 
+}
+
+impl<const N: usize> WindCourse<N> {
     /// How much more the mean wind is `to_down_m` below the local origin than `from_down_m` below it, NED
     /// [m/s]: gusts and turbulence are the same at both.
     pub fn difference_ned(&self, from_down_m: f64, to_down_m: f64) -> Vector3<f64> {

@@ -4,22 +4,26 @@
 //! that flies one ([`super::super::stage`], [`super::super::two_bodies`]); what is done once a step - phases,
 //! clocks, charge - is each drop's own. A step in which they are not all in the same phase, or a motion that
 //! is prescribed, is made by each of them alone.
+//!
+//! The drops themselves are brought up to date only where somebody looks at them.
 
 use nalgebra::Vector3;
 
 use super::super::integrator::{Craft, PlantState, Workspace};
 use super::super::plant::Loads;
+use super::super::record::{RowStart, Sample};
 use super::super::ring;
 use super::super::stage::{Commanded, FreeStep, Stage, Stages, Surroundings};
 use super::super::two_bodies::{Canopy, CanopyBody, HeldSteps, LooseSteps};
 use super::{BOUNDARY_TOLERANCE_S, DropSimulation, Phase, Start};
+use crate::frames::Turn;
 use crate::model::environment::LocalAir;
+use crate::model::rigid_body::{Motion, MotionRate};
 use crate::model::supply::Bus;
 use crate::model::vehicle::FlightRate;
 use crate::model::wind::WindCourse;
-use crate::model::rigid_body::{Motion, MotionRate};
 use crate::model::{MAX_ROTORS, PerRotor};
-use crate::real::Real as _;
+use crate::real::{Mask as _, Real as _};
 use crate::simd::lanes::{Avx2, LANES, Lanes, Masks};
 use crate::simd::{Kernel, vectorised};
 use crate::vector::V3;
@@ -28,6 +32,8 @@ use crate::vector::V3;
 #[derive(Debug)]
 pub struct Abreast {
     drops: Vec<DropSimulation>,
+    /// Whether the drops are as what flies is.
+    is_current: bool,
     /// The wind of all of them, where it changes, and when its t = 0 is [s].
     wind: Option<(WindCourse<LANES>, f64)>,
     craft: Craft<Lanes>,
@@ -36,6 +42,8 @@ pub struct Abreast {
     throttle: [Lanes; MAX_ROTORS],
     deviations: Option<[Lanes; MAX_ROTORS]>,
     canopy: Option<(CanopyBody<Lanes>, LocalAir<Lanes>)>,
+    /// Whether the last step's forces are those in the first of the room's stages.
+    is_of_room: bool,
     loads: Vec<Loads>,
     room: Box<Room>,
 }
@@ -58,6 +66,41 @@ enum Together {
     Free { locked: bool },
 }
 
+/// The drops before a step, for samples of it.
+#[derive(Clone, Debug)]
+pub struct Before {
+    /// What samples begin with, where the drops are not all in powered flight.
+    rows: Option<Vec<RowStart>>,
+    craft: Craft<Lanes>,
+    canopy_p_ned: Option<[V3<Lanes>; 2]>,
+    turned_over: [bool; LANES],
+    /// Charges of the batteries, as shares of the full ones.
+    charge: [f64; LANES],
+    /// Time [s], time of powered flight [s] and phase of all drops, where they are the same.
+    common: Option<(f64, Option<f64>, Phase)>,
+}
+
+/// Samples of drops side by side at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Samples<'a> {
+    /// Time since the simulation began [s].
+    pub t_s: f64,
+    /// Time since the rotors were freed [s]; negative before; `None` while the release is not known.
+    pub t_powered_s: Option<f64>,
+    /// Phase of the drops.
+    pub phase: Phase,
+    /// Bodies and rotors.
+    pub craft: &'a Craft<Lanes>,
+    /// Acceleration, NED [m/s^2].
+    pub a_ned: V3<Lanes>,
+    /// Force of the ground, down [N].
+    pub ground_down_n: Lanes,
+    /// Positions of the canopies, NED [m], where they are bodies of their own.
+    pub canopy_p_ned: Option<V3<Lanes>>,
+    /// Which drops have turned over.
+    pub turned_over: [bool; LANES],
+}
+
 impl Abreast {
     /// The drops side by side; given back where they cannot fly so: these are not eight drops of one vehicle
     /// at one site that have not begun, rotors are started or motors fail, the thrusts are ideal, or the
@@ -68,8 +111,6 @@ impl Abreast {
         let none = V3::zero(zero);
         let motion = Motion { q_ned_from_body: [zero; 4], v_ned: none, omega_body: none };
         let air = LocalAir::about(drops[0].environment(), zero);
-        let loads = drops.iter().map(DropSimulation::loads).collect();
-        let canopy = drops[0].canopy.map(|_| (CanopyBody::nowhere(zero), air));
         let craft = Craft { p_ned: none, motion, rotor_speed: [zero; MAX_ROTORS] };
         let bodies = (craft, [none; 3]);
         let room = Box::new(Room {
@@ -79,57 +120,142 @@ impl Abreast {
             both: Workspace::of(&bodies),
         });
         let mut abreast = Self {
-            room,
+            is_current: true,
             wind,
             craft,
             air,
             wind_ned: none,
             throttle: [zero; MAX_ROTORS],
             deviations: None,
-            canopy,
-            loads,
+            canopy: drops[0].canopy.map(|_| (CanopyBody::nowhere(zero), air)),
+            is_of_room: false,
+            loads: drops.iter().map(DropSimulation::loads).collect(),
+            room,
             drops,
         };
         abreast.load();
         Ok(abreast)
     }
 
-    /// The drops.
-    pub fn drops(&self) -> &[DropSimulation] {
+    /// A zero of their kind of number.
+    pub fn zero(&self) -> Lanes {
+        let mut zero = self.craft.p_ned.x;
+        *zero.as_array_mut() = [0.0; LANES];
+        zero
+    }
+
+    /// The drops, as they are now.
+    pub fn drops(&mut self) -> &[DropSimulation] {
+        self.bring_up_to_date();
         &self.drops
     }
 
-    /// The drops, for keeps.
-    pub fn into_drops(self) -> Vec<DropSimulation> {
-        self.drops
+    /// Bodies and rotors.
+    pub fn craft(&self) -> &Craft<Lanes> {
+        &self.craft
     }
 
-    /// What acted on each vehicle at the beginning of the last step.
-    pub fn loads(&self) -> &[Loads] {
-        &self.loads
+    /// Time [s], time of powered flight [s] and phase of all drops, where they are the same.
+    pub fn common(&self) -> Option<(f64, Option<f64>, Phase)> {
+        let of_one = |drop: &DropSimulation| (drop.time_s(), drop.time_powered_s(), drop.phase);
+        let first = of_one(&self.drops[0]);
+        self.drops.iter().all(|drop| of_one(drop) == first).then_some(first)
+    }
+
+    /// The drops now, for samples of the next step.
+    pub fn before(&mut self) -> Before {
+        let common = self.common();
+        let powered = common.is_some_and(|(_, _, phase)| phase == Phase::Powered);
+        let rows = (!powered).then(|| self.drops().iter().map(DropSimulation::row_start).collect());
+        let canopy_p_ned = self.canopy.as_ref().map(|(body, _)| [body.p_ned, body.v_ned]);
+        let turned_over = std::array::from_fn(|i| self.drops[i].has_turned_over());
+        let charge = std::array::from_fn(|i| self.drops[i].battery().map_or(0.0, |b| b.charge()));
+        Before { rows, craft: self.craft, canopy_p_ned, turned_over, charge, common }
+    }
+
+    /// Samples of the last step, before which the drops were so; `None` where not all were at one time in one
+    /// phase, or each moved alone.
+    pub fn samples<'a>(&self, before: &'a Before) -> Option<Samples<'a>> {
+        let (t_s, t_powered_s, phase) = before.common.filter(|_| self.is_of_room)?;
+        let first = self.room.stages[0].first();
+        Some(Samples {
+            t_s,
+            t_powered_s,
+            phase,
+            craft: &before.craft,
+            a_ned: first.rate.motion.v_dot_ned,
+            ground_down_n: first.ground[0].z,
+            canopy_p_ned: before.canopy_p_ned.map(|[p_ned, _]| p_ned),
+            turned_over: before.turned_over,
+        })
+    }
+
+    /// The sample of one drop (from 0) of the last step.
+    pub fn sample(
+        &self,
+        before: &Before,
+        i: usize,
+        throttle: &PerRotor,
+        v_sp_ned: Option<Vector3<f64>>,
+    ) -> Sample {
+        let drop = &self.drops[i];
+        let row = match &before.rows {
+            Some(rows) => rows[i],
+            None => {
+                let (t_s, t_powered_s, phase) =
+                    before.common.unwrap_or((drop.time_s(), drop.time_powered_s(), drop.phase));
+                let state = PlantState::from(&craft_of(&before.craft, i));
+                let canopy = before.canopy_p_ned.map(|canopy| canopy.map(|of_all| vector(&of_all, i)));
+                let canopy = canopy.zip(drop.canopy.as_ref());
+                let canopy = canopy.map(|([p_ned, v_ned], loose)| loose.sampled(&state.body, p_ned, v_ned));
+                let turned_over = before.turned_over[i];
+                RowStart { t_s, t_powered_s, phase, state, canopy, esc: None, turned_over }
+            }
+        };
+        let mut loads = self.loads[i];
+        if self.is_of_room {
+            let stage = stage_of(self.room.stages[0].first(), i);
+            loads = drop.plant.acted_in(&stage, vector(&self.wind_ned, i));
+            if let Some(bus) = &mut loads.bus {
+                bus.charge = before.charge[i];
+            }
+        }
+        row.sample(loads, throttle, v_sp_ned)
     }
 
     /// Advances each drop by `dt_s` [s], as [`DropSimulation::step`] does, under throttle commands of its
     /// own.
-    pub fn step(&mut self, throttle: &[PerRotor; LANES], dt_s: f64) {
+    pub fn step(&mut self, throttle: &[Lanes; MAX_ROTORS], dt_s: f64) {
         let dt_s = if dt_s.is_finite() { dt_s } else { 0.0 };
-        for (drop, throttle) in self.drops.iter_mut().zip(throttle) {
-            drop.command(throttle);
-        }
+        self.throttle = vectorised(Taken(throttle));
         if dt_s > 0.0 {
             self.meet_wind(dt_s);
         }
-        match self.together(dt_s) {
+        let together = self.together(dt_s);
+        self.is_of_room = together.is_some();
+        match together {
             Some(Together::Held) => self.fly_held(dt_s),
             Some(Together::Free { locked }) => self.fly_free(locked, dt_s),
             None => {
-                for (drop, loads) in self.drops.iter_mut().zip(&mut self.loads) {
+                self.bring_up_to_date();
+                for (i, (drop, loads)) in self.drops.iter_mut().zip(&mut self.loads).enumerate() {
+                    drop.command(&numbers(&self.throttle, i));
                     *loads = drop.advance(dt_s).unwrap_or_else(|| drop.loads());
                 }
                 self.load();
             }
         }
-        self.drops.iter_mut().for_each(DropSimulation::observe_turning);
+        self.observe_turning();
+    }
+
+    /// Looks at the attitudes after a step: those of upright drops that were upright tell nothing.
+    fn observe_turning(&mut self) {
+        let upright = vectorised(Upright(&self.craft));
+        for (i, drop) in self.drops.iter_mut().enumerate() {
+            if drop.released.is_some() && !(upright && drop.turning.was_upright()) {
+                drop.turning.observe(numbers(&self.craft.motion.q_ned_from_body, i));
+            }
+        }
     }
 
     /// How all drops move in the step of `dt_s` [s] that begins now, where it is the same way.
@@ -154,16 +280,13 @@ impl Abreast {
         }
     }
 
-    /// Takes the states of the drops.
+    /// Takes the drops as they are.
     fn load(&mut self) {
+        self.is_current = true;
         for (i, drop) in self.drops.iter().enumerate() {
             set_craft(&mut self.craft, i, &Craft::from(&drop.state));
             set_vector(&mut self.wind_ned, i, &drop.environment().wind_ned_m_s);
         }
-        self.load_canopies();
-    }
-
-    fn load_canopies(&mut self) {
         let Some((body, _)) = &mut self.canopy else { return };
         for (i, canopy) in self.drops.iter().filter_map(|drop| drop.canopy.as_ref()).enumerate() {
             for (vector, now) in [
@@ -177,38 +300,56 @@ impl Abreast {
         }
     }
 
+    /// The drops become as what flies is.
+    fn bring_up_to_date(&mut self) {
+        if std::mem::replace(&mut self.is_current, true) {
+            return;
+        }
+        for (i, drop) in self.drops.iter_mut().enumerate() {
+            drop.state = PlantState::from(&craft_of(&self.craft, i));
+            drop.throttle = numbers(&self.throttle, i);
+            drop.plant.set_wind_ned(vector(&self.wind_ned, i));
+            drop.plant.set_thrust_deviations(self.deviations.as_ref().map(|all| numbers(all, i)));
+            if let (Some((body, _)), Some(canopy)) = (&self.canopy, &mut drop.canopy) {
+                canopy.state.p_ned = vector(&body.p_ned, i);
+                canopy.state.v_ned = vector(&body.v_ned, i);
+                canopy.impulse_ned = vector(&body.impulse_ned, i);
+                canopy.wind_ned = vector(&body.wind_ned, i);
+            }
+        }
+    }
+
     /// Meets the wind of a step of `dt_s` [s].
     fn meet_wind(&mut self, dt_s: f64) {
         let Some((course, t0_s)) = &mut self.wind else { return };
         let t_s = self.drops[0].clock.time_s - *t0_s;
-        let Motion { v_ned, .. } = &self.craft.motion;
-        let (down_m, v_ned) = (self.craft.p_ned.z.as_array(), [v_ned.x, v_ned.y, v_ned.z]);
-        let v_ned = [*v_ned[0].as_array(), *v_ned[1].as_array(), *v_ned[2].as_array()];
-        let (wind, drawn) = vectorised(Blow { course, t_s, dt_s, down_m, v_ned: &v_ned });
-        let mirrored = course.ring_is_mirrored();
-        for (i, drop) in self.drops.iter_mut().enumerate() {
-            drop.set_wind_ned(Vector3::new(wind[0][i], wind[1][i], wind[2][i]));
-            set_vector(&mut self.wind_ned, i, &drop.environment().wind_ned_m_s);
-            if let (Some((body, _)), Some(canopy)) = (&mut self.canopy, &drop.canopy) {
-                set_vector(&mut body.wind_ned, i, &canopy.wind_ned);
+        let (down_m, v) = (*self.craft.p_ned.z.as_array(), &self.craft.motion.v_ned);
+        let v_ned = [*v.x.as_array(), *v.y.as_array(), *v.z.as_array()];
+        let (wind_ned, drawn) = vectorised(Blow { course, t_s, dt_s, down_m: &down_m, v_ned: &v_ned });
+        self.is_current = false;
+        let wind = [&mut self.wind_ned.x, &mut self.wind_ned.y, &mut self.wind_ned.z];
+        for (wind, now) in wind.into_iter().zip(wind_ned) {
+            *wind.as_array_mut() = now;
+        }
+        if let Some((body, _)) = &mut self.canopy {
+            for i in 0..LANES {
+                let difference = course.difference_ned(down_m[i], body.p_ned.z.as_array()[i]);
+                set_vector(&mut body.wind_ned, i, &(vector(&self.wind_ned, i) + difference));
             }
         }
         let Some(drawn) = drawn else { return };
-        let mut numbers = self.throttle;
-        for (number, drawn) in numbers.iter_mut().zip(&drawn) {
-            *number.as_array_mut() = *drawn;
-        }
-        let powered = self.drops.iter().all(|drop| drop.phase == Phase::Powered);
-        self.deviations = powered.then(|| {
+        let mirrored = course.ring_is_mirrored();
+        if self.drops.iter().all(|drop| drop.phase == Phase::Powered) {
             let around = surroundings(&self.drops[0], &self.air, self.wind_ned, None);
-            vectorised(Deviate { around, craft: &self.craft, drawn: &numbers, mirrored })
-        });
-        for (i, drop) in self.drops.iter_mut().enumerate() {
-            let deviations = match &self.deviations {
-                Some(all) => Some(all.map(|of_rotor| of_rotor.as_array()[i])),
-                None => drop.deviations(&drawn.map(|drawn| drawn[i]), mirrored),
-            };
-            drop.plant.set_thrust_deviations(deviations);
+            let (craft, drawn) = (&self.craft, &drawn);
+            self.deviations = Some(vectorised(Deviate { around, craft, drawn, mirrored }));
+        } else {
+            self.deviations = None;
+            self.bring_up_to_date();
+            for (i, drop) in self.drops.iter_mut().enumerate() {
+                let deviations = drop.deviations(&drawn.map(|drawn| drawn[i]), mirrored);
+                drop.plant.set_thrust_deviations(deviations);
+            }
         }
     }
 
@@ -222,25 +363,27 @@ impl Abreast {
         voltages
     }
 
-    fn load_throttle(&mut self) {
+    /// Times since the simulations began [s].
+    fn times_s(&self) -> Lanes {
+        let mut times_s = self.craft.p_ned.x;
         for (i, drop) in self.drops.iter().enumerate() {
-            for (throttle, now) in self.throttle.iter_mut().zip(&drop.throttle) {
-                throttle.as_array_mut()[i] = *now;
-            }
+            times_s.as_array_mut()[i] = drop.clock.time_s;
         }
+        times_s
     }
 
     /// A step of `dt_s` [s] of vehicles that nothing holds, and of canopies that hold nothing.
     fn fly_free(&mut self, locked: bool, dt_s: f64) {
         self.fly_canopies(dt_s);
-        self.load_throttle();
+        self.is_current = false;
         let plant = &self.drops[0].plant;
         let steps = if locked { 1 } else { plant.rotor_steps(dt_s) };
         let h = dt_s / f64::from(steps);
         for k in 0..steps {
             let [open_v, near_v] = self.voltages();
             let Self { drops, craft, air, wind_ned, throttle, deviations, room, .. } = self;
-            let Room { stages: [stages, _], alone: workspace, .. } = &mut **room;
+            let Room { stages, alone: workspace, .. } = &mut **room;
+            let stages = &mut stages[usize::from(k > 0)];
             let (first, before) = (&drops[0], *air);
             let deviations = deviations.as_ref().filter(|_| !locked);
             let drawn = vectorised(Fly {
@@ -253,10 +396,7 @@ impl Abreast {
                 near_v,
                 dt_s: h,
             });
-            if k == 0 {
-                self.take_loads();
-            }
-            let near_v = self.room.stages[0].near_v;
+            let near_v = self.room.stages[usize::from(k > 0)].near_v;
             for (i, drop) in self.drops.iter_mut().enumerate() {
                 let [charge_c, energy_j] = drawn.map(|number| number.as_array()[i]);
                 drop.plant.take(charge_c, energy_j, near_v.as_array()[i]);
@@ -267,50 +407,30 @@ impl Abreast {
 
     /// A step of `dt_s` [s] of canopies that hold nothing.
     fn fly_canopies(&mut self, dt_s: f64) {
-        if self.canopy.is_none() {
-            return;
-        }
-        let (steps, most, from_s) = self.canopy_steps(dt_s);
-        let Some((body, air)) = &mut self.canopy else { return };
-        let first = &self.drops[0];
-        let (site, canopy) = (first.environment(), first.canopy.as_ref());
-        let Some(suspension) = canopy.map(|canopy| &canopy.suspension) else { return };
-        vectorised(LooseSteps { canopy: &suspension.canopy, site, air, body, from_s, dt_s, steps, most });
-        self.store_canopies();
+        let from_s = self.times_s();
+        let (first, Some((body, air))) = (&self.drops[0], &mut self.canopy) else { return };
+        let Some(canopy) = &first.canopy else { return };
+        let (lengths, site) = (canopy.lengths(&first.plant), first.environment());
+        vectorised(LooseSteps { lengths, site, air, body, from_s, dt_s });
+        self.ground_canopies();
     }
 
-    /// In how many steps each canopy's motion is integrated, the most of them, and the times from which on
-    /// [s].
-    fn canopy_steps(&self, dt_s: f64) -> (Lanes, u32, Lanes) {
-        let (mut steps, mut from_s, mut most) = (self.craft.p_ned.x, self.craft.p_ned.x, 1);
-        for (i, drop) in self.drops.iter().enumerate() {
-            let now_s = drop.clock.time_s;
-            let of_one = drop.canopy.as_ref().map_or(1, |canopy| canopy.steps(&drop.plant, now_s, dt_s));
-            steps.as_array_mut()[i] = f64::from(of_one);
-            from_s.as_array_mut()[i] = now_s;
-            most = most.max(of_one);
-        }
-        (steps, most, from_s)
-    }
-
-    fn store_canopies(&mut self) {
-        let Some((body, _)) = &mut self.canopy else { return };
-        for (i, drop) in self.drops.iter_mut().enumerate() {
-            let Some(canopy) = &mut drop.canopy else { continue };
-            canopy.state.p_ned = vector(&body.p_ned, i);
-            canopy.state.v_ned = vector(&body.v_ned, i);
-            canopy.impulse_ned = vector(&body.impulse_ned, i);
-            if canopy.meet_ground(&drop.plant) {
-                set_vector(&mut body.p_ned, i, &canopy.state.p_ned);
-                set_vector(&mut body.v_ned, i, &canopy.state.v_ned);
+    /// Canopies that come to the ground lie there.
+    fn ground_canopies(&mut self) {
+        let (Some(ground), Some((body, _))) = (self.drops[0].ground(), &mut self.canopy) else { return };
+        for i in 0..LANES {
+            if body.p_ned.z.as_array()[i] >= ground.down_m {
+                body.p_ned.z.as_array_mut()[i] = ground.down_m;
+                set_vector(&mut body.v_ned, i, &Vector3::zeros());
             }
         }
     }
 
     /// A step of `dt_s` [s] of vehicles and canopies in the same stages, rotors locked.
     fn fly_held(&mut self, dt_s: f64) {
-        let (steps, most, from_s) = self.canopy_steps(dt_s);
+        let from_s = self.times_s();
         let [open_v, near_v] = self.voltages();
+        self.is_current = false;
         let Self { drops, craft, air, wind_ned, throttle, canopy, room, .. } = self;
         let Some((body, canopy_air)) = canopy else { return };
         let (first, before) = (&drops[0], *air);
@@ -320,7 +440,7 @@ impl Abreast {
             around: surroundings(first, &before, *wind_ned, None),
             air,
             turning: &first.plant.commanded(throttle, open_v, true),
-            canopy: &hung.suspension.canopy,
+            lengths: hung.lengths(&first.plant),
             line: hung.line.as_ref(),
             canopy_air,
             craft,
@@ -331,30 +451,20 @@ impl Abreast {
             near_v,
             from_s,
             dt_s,
-            steps,
-            most,
         });
-        self.take_loads();
-        self.store_canopies();
+        self.ground_canopies();
         self.end(dt_s);
     }
 
-    /// What acted on each vehicle at the beginning of a step.
-    fn take_loads(&mut self) {
-        let stage = self.room.stages[0].first();
-        for (i, (drop, loads)) in self.drops.iter().zip(&mut self.loads).enumerate() {
-            *loads = drop.plant.acted(&stage_of(stage, i));
-        }
-    }
-
-    /// The drops take their states after a step of `dt_s` [s], and enter their next phases.
+    /// The drops go on by a step of `dt_s` [s], and enter their next phases.
     fn end(&mut self, dt_s: f64) {
         let before = self.drops[0].phase;
-        for (i, drop) in self.drops.iter_mut().enumerate() {
-            drop.state = PlantState::from(&craft_of(&self.craft, i));
-            drop.clock.advance(dt_s);
-            drop.cross_boundary();
+        self.drops.iter_mut().for_each(|drop| drop.clock.advance(dt_s));
+        if before == Phase::Powered {
+            return;
         }
+        self.bring_up_to_date();
+        self.drops.iter_mut().for_each(DropSimulation::cross_boundary);
         // What a release changes.
         if self.drops.iter().any(|drop| drop.phase != before) {
             self.load();
@@ -412,7 +522,7 @@ impl Kernel for Blow<'_> {
 struct Deviate<'a> {
     around: Surroundings<'a, Lanes>,
     craft: &'a Craft<Lanes>,
-    drawn: &'a [Lanes; MAX_ROTORS],
+    drawn: &'a [[f64; LANES]; MAX_ROTORS],
     mirrored: bool,
 }
 
@@ -422,9 +532,44 @@ impl Kernel for Deviate<'_> {
     #[inline(always)]
     fn run(self) -> Self::Output {
         let Self { around, craft, drawn, mirrored } = self;
+        let mut numbers = craft.rotor_speed;
+        for (number, drawn) in numbers.iter_mut().zip(drawn) {
+            *number.as_array_mut() = *drawn;
+        }
         let ambient = around.ambient(craft.p_ned);
         let mean_n = around.vehicle.thrusts_n(&ambient, &craft.motion, &craft.rotor_speed);
-        ring::deviations(drawn, mirrored, (around.vehicle, &ambient), &craft.motion, &mean_n)
+        ring::deviations(&numbers, mirrored, (around.vehicle, &ambient), &craft.motion, &mean_n)
+    }
+}
+
+/// Throttle commands as they are taken.
+struct Taken<'a>(&'a [Lanes; MAX_ROTORS]);
+
+impl Kernel for Taken<'_> {
+    type Output = [Lanes; MAX_ROTORS];
+
+    #[inline(always)]
+    fn run(self) -> Self::Output {
+        let mut taken = *self.0;
+        for throttle in &mut taken {
+            *throttle = throttle.at_least(throttle.of(0.0)).at_most(throttle.of(1.0));
+        }
+        taken
+    }
+}
+
+/// Whether no vehicle's up axis is below the horizon.
+struct Upright<'a>(&'a Craft<Lanes>);
+
+impl Kernel for Upright<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let zero = self.0.p_ned.x.of(0.0);
+        let up_body = -V3::new(zero, zero, zero.of(1.0));
+        let up_ned = Turn::of(self.0.motion.q_ned_from_body).to_ned(up_body);
+        !zero.less(up_ned.z).any()
     }
 }
 

@@ -1,0 +1,241 @@
+//! Eight flights side by side: who flies them, and what is asked of them.
+
+use std::ops::ControlFlow;
+
+use nalgebra::Vector3;
+
+use super::super::drop::abreast::Abreast;
+use super::super::integrator::Craft;
+use super::{ABREAST, Flight, Watch};
+use crate::control::cascade::finite;
+use crate::control::loops::Cascades;
+use crate::control::velocity::VelocitySetpoint;
+use crate::control::{AsCascade, Measurement};
+use crate::frames::yaw;
+use crate::model::{MAX_ROTORS, PerRotor};
+use crate::real::Real as _;
+use crate::simd::lanes::{LANES, Lanes};
+use crate::simd::{Kernel, vectorised};
+use crate::vector::V3;
+
+const _: () = assert!(LANES == ABREAST);
+
+/// Fewer flights than this are flown one by one: eight side by side take as long as so many.
+const LEAST: usize = 3;
+
+/// Velocity [m/s] and fed-forward acceleration [m/s^2], NED, that are asked for.
+type Velocity = Option<(Vector3<f64>, Vector3<f64>)>;
+
+/// Eight flights side by side.
+struct Group<'a> {
+    flights: Vec<Flight<'a>>,
+    abreast: Abreast,
+    pilots: Pilots,
+    /// Whether the same is asked of all at all times.
+    is_along_one: bool,
+    /// Commands as they were given.
+    throttle: [Lanes; MAX_ROTORS],
+}
+
+/// What flies the vehicles.
+enum Pilots {
+    /// Cascades side by side.
+    Cascades(Box<Heading>),
+    /// Each flight's controller.
+    Each,
+}
+
+/// Cascades with the headings that they hold.
+struct Heading {
+    cascades: Cascades<Lanes>,
+    /// Headings [rad], and whose are known.
+    yaw_rad: Lanes,
+    known: [bool; LANES],
+    /// The last setpoint that was finite.
+    setpoint: Option<VelocitySetpoint<Lanes>>,
+}
+
+/// Flies a group of flights, the first of the number `begin`; gives them back where it does not.
+pub(super) fn fly<'a>(
+    mut flights: Vec<Flight<'a>>,
+    begin: usize,
+    watch: &mut impl Watch,
+) -> Vec<Flight<'a>> {
+    let count = flights.len();
+    let in_step = |flight: &Flight<'_>| (flight.plan.control_period_s, flight.plan.steps());
+    if count < LEAST || flights.iter().any(|flight| in_step(flight) != in_step(&flights[0])) {
+        return flights;
+    }
+    // Lanes that are left over fly the first flight, which nobody looks at.
+    while flights.len() < LANES {
+        flights.push(flights[0].clone());
+    }
+    let drops = flights.iter().map(|flight| flight.simulation.clone()).collect();
+    let Ok(abreast) = Abreast::of(drops) else {
+        flights.truncate(count);
+        return flights;
+    };
+    flights.iter_mut().for_each(|flight| flight.controller.reset());
+    let (period_s, steps) = in_step(&flights[0]);
+    let mut group = Group {
+        pilots: Pilots::of(&flights, abreast.zero()),
+        is_along_one: flights.iter().all(|flight| flight.plan.asks_as(&flights[0].plan)),
+        throttle: [abreast.zero(); MAX_ROTORS],
+        flights,
+        abreast,
+    };
+    let mut goes_on: [bool; LANES] = std::array::from_fn(|i| i < count);
+    for _ in 0..steps {
+        let velocities = group.velocities();
+        group.command(&velocities, period_s);
+        let before = group.abreast.before();
+        group.abreast.step(&group.throttle, period_s);
+        let samples = group.abreast.samples(&before);
+        if samples.is_some_and(|samples| watch.take_abreast(begin, count, &samples)) {
+            continue;
+        }
+        for i in 0..count {
+            if goes_on[i] {
+                let (commands, v_sp_ned) = (group.commands(i), velocities[i].map(|(v_ned, _)| v_ned));
+                let sample = group.abreast.sample(&before, i, &commands, v_sp_ned);
+                goes_on[i] = watch.take(begin + i, &sample).is_continue();
+            }
+        }
+        if !goes_on.contains(&true) {
+            return Vec::new();
+        }
+    }
+    let velocities = group.velocities();
+    for i in 0..count {
+        if goes_on[i] {
+            let (commands, v_sp_ned) = (group.commands(i), velocities[i].map(|(v_ned, _)| v_ned));
+            let _: ControlFlow<()> =
+                watch.take(begin + i, &group.abreast.drops()[i].sample(&commands, v_sp_ned));
+        }
+    }
+    Vec::new()
+}
+
+impl Group<'_> {
+    /// What is asked of each flight now.
+    fn velocities(&mut self) -> [Velocity; LANES] {
+        if self.is_along_one
+            && let Some((_, t_powered_s, phase)) = self.abreast.common()
+        {
+            return [self.flights[0].plan.velocity_at(t_powered_s, phase); LANES];
+        }
+        let drops = self.abreast.drops();
+        std::array::from_fn(|i| {
+            self.flights[i].plan.velocity_at(drops[i].time_powered_s(), drops[i].phase())
+        })
+    }
+
+    /// The commands of one flight (from 0).
+    fn commands(&self, i: usize) -> PerRotor {
+        std::array::from_fn(|rotor| self.throttle[rotor].as_array()[i])
+    }
+
+    /// Commands the motors for a control period [s].
+    fn command(&mut self, velocities: &[Velocity; LANES], period_s: f64) {
+        match &mut self.pilots {
+            Pilots::Cascades(heading) => {
+                heading.steer(self.abreast.craft(), &self.flights, velocities, period_s);
+                self.throttle = *heading.cascades.throttle();
+            }
+            Pilots::Each => {
+                let drops = self.abreast.drops();
+                for (i, flight) in self.flights.iter_mut().enumerate() {
+                    let asked = flight.plan.asked(velocities[i]);
+                    let measured = Measurement::from(&drops[i].state().body);
+                    let commands = flight.controller.step(&measured, &asked, period_s).throttle;
+                    for (throttle, now) in self.throttle.iter_mut().zip(commands) {
+                        throttle.as_array_mut()[i] = now;
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Pilots {
+    /// Those of flights whose controllers have been reset.
+    fn of(flights: &[Flight<'_>], zero: Lanes) -> Self {
+        let cascade_of = |flight: &Flight<'_>| {
+            let AsCascade { settings, keeps_heading } = flight.controller.as_cascade()?;
+            let headed = keeps_heading || flight.plan.yaw_sp_rad.is_some();
+            headed.then(|| settings.clone())
+        };
+        let first = flights.first().and_then(cascade_of);
+        match first {
+            Some(settings) if flights.iter().all(|f| cascade_of(f).as_ref() == Some(&settings)) => {
+                let (cascades, known) = (Cascades::new(settings, zero), [false; LANES]);
+                Self::Cascades(Box::new(Heading { cascades, yaw_rad: zero, known, setpoint: None }))
+            }
+            _ => Self::Each,
+        }
+    }
+}
+
+impl Heading {
+    /// Steers vehicles to velocities for a control period [s], each at its heading: that which its plan asks
+    /// for, or that at which it was first asked for a velocity.
+    fn steer(
+        &mut self,
+        craft: &Craft<Lanes>,
+        flights: &[Flight<'_>],
+        velocities: &[Velocity; LANES],
+        period_s: f64,
+    ) {
+        let mut asked = [0.0; LANES];
+        let (mut v_ned, mut a_ff_ned) = match &self.setpoint {
+            Some(setpoint) => (setpoint.v_ned, V3::zero(self.yaw_rad)),
+            // With no finite setpoint yet: the velocity that there is.
+            None => (craft.motion.v_ned, V3::zero(self.yaw_rad)),
+        };
+        for (i, velocity) in velocities.iter().enumerate() {
+            let Some((v, a)) = velocity else { continue };
+            asked[i] = 1.0;
+            if !std::mem::replace(&mut self.known[i], true) {
+                let now = craft.motion.q_ned_from_body.map(|q| q.as_array()[i]);
+                let yaw_rad = flights[i].plan.yaw_sp_rad.unwrap_or_else(|| yaw(now));
+                self.yaw_rad.as_array_mut()[i] = if finite(&[yaw_rad]) { yaw_rad } else { 0.0 };
+            }
+            for (vector, now) in [(&mut v_ned, v), (&mut a_ff_ned, a)] {
+                if finite(now.as_slice()) {
+                    vector.x.as_array_mut()[i] = now.x;
+                    vector.y.as_array_mut()[i] = now.y;
+                    vector.z.as_array_mut()[i] = now.z;
+                }
+            }
+        }
+        let setpoint = VelocitySetpoint { v_ned, a_ff_ned };
+        if velocities.iter().all(Option::is_some) {
+            self.setpoint = Some(setpoint);
+        }
+        let (cascades, yaw_rad) = (&mut self.cascades, self.yaw_rad);
+        vectorised(Steer { cascades, craft, setpoint: &setpoint, yaw_rad, asked: &asked, period_s });
+    }
+}
+
+/// A step of cascades.
+struct Steer<'a> {
+    cascades: &'a mut Cascades<Lanes>,
+    craft: &'a Craft<Lanes>,
+    setpoint: &'a VelocitySetpoint<Lanes>,
+    yaw_rad: Lanes,
+    asked: &'a [f64; LANES],
+    period_s: f64,
+}
+
+impl Kernel for Steer<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let Self { cascades, craft, setpoint, yaw_rad, asked, period_s } = self;
+        let mut number = yaw_rad;
+        *number.as_array_mut() = *asked;
+        let asked = number.of(0.5).less(number);
+        cascades.step(asked, &craft.motion, setpoint, yaw_rad, period_s);
+    }
+}
