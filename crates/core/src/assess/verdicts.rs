@@ -4,7 +4,7 @@
 use std::ops::ControlFlow;
 
 use super::safety::{Verdict, VerdictBuilder};
-use crate::sim::{Sample, Watch};
+use crate::sim::{Phase, Sample, Watch};
 
 /// Verdicts on flights, by their number from 0.
 #[derive(Debug)]
@@ -46,11 +46,12 @@ impl Watch for Verdicts {
         ControlFlow::Continue(())
     }
 
+    fn looks_at(&self, phase: Phase) -> bool {
+        phase != Phase::Hanging
+    }
+
     #[cfg(target_arch = "x86_64")]
     fn take_abreast(&mut self, first: usize, count: usize, samples: &crate::sim::many::Samples<'_>) -> bool {
-        if samples.phase == crate::sim::Phase::Hanging {
-            return true;
-        }
         if self.group.as_ref().is_none_or(|group| !group.is_of(first, count)) {
             self.leave();
             self.group = abreast::Group::begin(&self.builders, first, count, samples).map(Box::new);

@@ -7,7 +7,7 @@
 
 use std::ops::ControlFlow;
 
-use super::drop::DropSimulation;
+use super::drop::{DropSimulation, Phase};
 #[cfg(target_arch = "x86_64")]
 pub use super::drop::abreast::Samples;
 use super::flight::{FlightPlan, fly};
@@ -35,6 +35,11 @@ pub struct Flight<'a> {
 pub trait Watch {
     /// Takes the next sample of a flight, by its number from 0; it may break that flight off.
     fn take(&mut self, flight: usize, sample: &Sample) -> ControlFlow<()>;
+
+    /// Whether it looks at samples in a phase: those in which it does not are not made.
+    fn looks_at(&self, _phase: Phase) -> bool {
+        true
+    }
 
     /// Takes the next samples of so many flights side by side, from a number on; whether it does: if not, it
     /// is given them one by one, as it is the last samples of each flight.

@@ -64,6 +64,15 @@ enum Together {
     Held,
     /// The vehicle, its rotors locked or free, and a canopy on its own.
     Free { locked: bool },
+    /// Under a canopy whose motion is prescribed. What acts is not looked at.
+    Prescribed,
+}
+
+impl Together {
+    /// Whether what acts is not known after such a step.
+    fn is_unseen(self) -> bool {
+        matches!(self, Self::Prescribed)
+    }
 }
 
 /// The drops before a step, for samples of it.
@@ -226,16 +235,26 @@ impl Abreast {
     /// Advances each drop by `dt_s` [s], as [`DropSimulation::step`] does, under throttle commands of its
     /// own.
     pub fn step(&mut self, throttle: &[Lanes; MAX_ROTORS], dt_s: f64) {
+        self.step_seen(throttle, dt_s, true);
+    }
+
+    /// Advances as [`Self::step`] does, where nobody looks at the samples of the step.
+    pub fn step_unseen(&mut self, throttle: &[Lanes; MAX_ROTORS], dt_s: f64) {
+        self.step_seen(throttle, dt_s, false);
+    }
+
+    fn step_seen(&mut self, throttle: &[Lanes; MAX_ROTORS], dt_s: f64, is_seen: bool) {
         let dt_s = if dt_s.is_finite() { dt_s } else { 0.0 };
         self.throttle = vectorised(Taken(throttle));
         if dt_s > 0.0 {
             self.meet_wind(dt_s);
         }
-        let together = self.together(dt_s);
+        let together = self.together(dt_s).filter(|together| !(is_seen && together.is_unseen()));
         self.is_of_room = together.is_some();
         match together {
             Some(Together::Held) => self.fly_held(dt_s),
             Some(Together::Free { locked }) => self.fly_free(locked, dt_s),
+            Some(Together::Prescribed) => self.hang_on(dt_s),
             None => {
                 self.bring_up_to_date();
                 for (i, (drop, loads)) in self.drops.iter_mut().zip(&mut self.loads).enumerate() {
@@ -272,7 +291,8 @@ impl Abreast {
             return None;
         }
         match first.phase {
-            Phase::Hanging => held(first).then_some(Together::Held),
+            Phase::Hanging if held(first) => Some(Together::Held),
+            Phase::Hanging => Some(Together::Prescribed),
             Phase::Falling if first.start == Start::T0 => None,
             Phase::Falling if first.canopy.is_some() => Some(Together::Held),
             Phase::Falling => Some(Together::Free { locked: true }),
@@ -454,6 +474,25 @@ impl Abreast {
         });
         self.ground_canopies();
         self.end(dt_s);
+    }
+
+    /// A step of `dt_s` [s] of motions that are prescribed. Where they are need not be known while nothing
+    /// depends on it: no wind that changes, no ground, and the release not yet.
+    fn hang_on(&mut self, dt_s: f64) {
+        let first = &self.drops[0];
+        let goes_on_s = first.boundary_s().unwrap_or(f64::INFINITY) - first.clock.time_s - dt_s;
+        if self.wind.is_none() && first.ground().is_none() && goes_on_s > dt_s {
+            self.drops.iter_mut().for_each(|drop| drop.clock.advance(dt_s));
+            return;
+        }
+        self.bring_up_to_date();
+        for (i, drop) in self.drops.iter_mut().enumerate() {
+            drop.command(&numbers(&self.throttle, i));
+            drop.clock.advance(dt_s);
+            drop.state.body = drop.hang_on();
+            drop.cross_boundary();
+        }
+        self.load();
     }
 
     /// The drops go on by a step of `dt_s` [s], and enter their next phases.

@@ -88,6 +88,11 @@ pub(super) fn fly<'a>(
     for _ in 0..steps {
         let velocities = group.velocities();
         group.command(&velocities, period_s);
+        let unseen = group.abreast.common().is_some_and(|(_, _, phase)| !watch.looks_at(phase));
+        if unseen {
+            group.abreast.step_unseen(&group.throttle, period_s);
+            continue;
+        }
         let before = group.abreast.before();
         group.abreast.step(&group.throttle, period_s);
         let samples = group.abreast.samples(&before);
