@@ -104,7 +104,7 @@ struct Released {
 }
 
 /// Simulated time as a compensated sum, so that 10 000 steps of 4 ms end at 40 s.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Clock {
     time_s: f64,
     lost_s: f64,

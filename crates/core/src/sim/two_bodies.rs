@@ -265,7 +265,9 @@ impl CanopyFlight {
         };
         let (lengths, site) = (self.lengths(plant), plant.environment());
         let mut air = self.air;
-        vectorised(LooseSteps { lengths, site, air: &mut air, body: &mut body, from_s: t_s, dt_s });
+        let workspace = &mut Workspace::of(&[body.p_ned; 3]);
+        let body_mut = &mut body;
+        vectorised(LooseSteps { lengths, site, air: &mut air, body: body_mut, workspace, from_s: t_s, dt_s });
         self.air = air;
         self.state = CanopyState { p_ned: body.p_ned.into(), v_ned: body.v_ned.into() };
         self.meet_ground(plant);
@@ -492,6 +494,7 @@ pub(super) struct LooseSteps<'a, S: Real> {
     pub(super) site: &'a Environment,
     pub(super) air: &'a mut LocalAir<S>,
     pub(super) body: &'a mut CanopyBody<S>,
+    pub(super) workspace: &'a mut Workspace<S, Canopy<S>>,
     /// Time at the beginning, and length of all steps together [s].
     pub(super) from_s: S,
     pub(super) dt_s: f64,
@@ -502,7 +505,7 @@ impl<S: Real> Kernel for LooseSteps<'_, S> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { lengths, site, air, body, .. } = self;
+        let Self { lengths, site, air, body, workspace, .. } = self;
         let canopy = &lengths.suspension.canopy;
         air.follow(site, body.p_ned.z);
         let around = CanopyAround { canopy, line: None, wind_ned: body.wind_ned, air };
@@ -516,7 +519,8 @@ impl<S: Real> Kernel for LooseSteps<'_, S> {
             }
             let from_s = self.from_s + k_s * h;
             let mut integrated = body.as_integrated(canopy, from_s);
-            LooseStep { around, site, canopy: &mut integrated, from_s, dt_s: h }.run();
+            let stages = LooseStages { around, site, from_s, dt_s: h };
+            runge_kutta_4_of(&mut integrated, h, workspace, stages);
             let [p_ned, v_ned] = at(canopy, &integrated, from_s + h);
             body.p_ned = V3::select(goes_on, p_ned, body.p_ned);
             body.v_ned = V3::select(goes_on, v_ned, body.v_ned);
@@ -524,26 +528,7 @@ impl<S: Real> Kernel for LooseSteps<'_, S> {
     }
 }
 
-/// A Runge-Kutta step of a canopy that holds nothing.
-struct LooseStep<'a, S: Real> {
-    around: CanopyAround<'a, S>,
-    site: &'a Environment,
-    canopy: &'a mut Canopy<S>,
-    from_s: S,
-    dt_s: S,
-}
-
-impl<S: Real> Kernel for LooseStep<'_, S> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let Self { around, site, canopy, from_s, dt_s } = self;
-        let workspace = &mut Workspace::of(canopy);
-        runge_kutta_4_of(canopy, dt_s, workspace, LooseStages { around, site, from_s, dt_s });
-    }
-}
-
+/// The stages of a canopy that holds nothing.
 struct LooseStages<'a, S> {
     around: CanopyAround<'a, S>,
     site: &'a Environment,

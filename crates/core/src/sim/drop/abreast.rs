@@ -34,6 +34,10 @@ pub struct Abreast {
     drops: Vec<DropSimulation>,
     /// Whether the drops are as what flies is.
     is_current: bool,
+    /// Whether the drops hang where they were some steps ago.
+    is_behind: bool,
+    /// Whether all drops are at one time, in one phase that ends at one time.
+    is_common: bool,
     /// The wind of all of them, where it changes, and when its t = 0 is [s].
     wind: Option<(WindCourse<LANES>, f64)>,
     craft: Craft<Lanes>,
@@ -55,6 +59,7 @@ struct Room {
     bodies: (Craft<Lanes>, Canopy<Lanes>),
     alone: Workspace<Lanes, Craft<Lanes>>,
     both: Workspace<Lanes, (Craft<Lanes>, Canopy<Lanes>)>,
+    canopy: Workspace<Lanes, Canopy<Lanes>>,
 }
 
 /// How all drops move in a step.
@@ -127,9 +132,12 @@ impl Abreast {
             bodies,
             alone: Workspace::of(&craft),
             both: Workspace::of(&bodies),
+            canopy: Workspace::of(&bodies.1),
         });
         let mut abreast = Self {
             is_current: true,
+            is_behind: false,
+            is_common: true,
             wind,
             craft,
             air,
@@ -166,9 +174,8 @@ impl Abreast {
 
     /// Time [s], time of powered flight [s] and phase of all drops, where they are the same.
     pub fn common(&self) -> Option<(f64, Option<f64>, Phase)> {
-        let of_one = |drop: &DropSimulation| (drop.time_s(), drop.time_powered_s(), drop.phase);
-        let first = of_one(&self.drops[0]);
-        self.drops.iter().all(|drop| of_one(drop) == first).then_some(first)
+        let first = &self.drops[0];
+        self.is_common.then(|| (first.time_s(), first.time_powered_s(), first.phase))
     }
 
     /// The drops now, for samples of the next step.
@@ -281,13 +288,8 @@ impl Abreast {
     fn together(&self, dt_s: f64) -> Option<Together> {
         let first = &self.drops[0];
         let held = |drop: &DropSimulation| drop.canopy.as_ref().is_some_and(|c| c.line.is_some());
-        let goes_on = |drop: &DropSimulation| {
-            let ends_s = drop.boundary_s().unwrap_or(f64::INFINITY);
-            drop.phase == first.phase
-                && held(drop) == held(first)
-                && ends_s - drop.clock.time_s >= dt_s - BOUNDARY_TOLERANCE_S
-        };
-        if !(dt_s > 0.0 && self.drops.iter().all(goes_on)) {
+        let left_s = first.boundary_s().unwrap_or(f64::INFINITY) - first.clock.time_s;
+        if !(self.is_common && dt_s > 0.0 && left_s >= dt_s - BOUNDARY_TOLERANCE_S) {
             return None;
         }
         match first.phase {
@@ -303,6 +305,10 @@ impl Abreast {
     /// Takes the drops as they are.
     fn load(&mut self) {
         self.is_current = true;
+        let held = |drop: &DropSimulation| drop.canopy.map(|canopy| canopy.line);
+        let of_one = |drop: &DropSimulation| (drop.clock, drop.phase, drop.boundary_s(), held(drop));
+        let first = of_one(&self.drops[0]);
+        self.is_common = self.drops.iter().all(|drop| of_one(drop) == first);
         for (i, drop) in self.drops.iter().enumerate() {
             set_craft(&mut self.craft, i, &Craft::from(&drop.state));
             set_vector(&mut self.wind_ned, i, &drop.environment().wind_ned_m_s);
@@ -322,6 +328,12 @@ impl Abreast {
 
     /// The drops become as what flies is.
     fn bring_up_to_date(&mut self) {
+        if std::mem::replace(&mut self.is_behind, false) {
+            for drop in &mut self.drops {
+                drop.state.body = drop.hang_on();
+            }
+            self.load();
+        }
         if std::mem::replace(&mut self.is_current, true) {
             return;
         }
@@ -383,12 +395,10 @@ impl Abreast {
         voltages
     }
 
-    /// Times since the simulations began [s].
-    fn times_s(&self) -> Lanes {
+    /// Time since the simulations began [s].
+    fn now_s(&self) -> Lanes {
         let mut times_s = self.craft.p_ned.x;
-        for (i, drop) in self.drops.iter().enumerate() {
-            times_s.as_array_mut()[i] = drop.clock.time_s;
-        }
+        *times_s.as_array_mut() = [self.drops[0].clock.time_s; LANES];
         times_s
     }
 
@@ -427,11 +437,12 @@ impl Abreast {
 
     /// A step of `dt_s` [s] of canopies that hold nothing.
     fn fly_canopies(&mut self, dt_s: f64) {
-        let from_s = self.times_s();
+        let from_s = self.now_s();
         let (first, Some((body, air))) = (&self.drops[0], &mut self.canopy) else { return };
         let Some(canopy) = &first.canopy else { return };
         let (lengths, site) = (canopy.lengths(&first.plant), first.environment());
-        vectorised(LooseSteps { lengths, site, air, body, from_s, dt_s });
+        let workspace = &mut self.room.canopy;
+        vectorised(LooseSteps { lengths, site, air, body, workspace, from_s, dt_s });
         self.ground_canopies();
     }
 
@@ -448,7 +459,7 @@ impl Abreast {
 
     /// A step of `dt_s` [s] of vehicles and canopies in the same stages, rotors locked.
     fn fly_held(&mut self, dt_s: f64) {
-        let from_s = self.times_s();
+        let from_s = self.now_s();
         let [open_v, near_v] = self.voltages();
         self.is_current = false;
         let Self { drops, craft, air, wind_ned, throttle, canopy, room, .. } = self;
@@ -483,8 +494,10 @@ impl Abreast {
         let goes_on_s = first.boundary_s().unwrap_or(f64::INFINITY) - first.clock.time_s - dt_s;
         if self.wind.is_none() && first.ground().is_none() && goes_on_s > dt_s {
             self.drops.iter_mut().for_each(|drop| drop.clock.advance(dt_s));
+            self.is_behind = true;
             return;
         }
+        self.is_behind = false;
         self.bring_up_to_date();
         for (i, drop) in self.drops.iter_mut().enumerate() {
             drop.command(&numbers(&self.throttle, i));

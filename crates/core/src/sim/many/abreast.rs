@@ -26,6 +26,30 @@ const LEAST: usize = 3;
 /// Velocity [m/s] and fed-forward acceleration [m/s^2], NED, that are asked for.
 type Velocity = Option<(Vector3<f64>, Vector3<f64>)>;
 
+/// What is asked of eight flights.
+#[derive(Clone, Copy, Debug)]
+enum Asked {
+    /// The same of all.
+    All(Velocity),
+    /// Something of its own of each.
+    Each([Velocity; LANES]),
+}
+
+impl Asked {
+    /// What is asked of one flight (from 0).
+    fn of(&self, i: usize) -> Velocity {
+        match self {
+            Self::All(velocity) => *velocity,
+            Self::Each(velocities) => velocities[i],
+        }
+    }
+
+    /// The velocity that is asked of one flight, NED [m/s].
+    fn v_ned(&self, i: usize) -> Option<Vector3<f64>> {
+        self.of(i).map(|(v_ned, _)| v_ned)
+    }
+}
+
 /// Eight flights side by side.
 struct Group<'a> {
     flights: Vec<Flight<'a>>,
@@ -53,6 +77,8 @@ struct Heading {
     known: [bool; LANES],
     /// The last setpoint that was finite.
     setpoint: Option<VelocitySetpoint<Lanes>>,
+    /// What was asked of all when that was made.
+    asked: Velocity,
 }
 
 /// Flies a group of flights, the first of the number `begin`; gives them back where it does not.
@@ -86,8 +112,8 @@ pub(super) fn fly<'a>(
     };
     let mut goes_on: [bool; LANES] = std::array::from_fn(|i| i < count);
     for _ in 0..steps {
-        let velocities = group.velocities();
-        group.command(&velocities, period_s);
+        let asked = group.asked();
+        group.command(&asked, period_s);
         let unseen = group.abreast.common().is_some_and(|(_, _, phase)| !watch.looks_at(phase));
         if unseen {
             group.abreast.step_unseen(&group.throttle, period_s);
@@ -101,8 +127,7 @@ pub(super) fn fly<'a>(
         }
         for i in 0..count {
             if goes_on[i] {
-                let (commands, v_sp_ned) = (group.commands(i), velocities[i].map(|(v_ned, _)| v_ned));
-                let sample = group.abreast.sample(&before, i, &commands, v_sp_ned);
+                let sample = group.abreast.sample(&before, i, &group.commands(i), asked.v_ned(i));
                 goes_on[i] = watch.take(begin + i, &sample).is_continue();
             }
         }
@@ -110,12 +135,12 @@ pub(super) fn fly<'a>(
             return Vec::new();
         }
     }
-    let velocities = group.velocities();
+    let asked = group.asked();
     for i in 0..count {
         if goes_on[i] {
-            let (commands, v_sp_ned) = (group.commands(i), velocities[i].map(|(v_ned, _)| v_ned));
-            let _: ControlFlow<()> =
-                watch.take(begin + i, &group.abreast.drops()[i].sample(&commands, v_sp_ned));
+            let commands = group.commands(i);
+            let sample = group.abreast.drops()[i].sample(&commands, asked.v_ned(i));
+            let _: ControlFlow<()> = watch.take(begin + i, &sample);
         }
     }
     Vec::new()
@@ -123,16 +148,16 @@ pub(super) fn fly<'a>(
 
 impl Group<'_> {
     /// What is asked of each flight now.
-    fn velocities(&mut self) -> [Velocity; LANES] {
+    fn asked(&mut self) -> Asked {
         if self.is_along_one
             && let Some((_, t_powered_s, phase)) = self.abreast.common()
         {
-            return [self.flights[0].plan.velocity_at(t_powered_s, phase); LANES];
+            return Asked::All(self.flights[0].plan.velocity_at(t_powered_s, phase));
         }
         let drops = self.abreast.drops();
-        std::array::from_fn(|i| {
+        Asked::Each(std::array::from_fn(|i| {
             self.flights[i].plan.velocity_at(drops[i].time_powered_s(), drops[i].phase())
-        })
+        }))
     }
 
     /// The commands of one flight (from 0).
@@ -141,16 +166,16 @@ impl Group<'_> {
     }
 
     /// Commands the motors for a control period [s].
-    fn command(&mut self, velocities: &[Velocity; LANES], period_s: f64) {
+    fn command(&mut self, asked: &Asked, period_s: f64) {
         match &mut self.pilots {
             Pilots::Cascades(heading) => {
-                heading.steer(self.abreast.craft(), &self.flights, velocities, period_s);
+                heading.steer(self.abreast.craft(), &self.flights, asked, period_s);
                 self.throttle = *heading.cascades.throttle();
             }
             Pilots::Each => {
                 let drops = self.abreast.drops();
                 for (i, flight) in self.flights.iter_mut().enumerate() {
-                    let asked = flight.plan.asked(velocities[i]);
+                    let asked = flight.plan.asked(asked.of(i));
                     let measured = Measurement::from(&drops[i].state().body);
                     let commands = flight.controller.step(&measured, &asked, period_s).throttle;
                     for (throttle, now) in self.throttle.iter_mut().zip(commands) {
@@ -174,7 +199,8 @@ impl Pilots {
         match first {
             Some(settings) if flights.iter().all(|f| cascade_of(f).as_ref() == Some(&settings)) => {
                 let (cascades, known) = (Cascades::new(settings, zero), [false; LANES]);
-                Self::Cascades(Box::new(Heading { cascades, yaw_rad: zero, known, setpoint: None }))
+                let (setpoint, asked) = (None, None);
+                Self::Cascades(Box::new(Heading { cascades, yaw_rad: zero, known, setpoint, asked }))
             }
             _ => Self::Each,
         }
@@ -188,18 +214,36 @@ impl Heading {
         &mut self,
         craft: &Craft<Lanes>,
         flights: &[Flight<'_>],
-        velocities: &[Velocity; LANES],
+        asked: &Asked,
         period_s: f64,
     ) {
-        let mut asked = [0.0; LANES];
+        let mut are_asked = [1.0; LANES];
+        let setpoint = match (asked, &self.setpoint) {
+            (Asked::All(all), Some(setpoint)) if *all == self.asked && all.is_some() => *setpoint,
+            _ => self.take(craft, flights, asked, &mut are_asked),
+        };
+        let (cascades, yaw_rad) = (&mut self.cascades, self.yaw_rad);
+        vectorised(Steer { cascades, craft, setpoint: &setpoint, yaw_rad, asked: &are_asked, period_s });
+    }
+
+    /// Takes what is asked, and of whom something is.
+    fn take(
+        &mut self,
+        craft: &Craft<Lanes>,
+        flights: &[Flight<'_>],
+        asked: &Asked,
+        are_asked: &mut [f64; LANES],
+    ) -> VelocitySetpoint<Lanes> {
         let (mut v_ned, mut a_ff_ned) = match &self.setpoint {
             Some(setpoint) => (setpoint.v_ned, V3::zero(self.yaw_rad)),
             // With no finite setpoint yet: the velocity that there is.
             None => (craft.motion.v_ned, V3::zero(self.yaw_rad)),
         };
-        for (i, velocity) in velocities.iter().enumerate() {
-            let Some((v, a)) = velocity else { continue };
-            asked[i] = 1.0;
+        for (i, is_asked) in are_asked.iter_mut().enumerate() {
+            let Some((v, a)) = asked.of(i) else {
+                *is_asked = 0.0;
+                continue;
+            };
             if !std::mem::replace(&mut self.known[i], true) {
                 let now = craft.motion.q_ned_from_body.map(|q| q.as_array()[i]);
                 let yaw_rad = flights[i].plan.yaw_sp_rad.unwrap_or_else(|| yaw(now));
@@ -214,11 +258,11 @@ impl Heading {
             }
         }
         let setpoint = VelocitySetpoint { v_ned, a_ff_ned };
-        if velocities.iter().all(Option::is_some) {
+        if !are_asked.contains(&0.0) {
             self.setpoint = Some(setpoint);
+            self.asked = if let Asked::All(all) = asked { *all } else { None };
         }
-        let (cascades, yaw_rad) = (&mut self.cascades, self.yaw_rad);
-        vectorised(Steer { cascades, craft, setpoint: &setpoint, yaw_rad, asked: &asked, period_s });
+        setpoint
     }
 }
 
