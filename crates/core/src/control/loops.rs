@@ -90,7 +90,7 @@ impl<S: Real> Loops<S> {
     ) -> Demand<S> {
         let ControlSettings { airframe, gains, limits } = settings;
         let angular = self.rate.step(gains, limits, motion.omega_body, rate_sp_body, dt_s);
-        let thrust_n = airframe.mixer.thrusts(collective_n, angular.times(&airframe.inertia_kg_m2));
+        let thrust_n = airframe.mixer.thrusts_of(collective_n, angular.times(&airframe.inertia_kg_m2));
         let limit = collective_n.of(airframe.mixer.thrust_limit_n());
         let mut throttle = [limit; MAX_ROTORS];
         for (throttle, thrust_n) in throttle.iter_mut().zip(thrust_n) {

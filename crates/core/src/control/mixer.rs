@@ -95,8 +95,13 @@ impl Mixer {
 
     /// Thrust of each rotor [N], as it would be alone at that throttle, for a lift [N] and a moment [N m],
     /// body axes. A demand that is not a number counts as zero.
+    pub fn thrusts(&self, lift_n: f64, moment_body: &Vector3<f64>) -> PerRotor {
+        self.thrusts_of(lift_n, (*moment_body).into())
+    }
+
+    /// [`Self::thrusts`] over any [`Real`].
     #[inline(always)]
-    pub fn thrusts<S: Real>(&self, lift_n: S, moment_body: V3<S>) -> [S; MAX_ROTORS] {
+    pub fn thrusts_of<S: Real>(&self, lift_n: S, moment_body: V3<S>) -> [S; MAX_ROTORS] {
         let n = self.n_rotors;
         let (zero, one, limit) = (lift_n.of(0.0), lift_n.of(1.0), lift_n.of(self.thrust_limit_n));
         let (m_roll, m_pitch) = (bounded(moment_body.x), bounded(moment_body.y));
@@ -211,7 +216,7 @@ mod tests {
             let mixer = airframe(&vehicle).mixer;
             let yaw = if yaws(&mixer) { 3.0 } else { 0.0 };
             let wanted = Vector3::new(20.0, -30.0, yaw);
-            let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, V3::from(wanted)));
+            let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &wanted));
             assert!((lift - 800.0).abs() < 1e-9 && (moment - wanted).norm() < 1e-9, "{lift} {moment}");
         }
         assert!(
@@ -231,11 +236,11 @@ mod tests {
                 let one_side = mixer.effect[axis].map(|a| if a > 0.0 { limit } else { 0.0 });
                 assert!((mixer.moment_shares(&one_side)[axis] - 1.0).abs() < 1e-12);
             }
-            let level = mixer.thrusts(0.5 * limit, V3::from(Vector3::zeros()));
+            let level = mixer.thrusts(0.5 * limit, &Vector3::zeros());
             assert!(mixer.moment_shares(&level).norm() < 1e-12);
             let moment = Vector3::new(0.01 * limit, -0.02 * limit, 0.0);
-            let one = mixer.moment_shares(&mixer.thrusts(limit, V3::from(moment)));
-            let half = mixer.moment_shares(&mixer.thrusts(limit, V3::from(0.5 * moment)));
+            let one = mixer.moment_shares(&mixer.thrusts(limit, &moment));
+            let half = mixer.moment_shares(&mixer.thrusts(limit, &(0.5 * moment)));
             assert!((one - 2.0 * half).norm() < 1e-12 && one.x > 0.0 && one.y < 0.0, "{one} {half}");
         }
     }
@@ -246,20 +251,20 @@ mod tests {
         let mixer = airframe(&vehicle).mixer;
         // Full collective gives way to the pitch moment; no room is left for yaw.
         let wanted = Vector3::new(0.0, 600.0, 400.0);
-        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(4.0 * THRUST_LIMIT_N, V3::from(wanted)));
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(4.0 * THRUST_LIMIT_N, &wanted));
         assert!((moment - Vector3::new(0.0, 600.0, 0.0)).norm() < 1e-9 && lift < 4.0 * THRUST_LIMIT_N);
         // No collective: it comes up to make room.
-        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(0.0, V3::from(wanted)));
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(0.0, &wanted));
         assert!((moment - Vector3::new(0.0, 600.0, 0.0)).norm() < 1e-9 && lift > 0.0);
         // Just enough, and what is then nothing is exactly nothing: the root of its rounding would turn the
         // rotors.
-        let thrust = mixer.thrusts(0.0, V3::from(Vector3::new(0.0, 600.0, 0.0)));
+        let thrust = mixer.thrusts(0.0, &Vector3::new(0.0, 600.0, 0.0));
         assert!(thrust.iter().filter(|t| **t == 0.0).count() == 6 && thrust[0] > 100.0, "{thrust:?}");
         // More moment than there is: its direction is kept.
-        let (_, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, V3::from(Vector3::new(5e4, -8e4, 0.0))));
+        let (_, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &Vector3::new(5e4, -8e4, 0.0)));
         assert!(moment.xy().perp(&nalgebra::Vector2::new(5.0, -8.0)).abs() < 1e-6 && moment.x > 200.0);
         // Yaw takes what room there is.
-        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, V3::from(Vector3::new(0.0, 0.0, 1e4))));
+        let (lift, moment) = lift_and_moment(&vehicle, &mixer.thrusts(800.0, &Vector3::new(0.0, 0.0, 1e4)));
         assert!((lift - 800.0).abs() < 1e-9 && moment.xy().norm() < 1e-9);
         assert!((moment.z - 0.05 * 800.0).abs() < 1e-9, "two rotors stop: {moment}");
     }
@@ -270,7 +275,7 @@ mod tests {
     fn closed_form_the_lower_rotors_get_less() {
         let mut vehicle = coaxial();
         vehicle.options = VehicleOptions::default();
-        let thrust = airframe(&vehicle).mixer.thrusts(800.0, V3::from(Vector3::zeros()));
+        let thrust = airframe(&vehicle).mixer.thrusts(800.0, &Vector3::zeros());
         let upper = 800.0 / (4.0 * (1.0 + 0.6 * 0.6));
         for (i, t) in thrust.iter().enumerate() {
             let wanted = if i % 2 == 0 { 0.6 * upper } else { upper };
@@ -306,7 +311,7 @@ mod tests {
             for vehicle in vehicles() {
                 let mixer = airframe(&vehicle).mixer;
                 for demand in [Vector3::new(x, y, z), Vector3::new(x % 1e4, scale * 1e3, z % 300.0)] {
-                    let thrust = mixer.thrusts(if scale > 0.0 { lift } else { lift % 2e3 }, V3::from(demand));
+                    let thrust = mixer.thrusts(if scale > 0.0 { lift } else { lift % 2e3 }, &demand);
                     for (i, t) in thrust.iter().enumerate() {
                         let top = if i < vehicle.rotors.len() { mixer.thrust_limit_n() } else { 0.0 };
                         prop_assert!((0.0..=top).contains(t), "{thrust:?}");
@@ -321,7 +326,7 @@ mod tests {
             lift in 0.0f64..1700.0, x in -200.0f64..200.0, y in -200.0f64..200.0,
         ) {
             for vehicle in vehicles() {
-                let thrust = airframe(&vehicle).mixer.thrusts(lift, V3::from(Vector3::new(x, y, 0.0)));
+                let thrust = airframe(&vehicle).mixer.thrusts(lift, &Vector3::new(x, y, 0.0));
                 let (_, moment) = lift_and_moment(&vehicle, &thrust);
                 prop_assert!((moment - Vector3::new(x, y, 0.0)).xy().norm() < 1e-9);
             }

@@ -14,7 +14,6 @@ use crate::frames::{pitch, quaternion_from_euler};
 use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, Vehicle};
-use crate::vector::V3;
 
 /// Where each loop is broken: name of the loop, and of the signal.
 pub const LOOPS: [(&str, &str); 4] = [
@@ -223,9 +222,9 @@ fn allocation(airframe: &Airframe) -> (PerRotor, PerRotor) {
     let slope = |more: PerRotor, less: PerRotor, step: f64| -> PerRotor {
         std::array::from_fn(|i| (more[i] - less[i]) / (2.0 * step))
     };
-    let lift = |by: f64| airframe.mixer.thrusts(half_n * (1.0 + by), V3::zero(0.0));
+    let lift = |by: f64| airframe.mixer.thrusts(half_n * (1.0 + by), &Vector3::zeros());
     let moment_nm = small * half_n;
-    let moment = |by: f64| airframe.mixer.thrusts(half_n, V3::new(0.0, by * moment_nm, 0.0));
+    let moment = |by: f64| airframe.mixer.thrusts(half_n, &Vector3::new(0.0, by * moment_nm, 0.0));
     (slope(lift(small), lift(-small), small * half_n), slope(moment(1.0), moment(-1.0), moment_nm))
 }
 

@@ -192,7 +192,7 @@ fn command(airframe: &Airframe, cascade: &mut Cascade, stage: Stage, body: &Body
     let setpoint = match stage {
         Stage::Rate => {
             let moment = airframe.inertia_kg_m2 * Vector3::new(0.0, u, 0.0);
-            let thrust = airframe.mixer.thrusts(mass * g, moment.into());
+            let thrust = airframe.mixer.thrusts(mass * g, &moment);
             let limit = airframe.mixer.thrust_limit_n();
             return std::array::from_fn::<f64, MAX_ROTORS, _>(|i| (thrust[i] / limit).sqrt());
         }
