@@ -1,5 +1,7 @@
 //! The dynamics of the shipped missions' vehicles over eight numbers and over dual ones: the same source.
 
+use std::ops::ControlFlow;
+
 use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;
 use samara::config::Mission;
@@ -10,7 +12,12 @@ use samara::model::rigid_body::{Motion, MotionRate};
 use samara::model::supply::Bus;
 use samara::model::vehicle::FlightRate;
 use samara::model::{MAX_ROTORS, Vehicle};
+use samara::plan::SolverOptions;
 use samara::real::{Dual, Real};
+use samara::sim::{Flight, FlightPlan, Reference, Sample, fly, fly_many};
+use samara::study::controller::{KeepsHeading, controller};
+use samara::study::effects::{EffectFlights, EffectsOn};
+use samara::trajectory::Trajectory;
 use samara::vector::V3;
 
 /// Missions whose vehicles and batteries differ in what their rates are made of: rotors by table and by
@@ -171,5 +178,89 @@ fn prop_dual_numbers_are_the_slopes_of_the_same_source() {
             }
         }
         assert!(off * 200 < all, "{}: {off} of {all}", mission.name);
+    }
+}
+
+/// Missions whose drops are flown without a wire, and how far their motions are alike: by a prescribed canopy
+/// and a body of its own, on the ground, with a battery, in wind, under rotors that are started.
+const DROPS: [&str; 10] = [
+    "titan_drop",
+    "titan_real_air",
+    "titan_no_wire",
+    "x500_drop",
+    "x500_real_air",
+    "x500_ground",
+    "octo_drop",
+    "hexa_drop",
+    "balloon_drop",
+    "dragonfly_drop",
+];
+
+/// Flights of a mission's first drops as it is, of a length [s], and the plan that they fly along.
+fn drops<'a>(mission: &Mission, plan: &'a Trajectory, count: u64, duration_s: f64) -> Vec<Flight<'a>> {
+    let reference = Reference::Plan {
+        trajectory: plan,
+        then_v_ned: Some(mission.target_v_ned),
+        feed_forward: mission.control.feed_forward,
+    };
+    let plan = FlightPlan {
+        setpoint_period_s: Some(0.02),
+        yaw_sp_rad: None,
+        ..FlightPlan::new(reference, 0.004, duration_s)
+    };
+    let controller = Box::new(KeepsHeading::new(controller(mission).unwrap()));
+    let flight = |trial| {
+        let simulation = mission.with_drop(&mission.draw_drop(trial)).released_simulation();
+        Flight { simulation, controller: controller.clone(), plan }
+    };
+    (0..count).map(flight).collect()
+}
+
+/// Each sample of drops that are flown side by side is that of the drop alone, in every number: hang,
+/// release, fall, powered flight.
+#[test]
+fn prop_drops_side_by_side_are_those_of_each_alone() {
+    for name in DROPS {
+        let mission = Mission::shipped(name).unwrap();
+        let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
+        // To a second after the rotors are freed; the ground is met on the way down.
+        let release = &mission.release;
+        let past_s = if name == "x500_ground" { 30.0 } else { 1.0 };
+        let flights =
+            drops(&mission, &plan.trajectory, 5, release.hang_s + release.parachute.delay_s + past_s);
+        let mut alone: Vec<Vec<Sample>> = Vec::new();
+        for flight in flights.iter().skip(3) {
+            let (mut samples, mut flight) = (Vec::new(), flight.clone());
+            let _ = fly(&mut flight.simulation, &mut *flight.controller, &flight.plan, &mut |sample| {
+                samples.push(*sample);
+                ControlFlow::Continue(())
+            });
+            alone.push(samples);
+        }
+        let mut next = [0usize; 5];
+        fly_many(flights, &mut |i: usize, sample: &Sample| {
+            if let Some(wanted) = i.checked_sub(3).map(|k| &alone[k][next[i]]) {
+                assert_eq!(format!("{sample:?}"), format!("{wanted:?}"), "{name} {i}");
+            }
+            next[i] += 1;
+            ControlFlow::Continue(())
+        });
+        assert_eq!(next[3..], [alone[0].len(), alone[1].len()], "{name}");
+    }
+}
+
+/// What comes of whole drops, with each of a mission's effects alone, without each, with all and with none,
+/// is the same for those that are flown side by side.
+#[test]
+fn prop_outcomes_side_by_side_are_those_of_each_alone() {
+    for name in ["titan_real_air", "x500_real_air", "balloon_drop"] {
+        let mission = Mission::shipped(name).unwrap();
+        let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
+        for on in EffectsOn::campaigns(&mission.effects()) {
+            let kept = on.kept(&mission.effects());
+            let flights = EffectFlights::new(&mission, &kept, &plan.trajectory).unwrap();
+            let beside = flights.fly_all(0..3);
+            assert_eq!(beside[2], flights.fly(2), "{name} {}", on.name());
+        }
     }
 }

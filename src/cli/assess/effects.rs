@@ -1,9 +1,10 @@
 //! `samara assess --effects`: what each effect that a mission names does to its drops.
 
+use std::ops::Range;
 use std::sync::atomic::AtomicBool;
 
 use super::args::AssessArgs;
-use super::rows::{fly_row, trials_of};
+use super::rows::{fly_groups, trials_of};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
@@ -14,6 +15,7 @@ use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::config::{Effect, Mission};
 use samara::report::effects::{EffectCampaign, EffectReport};
+use samara::sim::ABREAST;
 use samara::study::effects::{EffectFlights, EffectsOn};
 use samara::trajectory::Trajectory;
 
@@ -90,7 +92,8 @@ fn fly_all(
     for on in all {
         let flights = EffectFlights::new(mission, &on.kept(effects), plan).bad_input()?;
         progress.set_message(&on.name());
-        let flown = fly_row(&pool, &progress, (trials, BLOCK), stop, |trial| flights.fly(trial));
+        let fly = |some: Range<u64>| flights.fly_all(some);
+        let flown = fly_groups(&pool, &progress, (trials, BLOCK, ABREAST as u64), stop, fly);
         let Some(drops) = flown else { return Ok(None) };
         campaigns.push(EffectCampaign { on, drops });
     }

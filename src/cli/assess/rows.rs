@@ -1,5 +1,6 @@
 //! Campaigns of the same drops, row by row: how many, and flown until Ctrl-C.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::ThreadPool;
@@ -21,14 +22,25 @@ pub fn trials_of(asked: Option<u64>, usual: u64, option: &str) -> Result<u64, Fa
     Ok(trials)
 }
 
-/// Flies the trials of a row in their order, `block` of them between two looks at Ctrl-C; `None` when that
-/// stopped them.
+/// Flies the trials of a row in their order, each by itself, `block` of them between two looks at Ctrl-C;
+/// `None` when that stopped them.
 pub fn fly_row<T: Send>(
     pool: &ThreadPool,
     progress: &ProgressLine,
     (trials, block): (u64, u64),
     stop: &AtomicBool,
     fly: impl Fn(u64) -> T + Sync,
+) -> Option<Vec<T>> {
+    fly_groups(pool, progress, (trials, block, 1), stop, |some| some.map(&fly).collect())
+}
+
+/// Flies the trials of a row as [`fly_row`] does, `size` of them at a time.
+pub fn fly_groups<T: Send>(
+    pool: &ThreadPool,
+    progress: &ProgressLine,
+    (trials, block, size): (u64, u64, u64),
+    stop: &AtomicBool,
+    fly: impl Fn(Range<u64>) -> Vec<T> + Sync,
 ) -> Option<Vec<T>> {
     let mut drops = Vec::new();
     for from in (0..trials).step_by(block as usize) {
@@ -38,7 +50,10 @@ pub fn fly_row<T: Send>(
         }
         let some = from..trials.min(from + block);
         let flown = some.end - some.start;
-        drops.extend(pool.install(|| some.into_par_iter().map(&fly).collect::<Vec<_>>()));
+        let group = |from: u64| fly(from..some.end.min(from + size));
+        let begins: Vec<u64> = some.clone().step_by(size as usize).collect();
+        let groups = || begins.into_par_iter().map(group).collect::<Vec<_>>();
+        drops.extend(pool.install(groups).into_iter().flatten());
         progress.inc(flown);
     }
     Some(drops)
