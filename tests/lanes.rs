@@ -55,9 +55,9 @@ fn derived<S: Real>(mission: &Mission, x: [S; NUMBERS]) -> Vec<S> {
         let mut near_v = open_v;
         let pack = battery.pack();
         let drives = OnBus { motors, pack, open_v, near_v: &mut near_v, bus: &mut bus };
-        vehicle.derive(&ambient, &motion, speed, Some(&deviations), drives, &mut rate);
+        vehicle.derive(&ambient, &motion, speed, &mut Some(deviations), drives, &mut rate);
     } else {
-        vehicle.derive(&ambient, &motion, speed, Some(&deviations), motors, &mut rate);
+        vehicle.derive(&ambient, &motion, speed, &mut Some(deviations), motors, &mut rate);
     }
     let MotionRate { q_dot, v_dot_ned: v, omega_dot_body: w } = rate.motion;
     let mut all = vec![v.x, v.y, v.z, w.x, w.y, w.z, rate.weight_n];

@@ -172,6 +172,32 @@ pub struct VehicleRate {
     pub balance: ForceBalance,
 }
 
+/// How far the thrusts of a vehicle's rotors are off what their model has.
+pub trait Fluctuates<S: Real> {
+    /// Deviations of the thrusts in shares of what the model has [N] for this motion in this air; `None`:
+    /// there are none.
+    fn deviations(
+        &mut self,
+        vehicle: &Vehicle,
+        ambient: &Ambient<S>,
+        motion: &Motion<S>,
+        mean_n: &[S; MAX_ROTORS],
+    ) -> Option<&[S; MAX_ROTORS]>;
+}
+
+impl<S: Real> Fluctuates<S> for Option<[S; MAX_ROTORS]> {
+    #[inline(always)]
+    fn deviations(
+        &mut self,
+        _vehicle: &Vehicle,
+        _ambient: &Ambient<S>,
+        _motion: &Motion<S>,
+        _mean_n: &[S; MAX_ROTORS],
+    ) -> Option<&[S; MAX_ROTORS]> {
+        self.as_ref()
+    }
+}
+
 /// Derivative of a vehicle's motion and rotors, with the forces and moments that made it, over any [`Real`].
 /// What the ground and a canopy do is not in it.
 #[derive(Clone, Copy, Debug)]
@@ -430,25 +456,25 @@ impl Vehicle {
         let mut rate = FlightRate::nothing(0.0);
         let (ambient, motion) = (environment.ambient(), state.motion());
         if locked {
-            self.derive(&ambient, &motion, rotor_speed, None, Held, &mut rate);
+            self.derive(&ambient, &motion, rotor_speed, &mut None, Held, &mut rate);
         } else {
             let (law, count) = (&self.motor.law(), self.rotors.len());
             let motors = Motors { law, count, conditions: None, throttle, speed: rotor_speed };
-            self.derive(&ambient, &motion, rotor_speed, None, motors, &mut rate);
+            self.derive(&ambient, &motion, rotor_speed, &mut None, motors, &mut rate);
         }
         let FlightRate { motion, rotor_acceleration, .. } = rate;
         VehicleRate { body: state.rate(&motion), rotor_acceleration, balance: rate.balance() }
     }
 
-    /// Derivative of motion and rotors, which are driven so; `deviations` are how far thrusts are off what
-    /// the rotors' model has, in shares of it. What the ground and a canopy do is not in it.
+    /// Derivative of motion and rotors, which are driven so, their thrusts off what the rotors' model has by a
+    /// fluctuation. What the ground and a canopy do is not in it.
     #[inline(always)]
     pub fn derive<S: Real>(
         &self,
         ambient: &Ambient<S>,
         motion: &Motion<S>,
         rotor_speed: &[S; MAX_ROTORS],
-        deviations: Option<&[S; MAX_ROTORS]>,
+        fluctuation: &mut impl Fluctuates<S>,
         drives: impl Drives<S>,
         rate: &mut FlightRate<S>,
     ) {
@@ -463,14 +489,16 @@ impl Vehicle {
         for (i, rotor) in self.rotors.iter().enumerate() {
             let hub = HubMotion::of(rotor.hub_body_m_s(v_air_body, omega), &rotor.axis_body);
             let load = self.rotor_load(rotor, &hub, rotor_speed[i], density);
-            rate.thrust_n[i] = match deviations {
-                Some(deviations) => load.thrust_n + deviations[i] * load.thrust_n,
-                None => load.thrust_n,
-            };
+            rate.thrust_n[i] = load.thrust_n;
             rate.torque_nm[i] = load.torque_nm;
             in_disk_body_m_s[i] = hub.in_disk_body_m_s;
             let moves = zero.less(hub.in_plane_m_s);
             drag_per_speed[i] = S::select(moves, load.in_plane_n / hub.in_plane_m_s, zero);
+        }
+        if let Some(deviations) = fluctuation.deviations(self, ambient, motion, &rate.thrust_n) {
+            for (thrust_n, deviation) in rate.thrust_n.iter_mut().zip(deviations).take(self.rotors.len()) {
+                *thrust_n += *deviation * *thrust_n;
+            }
         }
         rate.rotor_acceleration = drives.accelerations(&rate.torque_nm);
         let inertia = self.motor.rotor_inertia_kg_m2();
@@ -503,25 +531,6 @@ impl Vehicle {
             + rate.reaction_moment_body
             + rate.gyro_moment_body;
         rate.motion = derivative(&self.mass, ambient.gravity_m_s2, motion, &turn, force, moment);
-    }
-
-    /// Thrusts of the rotors at their speeds [rad/s], without deviations [N].
-    #[inline(always)]
-    pub fn thrusts_n<S: Real>(
-        &self,
-        ambient: &Ambient<S>,
-        motion: &Motion<S>,
-        rotor_speed: &[S; MAX_ROTORS],
-    ) -> [S; MAX_ROTORS] {
-        let turn = Turn::of(motion.q_ned_from_body);
-        let v_air_body = turn.to_body(motion.v_ned - ambient.wind_ned_m_s);
-        let mut thrust_n = [ambient.density_kg_m3.of(0.0); MAX_ROTORS];
-        for (i, rotor) in self.rotors.iter().enumerate() {
-            let hub = rotor.hub_body_m_s(v_air_body, motion.omega_body);
-            let hub = HubMotion::of(hub, &rotor.axis_body);
-            thrust_n[i] = self.rotor_load(rotor, &hub, rotor_speed[i], ambient.density_kg_m3).thrust_n;
-        }
-        thrust_n
     }
 
     /// Torque of the air that brakes rotor `i` (from 0) at a speed [rad/s], negative: backwards [N m].

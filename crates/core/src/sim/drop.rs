@@ -14,7 +14,7 @@ use super::electric_battery::ElectricBattery;
 use super::faults::{Fault, FaultCourse, FaultOrder};
 use super::integrator::PlantState;
 use super::plant::{Loads, Plant, PlantKind};
-use super::ring;
+use super::ring::Fluctuation;
 use super::rotor_start::StartCourse;
 use super::turning_over::TurningOver;
 use super::two_bodies::CanopyFlight;
@@ -416,21 +416,16 @@ impl DropSimulation {
         let mirrored = course.ring_is_mirrored();
         self.set_wind_ned(Vector3::new(n, e, d));
         if let Some(drawn) = drawn {
-            let deviations = self.deviations(&drawn.map(|[drawn]| drawn), mirrored);
-            self.plant.set_thrust_deviations(deviations);
+            self.set_drawn(drawn.map(|[drawn]| drawn), mirrored);
         }
     }
 
-    /// Deviations of the thrusts in the vortex ring from their means, of what was drawn for each rotor; none
-    /// of locked ones.
-    fn deviations(&self, drawn: &PerRotor, mirrored: bool) -> Option<PerRotor> {
-        if self.phase != Phase::Powered {
-            return None;
-        }
-        let (plant, body) = (&self.plant, &self.state.body);
-        let (mean_n, ambient) = (plant.thrusts_n(&self.state), plant.ambient(&body.p_ned));
-        let air = (&**plant.vehicle(), &ambient);
-        Some(ring::deviations(drawn, mirrored, air, &body.motion(), &mean_n))
+    /// Takes what was drawn for the vortex ring; locked rotors do not feel it.
+    fn set_drawn(&mut self, drawn: PerRotor, mirrored: bool) {
+        let powered = self.phase == Phase::Powered;
+        let fluctuation =
+            if powered { Fluctuation::Drawn { drawn, mirrored } } else { Fluctuation::None };
+        self.plant.set_fluctuation(fluctuation);
     }
 
     /// Changes the wind at the vehicle, NED [m/s], and with it that at the canopy.

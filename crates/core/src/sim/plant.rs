@@ -17,6 +17,7 @@ use nalgebra::Vector3;
 use super::electric_battery::ElectricBattery;
 use super::ground::Ground;
 use super::integrator::{Craft, PlantRate, PlantState, Workspace, runge_kutta_4, steps_in};
+use super::ring::Fluctuation;
 use super::rotor_start::{EscState, StartCourse};
 use super::stage::{Acting, Commanded, FreeStep, SeenBus, Stage, Stages, Surroundings, Turning};
 use crate::frames::normalized;
@@ -73,9 +74,8 @@ pub struct Plant {
     start: Option<Box<StartCourse>>,
     /// The battery that the motors are on; `None`: a stiff supply, as the ideal plant's always is.
     battery: Option<Box<ElectricBattery>>,
-    /// Deviations of the thrusts from their means in the vortex ring, in shares of them, where they
-    /// fluctuate.
-    thrust_deviations: Option<PerRotor>,
+    /// Fluctuation of free rotors' thrusts in the vortex ring.
+    fluctuation: Fluctuation<f64>,
 }
 
 impl Plant {
@@ -98,7 +98,7 @@ impl Plant {
             motors: None,
             start: None,
             battery: None,
-            thrust_deviations: None,
+            fluctuation: Fluctuation::None,
         }
     }
 
@@ -170,10 +170,14 @@ impl Plant {
         self.battery.as_deref()
     }
 
-    /// Sets how far free rotors' thrusts are off their means from now on, in shares of them; `None`: they are
-    /// not. The ideal plant's are as commanded.
-    pub fn set_thrust_deviations(&mut self, deviations: Option<PerRotor>) {
-        self.thrust_deviations = deviations;
+    /// Sets the fluctuation of free rotors' thrusts from now on. The ideal plant's are as commanded.
+    pub(super) fn set_fluctuation(&mut self, fluctuation: Fluctuation<f64>) {
+        self.fluctuation = fluctuation;
+    }
+
+    /// Fluctuation of the thrusts of rotors that are held, or free.
+    pub(super) fn fluctuation(&self, locked: bool) -> Fluctuation<f64> {
+        if locked { Fluctuation::None } else { self.fluctuation }
     }
 
     /// Kind of the actuators.
@@ -222,15 +226,14 @@ impl Plant {
         Loads { a_ned, wind_ned, balance, bus }
     }
 
-    /// What the vehicle flies in, its rotors held or free.
-    pub(super) fn surroundings(&self, locked: bool) -> Surroundings<'_, f64> {
+    /// What the vehicle flies in.
+    pub(super) fn surroundings(&self) -> Surroundings<'_, f64> {
         Surroundings {
             vehicle: &self.vehicle,
             site: &self.environment,
             air: &self.air,
             wind_ned: self.environment.wind_ned_m_s.into(),
             ground: self.ground.as_ref(),
-            deviations: self.thrust_deviations.as_ref().filter(|_| !locked),
         }
     }
 
@@ -290,16 +293,12 @@ impl Plant {
         self.air.at(&self.environment, self.environment.wind_ned_m_s.into(), p_ned.z)
     }
 
-    /// Thrusts of the rotors without deviations from their means [N].
-    pub(super) fn thrusts_n(&self, state: &PlantState) -> PerRotor {
-        self.vehicle.thrusts_n(&self.ambient(&state.body.p_ned), &state.body.motion(), &state.rotor_speed)
-    }
-
     /// What acts on the vehicle in a state under throttle commands, rotors held or free.
     pub(super) fn stage(&self, state: &PlantState, throttle: &PerRotor, locked: bool) -> Stage<f64> {
-        let (mut stage, near_v) = (Stage::nothing(0.0), self.near_v());
-        let (around, turning) = (self.surroundings(locked), &self.drives(throttle, locked));
-        vectorised(Acting { around, turning, craft: &state.into(), stage: &mut stage, near_v });
+        let (mut stage, craft) = (Stage::nothing(0.0), &state.into());
+        let (around, turning) = (self.surroundings(), &self.drives(throttle, locked));
+        let (fluctuation, near_v) = (self.fluctuation(locked), self.near_v());
+        vectorised(Acting { around, turning, craft, stage: &mut stage, fluctuation, near_v });
         stage
     }
 
@@ -328,8 +327,12 @@ impl Plant {
         self.air.follow(&self.environment, state.body.p_ned.z);
     }
 
-    /// Takes what the bus has given over a step of `dt_s` [s] from the battery.
-    pub(super) fn drain(&mut self, stages: &Stages<f64>, dt_s: f64) {
+    /// Takes what the bus has given over a step of `dt_s` [s] from the battery, and holds the fluctuation that
+    /// free rotors had in it.
+    pub(super) fn end_step(&mut self, stages: &Stages<f64>, locked: bool, dt_s: f64) {
+        if !locked {
+            self.fluctuation = stages.fluctuation;
+        }
         let [charge_c, energy_j] = stages.drawn(dt_s);
         self.take(charge_c, energy_j, stages.near_v);
     }
@@ -453,12 +456,13 @@ impl Plant {
         locked: bool,
         dt_s: f64,
     ) -> Loads {
-        let (mut stages, mut craft) = (Stages::new(self.near_v()), Craft::from(&*state));
+        let mut stages = Stages::new(self.fluctuation(locked), self.near_v());
+        let mut craft = Craft::from(&*state);
         let workspace = &mut Workspace::of(&craft);
-        let (around, turning) = (self.surroundings(locked), &self.drives(throttle, locked));
+        let (around, turning) = (self.surroundings(), &self.drives(throttle, locked));
         vectorised(FreeStep { around, turning, craft: &mut craft, stages: &mut stages, workspace, dt_s });
         let loads = self.acted(stages.first());
-        self.drain(&stages, dt_s);
+        self.end_step(&stages, locked, dt_s);
         *state = self.settled(&state.rotor_speed, &craft, locked);
         loads
     }

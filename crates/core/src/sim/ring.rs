@@ -3,19 +3,55 @@
 
 use crate::model::environment::Ambient;
 use crate::model::rigid_body::Motion;
+use crate::model::vehicle::Fluctuates;
 use crate::model::{DiskState, MAX_ROTORS, Vehicle};
 use crate::real::Real;
 
-/// Shares of their means by which the thrusts of a vehicle in this motion deviate, of what was drawn for
-/// thrusts well inside the ring, [`WindCourse::ring_deviations`]; `mean_n` are the means [N]. With `mirrored`
-/// the mirror images of a rotor deviate alike, by the mean of what as many of them would do.
-///
-/// [`WindCourse::ring_deviations`]: crate::model::wind::WindCourse::ring_deviations
+/// Fluctuation of thrusts over a step of the simulation, which holds what its beginning makes of it.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Fluctuation<S> {
+    /// Thrusts are at their means.
+    None,
+    /// Deviations of thrusts well inside the ring are drawn, [`WindCourse::ring_deviations`]; with `mirrored`
+    /// the mirror images of a rotor deviate alike, by the mean of what as many of them would do.
+    ///
+    /// [`WindCourse::ring_deviations`]: crate::model::wind::WindCourse::ring_deviations
+    Drawn {
+        /// Deviation of each draw, in shares of the mean.
+        drawn: [S; MAX_ROTORS],
+        /// Whether mirror images deviate alike.
+        mirrored: bool,
+    },
+    /// Deviations of the thrusts, in shares of their means.
+    Found([S; MAX_ROTORS]),
+}
+
+impl<S: Real> Fluctuates<S> for Fluctuation<S> {
+    #[inline(always)]
+    fn deviations(
+        &mut self,
+        vehicle: &Vehicle,
+        ambient: &Ambient<S>,
+        motion: &Motion<S>,
+        mean_n: &[S; MAX_ROTORS],
+    ) -> Option<&[S; MAX_ROTORS]> {
+        if let Self::Drawn { drawn, mirrored } = self {
+            *self = Self::Found(deviations(drawn, *mirrored, vehicle, ambient, motion, mean_n));
+        }
+        match self {
+            Self::Found(deviations) => Some(deviations),
+            _ => None,
+        }
+    }
+}
+
+/// Shares of their means [N] by which the thrusts of a vehicle in this motion deviate, of what was drawn.
 #[inline(always)]
-pub fn deviations<S: Real>(
+fn deviations<S: Real>(
     drawn: &[S; MAX_ROTORS],
     mirrored: bool,
-    (vehicle, ambient): (&Vehicle, &Ambient<S>),
+    vehicle: &Vehicle,
+    ambient: &Ambient<S>,
     motion: &Motion<S>,
     mean_n: &[S; MAX_ROTORS],
 ) -> [S; MAX_ROTORS] {

@@ -6,6 +6,7 @@
 
 use super::ground::Ground;
 use super::integrator::{Craft, CraftRate, Derivative, Workspace, runge_kutta_4_of};
+use super::ring::Fluctuation;
 use crate::model::canopy::Pull;
 use crate::model::drives::{Drives, Held, Motors, OnBus};
 use crate::model::environment::{Ambient, LocalAir};
@@ -27,8 +28,6 @@ pub(super) struct Surroundings<'a, S> {
     /// Wind, NED [m/s].
     pub(super) wind_ned: V3<S>,
     pub(super) ground: Option<&'a Ground>,
-    /// Deviations of the thrusts from their means, in shares of them, where they fluctuate.
-    pub(super) deviations: Option<&'a [S; MAX_ROTORS]>,
 }
 
 impl<S: Real> Surroundings<'_, S> {
@@ -142,13 +141,14 @@ impl<S: Real> Stage<S> {
         around: &Surroundings<'_, S>,
         turning: &T,
         craft: &Craft<S>,
+        fluctuation: &mut Fluctuation<S>,
         near_v: &mut S,
     ) {
-        let Surroundings { vehicle, ground, deviations, .. } = *around;
+        let Surroundings { vehicle, ground, .. } = *around;
         let ambient = around.ambient(craft.p_ned);
         let bus = SeenBus { found: &mut self.bus, near_v };
         let drives = AtSpeed { turning, speed: &craft.rotor_speed, bus };
-        vehicle.derive(&ambient, &craft.motion, &craft.rotor_speed, deviations, drives, &mut self.rate);
+        vehicle.derive(&ambient, &craft.motion, &craft.rotor_speed, fluctuation, drives, &mut self.rate);
         if let Some(ground) = ground {
             let reaction = ground.reaction(vehicle, craft.p_ned, &craft.motion);
             self.ground = [reaction.force_ned, reaction.moment_body];
@@ -185,6 +185,8 @@ impl<S: Real> Stage<S> {
 pub(super) struct Stages<S: Real> {
     /// What acted at the step's beginning, and what acts in the present stage after it.
     each: [Stage<S>; 2],
+    /// Fluctuation of the thrusts.
+    pub(super) fluctuation: Fluctuation<S>,
     /// Bus voltage from which the next one is searched [V].
     pub(super) near_v: S,
     /// Charge [C] and energy [J] of the bus over a step of 6 s.
@@ -193,16 +195,18 @@ pub(super) struct Stages<S: Real> {
 }
 
 impl<S: Real> Stages<S> {
-    /// No stage yet, of a step whose bus is searched from a voltage [V].
+    /// No stage yet, of a step with this fluctuation whose bus is searched from a voltage [V].
     #[inline(always)]
-    pub(super) fn new(near_v: S) -> Self {
-        Self { each: [Stage::nothing(near_v); 2], near_v, draw: [near_v.of(0.0); 2], count: 0 }
+    pub(super) fn new(fluctuation: Fluctuation<S>, near_v: S) -> Self {
+        let (each, draw) = ([Stage::nothing(near_v); 2], [near_v.of(0.0); 2]);
+        Self { each, fluctuation, near_v, draw, count: 0 }
     }
 
-    /// Begins a step whose bus is searched from a voltage [V].
+    /// Begins a step with this fluctuation whose bus is searched from a voltage [V].
     #[inline(always)]
-    pub(super) fn begin(&mut self, near_v: S) {
-        (self.near_v, self.draw, self.count) = (near_v, [near_v.of(0.0); 2], 0);
+    pub(super) fn begin(&mut self, fluctuation: Fluctuation<S>, near_v: S) {
+        (self.fluctuation, self.near_v) = (fluctuation, near_v);
+        (self.draw, self.count) = ([near_v.of(0.0); 2], 0);
     }
 
     /// What acted at the step's beginning.
@@ -220,7 +224,7 @@ impl<S: Real> Stages<S> {
         pull: Option<&Pull<S>>,
     ) -> &Stage<S> {
         let stage = &mut self.each[usize::from(self.count > 0)];
-        stage.take(around, turning, craft, &mut self.near_v);
+        stage.take(around, turning, craft, &mut self.fluctuation, &mut self.near_v);
         if let Some(pull) = pull {
             stage.pull(&around.vehicle.mass, pull);
         }
@@ -282,6 +286,7 @@ pub(super) struct Acting<'a, S: Real, T> {
     pub(super) turning: &'a T,
     pub(super) craft: &'a Craft<S>,
     pub(super) stage: &'a mut Stage<S>,
+    pub(super) fluctuation: Fluctuation<S>,
     /// Bus voltage from which it is searched [V].
     pub(super) near_v: S,
 }
@@ -291,7 +296,7 @@ impl<S: Real, T: Turning<S>> Kernel for Acting<'_, S, T> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { around, turning, craft, stage, mut near_v } = self;
-        stage.take(&around, turning, craft, &mut near_v);
+        let Self { around, turning, craft, stage, mut fluctuation, mut near_v } = self;
+        stage.take(&around, turning, craft, &mut fluctuation, &mut near_v);
     }
 }

@@ -15,6 +15,7 @@ use super::integrator::{
     Craft, CraftRate, Derivative, PlantState, Workspace, many_steps_in, runge_kutta_4_of,
 };
 use super::plant::{Loads, Plant};
+use super::ring::Fluctuation;
 use super::stage::{Stages, Surroundings, Turning};
 use crate::frames::{quaternion_from_euler, rotate_body_from_ned, rotate_ned_from_body};
 use crate::math;
@@ -231,10 +232,10 @@ impl CanopyFlight {
         for k in 0..steps {
             let from_s = t_s + f64::from(k) * h;
             plant.begin_step(throttle, &state.rotor_speed, locked);
-            let mut stages = Stages::new(plant.near_v());
+            let mut stages = Stages::new(plant.fluctuation(locked), plant.near_v());
             let mut bodies = (Craft::from(&*state), self.as_integrated(from_s));
             vectorised(HeldStep {
-                around: plant.surroundings(locked),
+                around: plant.surroundings(),
                 turning: &plant.drives(throttle, locked),
                 canopy: self.around(),
                 workspace: &mut Workspace::of(&bodies),
@@ -245,7 +246,7 @@ impl CanopyFlight {
             });
             acting.get_or_insert_with(|| plant.acted(stages.first()));
             *state = plant.settled(&state.rotor_speed, &bodies.0, locked);
-            plant.drain(&stages, h);
+            plant.end_step(&stages, locked, h);
             plant.pass(h);
             self.set_integrated(&bodies.1, from_s + h);
             self.impulse_ned = bodies.1[2].into();
@@ -475,7 +476,7 @@ impl<S: Real, T: Turning<S>> Kernel for HeldSteps<'_, S, T> {
             let (bodies, workspace) = (&mut *self.bodies, &mut *self.workspace);
             (bodies.0, bodies.1) = (*craft, body.as_integrated(canopy, from_s));
             let stages = if k == 0 { &mut *first } else { &mut *others };
-            stages.begin(self.near_v);
+            stages.begin(Fluctuation::None, self.near_v);
             HeldStep { around, turning, canopy: its, bodies, stages, workspace, from_s, dt_s: h }.run();
             let bodies = &mut *self.bodies;
             let [p_ned, v_ned] = at(canopy, &bodies.1, from_s + h);

@@ -12,7 +12,7 @@ use nalgebra::Vector3;
 use super::super::integrator::{Craft, PlantState, Workspace};
 use super::super::plant::Loads;
 use super::super::record::{RowStart, Sample};
-use super::super::ring;
+use super::super::ring::Fluctuation;
 use super::super::stage::{Commanded, FreeStep, Stage, Stages, Surroundings};
 use super::super::two_bodies::{Canopy, CanopyBody, HeldSteps, LooseSteps};
 use super::{BOUNDARY_TOLERANCE_S, DropSimulation, Phase, Start};
@@ -44,7 +44,7 @@ pub struct Abreast {
     air: LocalAir<Lanes>,
     wind_ned: V3<Lanes>,
     throttle: [Lanes; MAX_ROTORS],
-    deviations: Option<[Lanes; MAX_ROTORS]>,
+    fluctuation: Fluctuation<Lanes>,
     canopy: Option<(CanopyBody<Lanes>, LocalAir<Lanes>)>,
     /// Whether the last step's forces are those in the first of the room's stages.
     is_of_room: bool,
@@ -128,7 +128,7 @@ impl Abreast {
         let craft = Craft { p_ned: none, motion, rotor_speed: [zero; MAX_ROTORS] };
         let bodies = (craft, [none; 3]);
         let room = Box::new(Room {
-            stages: [Stages::new(zero); 2],
+            stages: [Stages::new(Fluctuation::None, zero); 2],
             bodies,
             alone: Workspace::of(&craft),
             both: Workspace::of(&bodies),
@@ -143,7 +143,7 @@ impl Abreast {
             air,
             wind_ned: none,
             throttle: [zero; MAX_ROTORS],
-            deviations: None,
+            fluctuation: Fluctuation::None,
             canopy: drops[0].canopy.map(|_| (CanopyBody::nowhere(zero), air)),
             is_of_room: false,
             loads: drops.iter().map(DropSimulation::loads).collect(),
@@ -341,7 +341,13 @@ impl Abreast {
             drop.state = PlantState::from(&craft_of(&self.craft, i));
             drop.throttle = numbers(&self.throttle, i);
             drop.plant.set_wind_ned(vector(&self.wind_ned, i));
-            drop.plant.set_thrust_deviations(self.deviations.as_ref().map(|all| numbers(all, i)));
+            drop.plant.set_fluctuation(match &self.fluctuation {
+                Fluctuation::None => Fluctuation::None,
+                Fluctuation::Drawn { drawn, mirrored } => {
+                    Fluctuation::Drawn { drawn: numbers(drawn, i), mirrored: *mirrored }
+                }
+                Fluctuation::Found(deviations) => Fluctuation::Found(numbers(deviations, i)),
+            });
             if let (Some((body, _)), Some(canopy)) = (&self.canopy, &mut drop.canopy) {
                 canopy.state.p_ned = vector(&body.p_ned, i);
                 canopy.state.v_ned = vector(&body.v_ned, i);
@@ -371,16 +377,17 @@ impl Abreast {
         }
         let Some(drawn) = drawn else { return };
         let mirrored = course.ring_is_mirrored();
+        self.fluctuation = Fluctuation::None;
         if self.drops.iter().all(|drop| drop.phase == Phase::Powered) {
-            let around = surroundings(&self.drops[0], &self.air, self.wind_ned, None);
-            let (craft, drawn) = (&self.craft, &drawn);
-            self.deviations = Some(vectorised(Deviate { around, craft, drawn, mirrored }));
-        } else {
-            self.deviations = None;
+            let mut numbers = self.throttle;
+            for (number, drawn) in numbers.iter_mut().zip(&drawn) {
+                *number.as_array_mut() = *drawn;
+            }
+            self.fluctuation = Fluctuation::Drawn { drawn: numbers, mirrored };
+        } else if self.drops.iter().any(|drop| drop.phase == Phase::Powered) {
             self.bring_up_to_date();
             for (i, drop) in self.drops.iter_mut().enumerate() {
-                let deviations = drop.deviations(&drawn.map(|drawn| drawn[i]), mirrored);
-                drop.plant.set_thrust_deviations(deviations);
+                drop.set_drawn(drawn.map(|drawn| drawn[i]), mirrored);
             }
         }
     }
@@ -411,21 +418,24 @@ impl Abreast {
         let h = dt_s / f64::from(steps);
         for k in 0..steps {
             let [open_v, near_v] = self.voltages();
-            let Self { drops, craft, air, wind_ned, throttle, deviations, room, .. } = self;
+            let Self { drops, craft, air, wind_ned, throttle, fluctuation, room, .. } = self;
             let Room { stages, alone: workspace, .. } = &mut **room;
             let stages = &mut stages[usize::from(k > 0)];
             let (first, before) = (&drops[0], *air);
-            let deviations = deviations.as_ref().filter(|_| !locked);
             let drawn = vectorised(Fly {
-                around: surroundings(first, &before, *wind_ned, deviations),
+                around: surroundings(first, &before, *wind_ned),
                 air,
                 turning: &first.plant.commanded(throttle, open_v, locked),
                 craft,
                 stages,
                 workspace,
+                fluctuation: if locked { Fluctuation::None } else { *fluctuation },
                 near_v,
                 dt_s: h,
             });
+            if !locked {
+                *fluctuation = stages.fluctuation;
+            }
             let near_v = self.room.stages[usize::from(k > 0)].near_v;
             for (i, drop) in self.drops.iter_mut().enumerate() {
                 let [charge_c, energy_j] = drawn.map(|number| number.as_array()[i]);
@@ -468,7 +478,7 @@ impl Abreast {
         let Some(hung) = &first.canopy else { return };
         let Room { stages: [first_stages, others], bodies, both: workspace, .. } = &mut **room;
         vectorised(HeldSteps {
-            around: surroundings(first, &before, *wind_ned, None),
+            around: surroundings(first, &before, *wind_ned),
             air,
             turning: &first.plant.commanded(throttle, open_v, true),
             lengths: hung.lengths(&first.plant),
@@ -570,30 +580,6 @@ impl Kernel for Blow<'_> {
     }
 }
 
-/// Deviations of thrusts in the vortex ring.
-struct Deviate<'a> {
-    around: Surroundings<'a, Lanes>,
-    craft: &'a Craft<Lanes>,
-    drawn: &'a [[f64; LANES]; MAX_ROTORS],
-    mirrored: bool,
-}
-
-impl Kernel for Deviate<'_> {
-    type Output = [Lanes; MAX_ROTORS];
-
-    #[inline(always)]
-    fn run(self) -> Self::Output {
-        let Self { around, craft, drawn, mirrored } = self;
-        let mut numbers = craft.rotor_speed;
-        for (number, drawn) in numbers.iter_mut().zip(drawn) {
-            *number.as_array_mut() = *drawn;
-        }
-        let ambient = around.ambient(craft.p_ned);
-        let mean_n = around.vehicle.thrusts_n(&ambient, &craft.motion, &craft.rotor_speed);
-        ring::deviations(&numbers, mirrored, (around.vehicle, &ambient), &craft.motion, &mean_n)
-    }
-}
-
 /// Throttle commands as they are taken.
 struct Taken<'a>(&'a [Lanes; MAX_ROTORS]);
 
@@ -633,6 +619,7 @@ struct Fly<'a> {
     craft: &'a mut Craft<Lanes>,
     stages: &'a mut Stages<Lanes>,
     workspace: &'a mut Workspace<Lanes, Craft<Lanes>>,
+    fluctuation: Fluctuation<Lanes>,
     near_v: Lanes,
     dt_s: f64,
 }
@@ -642,10 +629,10 @@ impl Kernel for Fly<'_> {
 
     #[inline(always)]
     fn run(self) -> [Lanes; 2] {
-        let Self { around, air, turning, craft, stages, workspace, near_v, dt_s } = self;
+        let Self { around, air, turning, craft, stages, workspace, fluctuation, near_v, dt_s } = self;
         air.follow(around.site, craft.p_ned.z);
         let (around, dt_s) = (Surroundings { air, ..around }, near_v.of(dt_s));
-        stages.begin(near_v);
+        stages.begin(fluctuation, near_v);
         FreeStep { around, turning, craft, stages, workspace, dt_s }.run();
         craft.settle();
         stages.drawn(dt_s)
@@ -657,10 +644,9 @@ fn surroundings<'a>(
     drop: &'a DropSimulation,
     air: &'a LocalAir<Lanes>,
     wind_ned: V3<Lanes>,
-    deviations: Option<&'a [Lanes; MAX_ROTORS]>,
 ) -> Surroundings<'a, Lanes> {
     let (vehicle, site, ground) = (drop.vehicle(), drop.environment(), drop.ground());
-    Surroundings { vehicle, site, air, wind_ned, ground, deviations }
+    Surroundings { vehicle, site, air, wind_ned, ground }
 }
 
 fn set_vector(vector: &mut V3<Lanes>, i: usize, one: &Vector3<f64>) {
