@@ -172,7 +172,8 @@ fn fluctuating(v_ned: Vector3<f64>, flights: std::ops::Range<u64>) -> Vec<[f64; 
             };
             let before = mean(&sim);
             let disk =
-                DiskState::of_each(&vehicle, &site.ambient(), &sim.state().body.motion(), &[before; 8]).unwrap()[0];
+                DiskState::of_each(&vehicle, &site.ambient(), &sim.state().body.motion(), &[before; 8])
+                    .unwrap()[0];
             sim.step(&throttle, 0.02);
             [sim.balance(&throttle).thrust_n[0] / mean(&sim) - 1.0, disk.ring_share()]
         })

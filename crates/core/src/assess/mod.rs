@@ -30,6 +30,8 @@
 //! | [`paper`] | what the paper prints of its study | Table 5, V.A |
 
 pub mod batch;
+#[cfg(target_arch = "x86_64")]
+mod beside;
 pub mod beta;
 pub mod better;
 pub mod blocks;
@@ -38,6 +40,7 @@ pub mod coordinates;
 pub mod drops;
 pub mod envelope;
 pub mod fidelity;
+pub(crate) mod flights;
 pub mod free_fall;
 pub mod grid_loss;
 pub mod integrated_plan;
@@ -75,12 +78,12 @@ pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};
 pub use releases::{RandomRelease, ReleaseDistribution};
 pub use safety::{Peaks, Verdict, VerdictBuilder, judge, judge_trial, steady_within_m_s};
-pub use verdicts::Verdicts;
 pub use scenario::Scenario;
 pub use statistics::{CONFIDENCE, Share, Summary, rate_bound};
 pub use study::{OneAtATime, SafetyStudy, StudyEntry, StudyReference, StudyStart, TraceInstant};
 pub use tracking::TrackingError;
 pub use trends::{ReleaseTrends, Side};
+pub use verdicts::Verdicts;
 
 pub use crate::sim::{SafetyLimits, StateCost};
 

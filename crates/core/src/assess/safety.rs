@@ -16,7 +16,7 @@ use super::outcome::{CANOPY_DISTANCE, Outcome};
 use super::power::PowerUse;
 use super::scenario::Scenario;
 use super::watched::{Sight, Watched};
-use crate::frames::{bank, pitch, tilt};
+use crate::frames::{pitch, tilt};
 use crate::model::environment::LocalAir;
 use crate::model::rigid_body::BodyState;
 use crate::model::supply::PackLimits;
@@ -44,14 +44,10 @@ pub struct Peaks {
 }
 
 impl Peaks {
-    fn observe(&mut self, body: &BodyState) {
-        keep_larger([
-            (&mut self.pitch_rad, pitch(body.q_ned_from_body)),
-            (&mut self.pitch_rate_rad_s, body.omega_body.y),
-            (&mut self.roll_rad, bank(body.q_ned_from_body)),
-            (&mut self.roll_rate_rad_s, body.omega_body.x),
-        ]);
-        self.tilt_rad = self.tilt_rad.max(tilt(body.q_ned_from_body));
+    /// The peaks that have been seen.
+    fn of(seen: &Watched<f64>) -> Self {
+        let [pitch_rad, pitch_rate_rad_s, roll_rad, roll_rate_rad_s] = seen.peaks;
+        Self { pitch_rad, pitch_rate_rad_s, roll_rad, roll_rate_rad_s, tilt_rad: seen.tilt_rad }
     }
 
     /// A flight's numbers with these peaks among them.
@@ -70,14 +66,12 @@ impl Peaks {
 /// Takes the samples of a flight from t = 0 for its [`Outcome`].
 #[derive(Clone, Debug)]
 pub struct FlightWatch<'a> {
-    scenario: &'a Scenario,
+    pub(super) scenario: &'a Scenario,
     start_ned_m: Vector3<f64>,
-    plan_end_s: f64,
-    way_ned_m: Vector3<f64>,
-    steady_after_s: Option<f64>,
-    j_tpf: f64,
-    peak_speed_m_s: f64,
-    peaks: Peaks,
+    pub(super) plan_end_s: f64,
+    pub(super) watched: Watched<f64>,
+    /// Position at the last sample of the plan, NED [m].
+    pub(super) plan_end_p_ned: Vector3<f64>,
     final_v_ned: Vector3<f64>,
 }
 
@@ -89,11 +83,8 @@ impl<'a> FlightWatch<'a> {
             scenario,
             start_ned_m,
             plan_end_s,
-            way_ned_m: Vector3::zeros(),
-            steady_after_s: None,
-            j_tpf: 0.0,
-            peak_speed_m_s: 0.0,
-            peaks: Peaks::default(),
+            watched: Watched::nothing(0.0),
+            plan_end_p_ned: start_ned_m,
             final_v_ned: Vector3::zeros(),
         }
     }
@@ -101,23 +92,33 @@ impl<'a> FlightWatch<'a> {
     /// Takes the next sample.
     pub fn observe(&mut self, sample: &Sample) {
         let body = &sample.state.body;
-        self.j_tpf = self.j_tpf.max(StateCost::of_sample(sample, &self.scenario.limits.safety).max());
-        self.peak_speed_m_s = self.peak_speed_m_s.max(body.v_ned.norm());
-        self.peaks.observe(body);
+        let now = Sight {
+            motion: &body.motion(),
+            turned_over: sample.turned_over,
+            over: false,
+            a_down_m_s2: sample.a_ned.z,
+            canopy_m: None,
+            steady_at_s: Some(sample.t_s),
+            plan_v_ned: None,
+        };
+        let Scenario { limits, target_v_ned, .. } = self.scenario;
+        self.watched.see(&now, &limits.safety, (*target_v_ned).into(), limits.steady_within_m_s);
         self.final_v_ned = body.v_ned;
         if sample.t_s <= self.plan_end_s {
-            self.way_ned_m = body.p_ned - self.start_ned_m;
+            self.plan_end_p_ned = body.p_ned;
         }
-        let near = self.scenario.is_steady(&body.v_ned);
-        self.steady_after_s = near.then(|| self.steady_after_s.unwrap_or(sample.t_s));
     }
 
     /// The flight's peaks and end, when it was steady, and its way from the start to the plan's end.
     pub fn outcome(&self) -> Outcome {
-        let Self { j_tpf, peak_speed_m_s, steady_after_s, .. } = *self;
-        Outcome { j_tpf, peak_speed_m_s, steady_after_s, ..self.peaks.put_into(Outcome::default()) }
-            .with_way(self.way_ned_m)
-            .with_final_v(self.final_v_ned)
+        let seen = &self.watched;
+        let outcome = Outcome {
+            j_tpf: seen.j_tpf(),
+            peak_speed_m_s: seen.speed_m_s,
+            steady_after_s: seen.steady_after_s(),
+            ..Peaks::of(seen).put_into(Outcome::default())
+        };
+        outcome.with_way(self.plan_end_p_ned - self.start_ned_m).with_final_v(self.final_v_ned)
     }
 }
 
@@ -209,15 +210,6 @@ const STEADY_LEAST_M_S: f64 = 0.02;
 /// How close to a commanded velocity is steady [m/s]: 1 % of it, and 0.02 m/s at the least.
 pub fn steady_within_m_s(v_cmd_ned: &Vector3<f64>) -> f64 {
     (STEADY_FRACTION * v_cmd_ned.norm()).max(STEADY_LEAST_M_S)
-}
-
-/// Keeps in each pair the number of the larger size, with its sign.
-fn keep_larger<const N: usize>(peaks: [(&mut f64, f64); N]) {
-    for (peak, now) in peaks {
-        if now.abs() > peak.abs() {
-            *peak = now;
-        }
-    }
 }
 
 /// Makes a [`Verdict`] of a flight's samples, given one by one in order of time.
@@ -322,7 +314,10 @@ impl VerdictBuilder {
             air.follow(site, body.p_ned.z);
             let there = air.at(site, sample.wind_ned.into(), body.p_ned.z);
             let disks = DiskState::of_each(vehicle, &there, &body.motion(), &sample.balance.thrust_n);
-            (sample.t_s, disks.map_or([false; MAX_ROTORS], |disks| disks.map(|disk| disk.is_in_vortex_ring())))
+            (
+                sample.t_s,
+                disks.map_or([false; MAX_ROTORS], |disks| disks.map(|disk| disk.is_in_vortex_ring())),
+            )
         });
     }
 
@@ -383,7 +378,7 @@ impl VerdictBuilder {
             over,
             a_down_m_s2: sample.a_ned.z,
             canopy_m: canopy.map(|canopy| (canopy.state.p_ned - body.p_ned).norm()),
-            powered_s: sample.t_powered_s.filter(|_| sample.phase == Phase::Powered),
+            steady_at_s: sample.t_powered_s.filter(|_| sample.phase == Phase::Powered),
             plan_v_ned: plan_v_ned.map(V3::from),
         };
         self.watched.see(&now, &limits.safety, self.v_cmd_ned.into(), limits.steady_within_m_s);
@@ -450,7 +445,7 @@ impl VerdictBuilder {
 
     /// J_TPF of what was observed so far.
     pub fn j_tpf(&self) -> f64 {
-        if self.watched.infinite { f64::INFINITY } else { StateCost::from(self.watched.cost).max() }
+        self.watched.j_tpf()
     }
 
     /// The verdict; `None` when nothing was observed from the release on.
@@ -459,16 +454,13 @@ impl VerdictBuilder {
         let way_ned_m = self.way_before_ned_m + self.plan_end_p_ned - first_p_ned;
         let plan_cut = self.plan.is_some() && self.last_powered_s + STEP_AT_MOST_S < self.plan_end_s;
         let (j_tpf, Verdict { limits, outcome, .. }) = (self.j_tpf(), &self.verdict);
-        let Watched { cost, infinite, peaks, tilt_rad, a_down_m_s2, .. } = self.watched;
-        let Watched { canopy_m, steady_from_s, distance2, .. } = self.watched;
-        let (peak_cost, [pitch_rad, pitch_rate_rad_s, roll_rad, roll_rate_rad_s]) = (StateCost::from(cost), peaks);
-        let peaks = Peaks { pitch_rad, pitch_rate_rad_s, roll_rad, roll_rate_rad_s, tilt_rad };
-        let seen = |x: f64| x.is_finite().then_some(x);
+        let Watched { cost, infinite, a_down_m_s2, canopy_m, distance2, .. } = self.watched;
+        let (peak_cost, peaks) = (StateCost::from(cost), Peaks::of(&self.watched));
         let outcome = Outcome {
             j_tpf,
             peak_speed_m_s: cost[0] * limits.safety.speed_m_s,
-            steady_after_s: seen(steady_from_s),
-            canopy_distance_m: seen(canopy_m),
+            steady_after_s: self.watched.steady_after_s(),
+            canopy_distance_m: canopy_m.is_finite().then_some(canopy_m),
             tracking_rms_m_s: self.plan.as_ref().map(|_| (distance2 / f64::from(self.in_plan)).sqrt()),
             ..peaks.put_into(*outcome)
         };

@@ -12,6 +12,7 @@ use std::ops::ControlFlow;
 use nalgebra::Vector3;
 
 use super::batch::{BatchFlight, BatchMeasure, judge_flights};
+use super::flights::Outcomes;
 use super::outcome::Outcome;
 use super::releases::RandomRelease;
 use super::safety::FlightWatch;
@@ -23,7 +24,7 @@ use crate::model::rigid_body::BodyState;
 use crate::sim::faults::Fault;
 use crate::sim::limits::StateCost;
 use crate::sim::planar::{Flight, Model, NotPlanar, Release, Variation};
-use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, Sample, fly};
+use crate::sim::{self, DropSimulation, FlightPlan, PlantKind, Reference, Sample, fly, fly_many};
 use crate::trajectory::Trajectory;
 
 /// Period of control and of the simulation's steps [s].
@@ -148,8 +149,34 @@ impl SafetyStudy {
                 };
                 judged.iter().zip(releases).map(whole).collect()
             }
-            Err(_) => releases.iter().map(|release| self.outcome(entry, release)).collect(),
+            Err(_) => self.fly_in_space(entry, releases),
         }
+    }
+
+    /// Flies a trial from each release in six degrees of freedom.
+    fn fly_in_space(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<Outcome> {
+        let plan_end_s = self.plan.end_s() + 0.5 * CONTROL_PERIOD_S;
+        let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
+        let watch = |r: &RandomRelease| FlightWatch::new(&self.scenario, r.state.p_ned, plan_end_s);
+        let mut outcomes = Outcomes::by(releases.iter().map(watch).collect());
+        let flight = |release: &RandomRelease| sim::Flight {
+            simulation: self.simulation(release.into()),
+            controller: entry.controller.clone(),
+            plan,
+        };
+        fly_many(releases.iter().map(flight).collect(), &mut outcomes);
+        let ways = releases.iter().map(|release| self.way_to_t0(&release.state));
+        let flown = outcomes.finish().into_iter().zip(ways);
+        flown.map(|(outcome, way)| outcome.with_way(way + outcome.way_ned_m())).collect()
+    }
+
+    /// A flight from t = 0 that has not begun.
+    fn simulation(&self, start: StudyStart) -> DropSimulation {
+        let (vehicle, environment) = (self.scenario.vehicle.clone(), self.scenario.environment.clone());
+        let course = self.scenario.wind.uniform(&environment).course(&environment, start.air);
+        DropSimulation::at_t0(vehicle, environment, start.state, PlantKind::Actuator)
+            .in_wind(course)
+            .with_faults(&self.faults)
     }
 
     /// Why the flights from such releases are flown one at a time; `None` where they are flown side by side.
@@ -298,12 +325,7 @@ impl SafetyStudy {
         period_s: f64,
         observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
     ) {
-        let (vehicle, environment) = (self.scenario.vehicle.clone(), self.scenario.environment.clone());
-        let start = start.into();
-        let course = self.scenario.wind.uniform(&environment).course(&environment, start.air);
-        let mut sim = DropSimulation::at_t0(vehicle, environment, start.state, PlantKind::Actuator)
-            .in_wind(course)
-            .with_faults(&self.faults);
+        let mut sim = self.simulation(start.into());
         let flight = self.flight_plan(entry, period_s);
         // Whether it was broken off is the observer's to know.
         let _ = fly(&mut sim, &mut *entry.controller.clone(), &flight, observe);

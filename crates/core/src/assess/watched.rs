@@ -5,7 +5,7 @@
 use crate::frames::{pitch_and_bank, tilt};
 use crate::model::rigid_body::Motion;
 use crate::real::Real;
-use crate::sim::limits::{SafetyLimits, shares};
+use crate::sim::limits::{SafetyLimits, StateCost, shares};
 use crate::vector::V3;
 
 /// What has been seen of a flight.
@@ -15,6 +15,8 @@ pub(super) struct Watched<S: Real> {
     pub(super) cost: [S; 5],
     /// Whether one of them was infinite, or no number.
     pub(super) infinite: S::Mask,
+    /// Greatest speed [m/s].
+    pub(super) speed_m_s: S,
     /// Pitch [rad], pitch rate [rad/s], roll [rad], roll rate [rad/s] of the largest size, either way.
     pub(super) peaks: [S; 4],
     /// Largest angle between the body's up axis and the vertical [rad].
@@ -41,10 +43,22 @@ pub(super) struct Sight<'a, S: Real> {
     pub(super) a_down_m_s2: S,
     /// Distance of the canopy [m], where there is one.
     pub(super) canopy_m: Option<S>,
-    /// Time since the rotors were freed [s], in powered flight; `None` before.
-    pub(super) powered_s: Option<f64>,
+    /// Time by which steadiness is counted [s]; `None`: it is not steady.
+    pub(super) steady_at_s: Option<f64>,
     /// The plan's velocity, NED [m/s], while there is one.
     pub(super) plan_v_ned: Option<V3<S>>,
+}
+
+impl Watched<f64> {
+    /// J_TPF, (51), of what has been seen.
+    pub(super) fn j_tpf(&self) -> f64 {
+        if self.infinite { f64::INFINITY } else { StateCost::from(self.cost).max() }
+    }
+
+    /// When it became steady [s], if it is.
+    pub(super) fn steady_after_s(&self) -> Option<f64> {
+        self.steady_from_s.is_finite().then_some(self.steady_from_s)
+    }
 }
 
 impl<S: Real> Watched<S> {
@@ -55,6 +69,7 @@ impl<S: Real> Watched<S> {
         Self {
             cost: [zero; 5],
             infinite: zero.less(zero),
+            speed_m_s: zero,
             peaks: [zero; 4],
             tilt_rad: zero,
             a_down_m_s2: zero,
@@ -76,25 +91,24 @@ impl<S: Real> Watched<S> {
         let Motion { q_ned_from_body, v_ned, omega_body } = *now.motion;
         let infinite = v_ned.x.of(f64::INFINITY);
         let (pitch_rad, roll_rad) = pitch_and_bank(q_ned_from_body);
-        let cost = shares(v_ned.norm(), [pitch_rad, roll_rad], omega_body, now.turned_over, limits);
+        let speed_m_s = v_ned.norm();
+        self.speed_m_s = S::select(now.over, self.speed_m_s, speed_m_s.at_least(self.speed_m_s));
+        let cost = shares(speed_m_s, [pitch_rad, roll_rad], omega_body, now.turned_over, limits);
         for (peak, share) in self.cost.iter_mut().zip(cost) {
             self.infinite = self.infinite | !share.less(infinite);
             *peak = S::select(now.over, *peak, share.at_least(*peak));
         }
-        for (peak, value) in
-            self.peaks.iter_mut().zip([pitch_rad, omega_body.y, roll_rad, omega_body.x])
-        {
+        for (peak, value) in self.peaks.iter_mut().zip([pitch_rad, omega_body.y, roll_rad, omega_body.x]) {
             *peak = S::select(now.over, *peak, larger(*peak, value));
         }
-        self.tilt_rad =
-            S::select(now.over, self.tilt_rad, tilt(q_ned_from_body).at_least(self.tilt_rad));
+        self.tilt_rad = S::select(now.over, self.tilt_rad, tilt(q_ned_from_body).at_least(self.tilt_rad));
         let a_down = larger(self.a_down_m_s2, now.a_down_m_s2);
         self.a_down_m_s2 = S::select(now.over, self.a_down_m_s2, a_down);
         if let Some(canopy_m) = now.canopy_m {
             self.canopy_m = canopy_m.at_most(self.canopy_m);
         }
         // What was steady when it came to the ground stays so.
-        let steady_from_s = match now.powered_s {
+        let steady_from_s = match now.steady_at_s {
             Some(t_s) => {
                 let off = (v_ned - v_cmd_ned).norm();
                 let near = !infinite.of(within_m_s).less(off) & off.less(infinite);

@@ -35,10 +35,7 @@ pub(super) fn within<S: Real>(x: S, bound: f64) -> S {
 
 /// Tilt error about body x and y and twist error about the thrust axis [rad].
 #[inline(always)]
-pub fn tilt_and_twist<S: Real>(
-    q_ned_from_body: Quaternion<S>,
-    q_sp_ned_from_body: Quaternion<S>,
-) -> V3<S> {
+pub fn tilt_and_twist<S: Real>(q_ned_from_body: Quaternion<S>, q_sp_ned_from_body: Quaternion<S>) -> V3<S> {
     let [w, x, y, z] = product(conjugate(q_ned_from_body), q_sp_ned_from_body);
     let upright = straight::hypot(w, z);
     let lying = straight::hypot(x, y);

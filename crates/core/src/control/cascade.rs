@@ -9,10 +9,11 @@
 use nalgebra::Vector3;
 
 use super::attitude::within;
-use super::loops::{Demand, Loops};
+use super::loops::{Demand, Loops, finite};
 use super::velocity::VelocitySetpoint;
 use super::{
-    Airframe, AsCascade, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement, Setpoint,
+    Airframe, AsCascade, ControlLimits, ControlOutput, ControlSettings, Controller, Gains, Measurement,
+    Setpoint,
 };
 use crate::frames::{LEVEL, Quaternion, yaw};
 use crate::model::rigid_body::Motion;
@@ -45,14 +46,6 @@ impl Held {
         collective: 0.0,
         rate_sp: Vector3::new(0.0, 0.0, 0.0),
     };
-}
-
-/// Beyond this size no angle, speed or rate means anything; products of such numbers stay finite.
-pub(crate) const LARGEST_INPUT: f64 = 1e9;
-
-/// Whether all are of a physical size.
-pub(crate) fn finite(numbers: &[f64]) -> bool {
-    numbers.iter().all(|x| x.abs() <= LARGEST_INPUT)
 }
 
 impl Measurement {
@@ -174,12 +167,7 @@ impl From<Demand<f64>> for ControlOutput {
 
 impl From<ControlSettings> for Cascade {
     fn from(settings: ControlSettings) -> Self {
-        Self {
-            settings,
-            loops: Loops::new(0.0),
-            held: Held::NOTHING,
-            output: ControlOutput::ZERO,
-        }
+        Self { settings, loops: Loops::new(0.0), held: Held::NOTHING, output: ControlOutput::ZERO }
     }
 }
 

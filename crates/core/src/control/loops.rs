@@ -3,7 +3,6 @@
 
 use super::ControlSettings;
 use super::attitude::rate_setpoint;
-use super::cascade::LARGEST_INPUT;
 use super::rate::RateLoop;
 use super::velocity::{VelocityLoop, VelocitySetpoint};
 use crate::frames::{Quaternion, quaternion_from_euler};
@@ -100,6 +99,14 @@ impl<S: Real> Loops<S> {
         let q_sp = motion.q_ned_from_body;
         Demand { acceleration_sp_ned, collective_n, q_sp, rate_sp_body, thrust_n, throttle }
     }
+}
+
+/// Beyond this size no angle, speed or rate means anything; products of such numbers stay finite.
+pub(crate) const LARGEST_INPUT: f64 = 1e9;
+
+/// Whether all are of a physical size.
+pub(crate) fn finite(numbers: &[f64]) -> bool {
+    numbers.iter().all(|x| x.abs() <= LARGEST_INPUT)
 }
 
 /// Cascades of flights side by side from their reset on, each of which does what

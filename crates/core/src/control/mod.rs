@@ -44,7 +44,8 @@ pub(crate) mod test_vehicles;
 pub use airframe::Airframe;
 pub use cascade::Cascade;
 pub use controller::{
-    AsCascade, CloneController, ControlOutput, ControlSettings, Controller, Measurement, Setpoint, WithDelay, WithVelocityError,
+    AsCascade, CloneController, ControlOutput, ControlSettings, Controller, Measurement, Setpoint, WithDelay,
+    WithVelocityError,
 };
 pub use free_fall::{Fall, FreeFallDetector, FreeFallSettings};
 pub use gains::{ControlLimits, Gains};

@@ -49,10 +49,8 @@ impl<S: Real> RateLoop<S> {
         let e = rate_sp_body - omega_body;
         let bound = limits.rate_integral_rad_s2;
         let [roll, pitch] = self.integral;
-        self.integral = [
-            within(roll + e.x * gains.k_iq * dt_s, bound),
-            within(pitch + e.y * gains.k_iq * dt_s, bound),
-        ];
+        self.integral =
+            [within(roll + e.x * gains.k_iq * dt_s, bound), within(pitch + e.y * gains.k_iq * dt_s, bound)];
         V3::new(e.x * gains.k_pq + roll, e.y * gains.k_pq + pitch, e.z * gains.k_pr)
     }
 }

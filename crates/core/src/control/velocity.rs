@@ -107,8 +107,7 @@ impl<S: Real> ThrustVector<S> {
         let (sin, cos) = straight::sin_cos(yaw_rad);
         let (a, zero) = (&self.acceleration_sp_ned, yaw_rad.of(0.0));
         let (ahead, right) = (cos * a.x + sin * a.y, cos * a.y - sin * a.x);
-        let wanted =
-            zero.of(1e-9).less(self.up_m_s2) | zero.less(ahead.abs()) | zero.less(right.abs());
+        let wanted = zero.of(1e-9).less(self.up_m_s2) | zero.less(ahead.abs()) | zero.less(right.abs());
         let roll = right.atan2(straight::hypot(ahead, self.up_m_s2));
         let pitch = (-ahead).atan2(self.up_m_s2);
         (S::select(wanted, roll, zero), S::select(wanted, pitch, zero))

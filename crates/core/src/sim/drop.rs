@@ -24,10 +24,10 @@ use crate::model::rotor_start::BeforeStart;
 use crate::model::wind::WindCourse;
 use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 
-#[cfg(test)]
-mod canopy_tests;
 #[cfg(target_arch = "x86_64")]
 pub mod abreast;
+#[cfg(test)]
+mod canopy_tests;
 mod forces;
 mod landing;
 
@@ -423,8 +423,7 @@ impl DropSimulation {
     /// Takes what was drawn for the vortex ring; locked rotors do not feel it.
     fn set_drawn(&mut self, drawn: PerRotor, mirrored: bool) {
         let powered = self.phase == Phase::Powered;
-        let fluctuation =
-            if powered { Fluctuation::Drawn { drawn, mirrored } } else { Fluctuation::None };
+        let fluctuation = if powered { Fluctuation::Drawn { drawn, mirrored } } else { Fluctuation::None };
         self.plant.set_fluctuation(fluctuation);
     }
 

@@ -257,11 +257,7 @@ impl<S: Real> Integrated<S> for V3<S> {
 /// `(k1 + 2 k2 + 2 k3 + k4)/6` of vectors.
 #[inline(always)]
 fn averaged<S: Real>(k1: &V3<S>, k2: &V3<S>, k3: &V3<S>, k4: &V3<S>) -> V3<S> {
-    V3::new(
-        average(k1.x, k2.x, k3.x, k4.x),
-        average(k1.y, k2.y, k3.y, k4.y),
-        average(k1.z, k2.z, k3.z, k4.z),
-    )
+    V3::new(average(k1.x, k2.x, k3.x, k4.x), average(k1.y, k2.y, k3.y, k4.y), average(k1.z, k2.z, k3.z, k4.z))
 }
 
 impl<S: Real> Integrated<S> for Craft<S> {

@@ -135,5 +135,4 @@ impl StateCost {
             self.parts().into_iter().reduce(|worst, part| if part.1 > worst.1 { part } else { worst });
         if self.max().is_finite() { worst.map_or("", |(name, _)| name) } else { NOT_FINITE }
     }
-
 }

@@ -7,9 +7,9 @@
 
 use std::ops::ControlFlow;
 
-use super::drop::{DropSimulation, Phase};
 #[cfg(target_arch = "x86_64")]
 pub use super::drop::abreast::Samples;
+use super::drop::{DropSimulation, Phase};
 use super::flight::{FlightPlan, fly};
 use super::record::Sample;
 use crate::control::Controller;

@@ -311,7 +311,8 @@ fn suspension(
         );
         return Err(source.refuse("parachute.canopy.mass_kg", message));
     }
-    let (stretching, damping) = suspension.riser_rates_per_s(suspension.confluence_per_kg(&vehicle.mass), 0.0);
+    let (stretching, damping) =
+        suspension.riser_rates_per_s(suspension.confluence_per_kg(&vehicle.mass), 0.0);
     for (key, rate) in [("stiffness_n_m", stretching), ("damping_n_s_m", damping)] {
         if rate > RATE_MAX_PER_S {
             let message = format!(

@@ -106,8 +106,8 @@ impl Riser {
         let v_ned = motion.v_ned + turn.to_ned(motion.omega_body.cross(attachment_body_m));
         let along = span / distance_m;
         let lengthens_m_s = along.dot(v_ned - canopy_v_ned);
-        let tension_n = (stretch_m * self.stiffness_n_m + lengthens_m_s * self.damping_n_s_m)
-            .at_least(none.tension_n);
+        let tension_n =
+            (stretch_m * self.stiffness_n_m + lengthens_m_s * self.damping_n_s_m).at_least(none.tension_n);
         let force_ned = along * -tension_n;
         let moment_body = attachment_body_m.cross(turn.to_body(force_ned));
         Pull {

@@ -27,8 +27,8 @@ use nalgebra::{Complex, Vector3};
 use super::super::rigid_body::{BodyState, MassProperties};
 use super::super::{Environment, MAX_ROTORS, ModelError, Vehicle, check};
 use super::Suspension;
-use crate::real::Real;
 use crate::frames::LEVEL;
+use crate::real::Real;
 
 /// Steady descents faster than this are none [m/s].
 const FASTEST_M_S: f64 = 1000.0;

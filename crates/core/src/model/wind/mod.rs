@@ -159,7 +159,6 @@ impl WindCourse {
         let numbers = each.map(|one| one.numbers[0]);
         each[0].wind.courses(site, each.map(Self::site_wind_ned), numbers)
     }
-
 }
 
 impl<const N: usize> WindCourse<N> {

@@ -7,8 +7,7 @@ use nalgebra::Vector3;
 use super::super::drop::abreast::Abreast;
 use super::super::integrator::Craft;
 use super::{ABREAST, Flight, Watch};
-use crate::control::cascade::finite;
-use crate::control::loops::Cascades;
+use crate::control::loops::{Cascades, finite};
 use crate::control::velocity::VelocitySetpoint;
 use crate::control::{AsCascade, Measurement};
 use crate::frames::yaw;
@@ -82,11 +81,7 @@ struct Heading {
 }
 
 /// Flies a group of flights, the first of the number `begin`; gives them back where it does not.
-pub(super) fn fly<'a>(
-    mut flights: Vec<Flight<'a>>,
-    begin: usize,
-    watch: &mut impl Watch,
-) -> Vec<Flight<'a>> {
+pub(super) fn fly<'a>(mut flights: Vec<Flight<'a>>, begin: usize, watch: &mut impl Watch) -> Vec<Flight<'a>> {
     let count = flights.len();
     let in_step = |flight: &Flight<'_>| (flight.plan.control_period_s, flight.plan.steps());
     if count < LEAST || flights.iter().any(|flight| in_step(flight) != in_step(&flights[0])) {
@@ -210,13 +205,7 @@ impl Pilots {
 impl Heading {
     /// Steers vehicles to velocities for a control period [s], each at its heading: that which its plan asks
     /// for, or that at which it was first asked for a velocity.
-    fn steer(
-        &mut self,
-        craft: &Craft<Lanes>,
-        flights: &[Flight<'_>],
-        asked: &Asked,
-        period_s: f64,
-    ) {
+    fn steer(&mut self, craft: &Craft<Lanes>, flights: &[Flight<'_>], asked: &Asked, period_s: f64) {
         let mut are_asked = [1.0; LANES];
         let setpoint = match (asked, &self.setpoint) {
             (Asked::All(all), Some(setpoint)) if *all == self.asked && all.is_some() => *setpoint,
