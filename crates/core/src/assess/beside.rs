@@ -7,7 +7,7 @@ use crate::model::rigid_body::{BodyState, Motion};
 use crate::real::Real as _;
 use crate::sim::limits::SafetyLimits;
 use crate::sim::many::Samples;
-use crate::simd::lanes::{LANES, Lanes};
+use crate::simd::lanes::Lanes;
 use crate::simd::{Kernel, vectorised};
 use crate::vector::V3;
 
@@ -115,6 +115,7 @@ struct See<'a> {
     look: &'a Look<'a>,
 }
 
+#[expect(clippy::manual_map, reason = "a closure cannot be forced to be inlined")]
 impl Kernel for See<'_> {
     type Output = ();
 

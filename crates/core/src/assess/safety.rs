@@ -192,7 +192,7 @@ impl PlanWatch {
         Self { plan: plan.clone(), needs_m, pulls_out }
     }
 
-    /// Its velocity, NED [m/s], at a time that is in it [s].
+    /// The velocity, NED [m/s], at a time that is in the plan [s].
     fn v_ned(&self, t_s: f64) -> Option<Vector3<f64>> {
         (0.0..=self.plan.end_s()).contains(&t_s).then(|| self.plan.velocity_ned(t_s))
     }

@@ -162,7 +162,7 @@ pub trait Controller: CloneController + std::fmt::Debug + Send + Sync {
 /// A cascade in the place of a controller.
 #[derive(Clone, Copy, Debug)]
 pub struct AsCascade<'a> {
-    /// Its settings.
+    /// Settings of the cascade.
     pub settings: &'a ControlSettings,
     /// Whether it holds the heading at which it is first asked for a velocity without one.
     pub keeps_heading: bool,

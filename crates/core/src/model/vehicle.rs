@@ -466,8 +466,8 @@ impl Vehicle {
         VehicleRate { body: state.rate(&motion), rotor_acceleration, balance: rate.balance() }
     }
 
-    /// Derivative of motion and rotors, which are driven so, their thrusts off what the rotors' model has by a
-    /// fluctuation. What the ground and a canopy do is not in it.
+    /// Derivative of motion and rotors, which are driven so, their thrusts off what the rotors' model has by
+    /// a fluctuation. What the ground and a canopy do is not in it.
     #[inline(always)]
     pub fn derive<S: Real>(
         &self,

@@ -41,8 +41,9 @@ pub trait Watch {
         true
     }
 
-    /// Takes the next samples of so many flights side by side, from a number on; whether it does: if not, it
-    /// is given them one by one, as it is the last samples of each flight.
+    /// Takes the next samples of so many flights side by side, from a number on, those that it has broken off
+    /// among them; whether it does: if not, it is given them one by one, as it is the last samples of each
+    /// flight.
     #[cfg(target_arch = "x86_64")]
     fn take_abreast(&mut self, _first: usize, _count: usize, _samples: &Samples<'_>) -> bool {
         false

@@ -243,8 +243,8 @@ impl Plant {
         PlantDrives { plant: self, commanded: self.commanded(throttle, open_v, locked) }
     }
 
-    /// Whether a flight of this plant can be flown beside one of the other: the same vehicle at the same site,
-    /// with motors that do what they are commanded.
+    /// Whether a flight of this plant can be flown beside one of the other: the same vehicle at the same
+    /// site, with motors that do what they are commanded.
     pub(super) fn flies_like(&self, other: &Self) -> bool {
         let site = Environment { wind_ned_m_s: other.environment.wind_ned_m_s, ..self.environment.clone() };
         let pack = |plant: &Self| plant.battery.as_ref().map(|battery| battery.pack().clone());
@@ -327,8 +327,8 @@ impl Plant {
         self.air.follow(&self.environment, state.body.p_ned.z);
     }
 
-    /// Takes what the bus has given over a step of `dt_s` [s] from the battery, and holds the fluctuation that
-    /// free rotors had in it.
+    /// Takes what the bus has given over a step of `dt_s` [s] from the battery, and holds the fluctuation
+    /// that free rotors had in it.
     pub(super) fn end_step(&mut self, stages: &Stages<f64>, locked: bool, dt_s: f64) {
         if !locked {
             self.fluctuation = stages.fluctuation;

@@ -173,7 +173,7 @@ impl CanopyFlight {
         plant.acted(&stage)
     }
 
-    /// What it flies in.
+    /// The canopy with what it flies in.
     pub(super) fn around(&self) -> CanopyAround<'_, f64> {
         CanopyAround {
             canopy: &self.suspension.canopy,

@@ -150,7 +150,8 @@ impl WindCourse {
         Vector3::from(self.site_wind_ned.map(|[component]| component))
     }
 
-    /// The wind of flights at a site side by side; `None` where it is not the same [`Wind`], or one has begun.
+    /// The wind of flights at a site side by side; `None` where it is not the same [`Wind`], or one has
+    /// begun.
     pub fn abreast<const N: usize>(each: [&Self; N], site: &Environment) -> Option<WindCourse<N>> {
         let alike = |one: &Self| !one.begun && one.wind == each[0].wind;
         if !each.iter().all(|one| alike(one)) {

@@ -370,8 +370,8 @@ impl Abreast {
             *wind.as_array_mut() = now;
         }
         if let Some((body, _)) = &mut self.canopy {
-            for i in 0..LANES {
-                let difference = course.difference_ned(down_m[i], body.p_ned.z.as_array()[i]);
+            for (i, down_m) in down_m.into_iter().enumerate() {
+                let difference = course.difference_ned(down_m, body.p_ned.z.as_array()[i]);
                 set_vector(&mut body.wind_ned, i, &(vector(&self.wind_ned, i) + difference));
             }
         }

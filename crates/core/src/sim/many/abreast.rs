@@ -26,12 +26,12 @@ const LEAST: usize = 3;
 type Velocity = Option<(Vector3<f64>, Vector3<f64>)>;
 
 /// What is asked of eight flights.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Asked {
-    /// The same of all.
+    /// One thing of all.
     All(Velocity),
     /// Something of its own of each.
-    Each([Velocity; LANES]),
+    Each(Box<[Velocity; LANES]>),
 }
 
 impl Asked {
@@ -120,23 +120,19 @@ pub(super) fn fly<'a>(mut flights: Vec<Flight<'a>>, begin: usize, watch: &mut im
         if samples.is_some_and(|samples| watch.take_abreast(begin, count, &samples)) {
             continue;
         }
-        for i in 0..count {
-            if goes_on[i] {
-                let sample = group.abreast.sample(&before, i, &group.commands(i), asked.v_ned(i));
-                goes_on[i] = watch.take(begin + i, &sample).is_continue();
-            }
+        for (i, goes_on) in goes_on.iter_mut().enumerate().filter(|(_, goes_on)| **goes_on) {
+            let sample = group.abreast.sample(&before, i, &group.commands(i), asked.v_ned(i));
+            *goes_on = watch.take(begin + i, &sample).is_continue();
         }
         if !goes_on.contains(&true) {
             return Vec::new();
         }
     }
     let asked = group.asked();
-    for i in 0..count {
-        if goes_on[i] {
-            let commands = group.commands(i);
-            let sample = group.abreast.drops()[i].sample(&commands, asked.v_ned(i));
-            let _: ControlFlow<()> = watch.take(begin + i, &sample);
-        }
+    for (i, _) in goes_on.into_iter().enumerate().filter(|(_, goes_on)| *goes_on) {
+        let commands = group.commands(i);
+        let sample = group.abreast.drops()[i].sample(&commands, asked.v_ned(i));
+        let _: ControlFlow<()> = watch.take(begin + i, &sample);
     }
     Vec::new()
 }
@@ -150,9 +146,9 @@ impl Group<'_> {
             return Asked::All(self.flights[0].plan.velocity_at(t_powered_s, phase));
         }
         let drops = self.abreast.drops();
-        Asked::Each(std::array::from_fn(|i| {
+        Asked::Each(Box::new(std::array::from_fn(|i| {
             self.flights[i].plan.velocity_at(drops[i].time_powered_s(), drops[i].phase())
-        }))
+        })))
     }
 
     /// The commands of one flight (from 0).
