@@ -197,13 +197,12 @@ pub fn runge_kutta_4_of<S: Real, X: Integrated<S>>(
     mut f: impl Derivative<S, X>,
 ) {
     let Workspace { rates, there } = workspace;
-    *there = *x;
     for stage in 0..4 {
         let share = SHARES[stage];
         if stage > 0 {
             there.advance(x, &rates[stage - 1], dt_s * share);
         }
-        f.at(share, there, &mut rates[stage]);
+        f.at(share, if stage > 0 { there } else { x }, &mut rates[stage]);
     }
     X::average(rates);
     *there = *x;

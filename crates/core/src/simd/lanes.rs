@@ -235,6 +235,16 @@ impl Cell for Cells {
     }
 }
 
+/// Two numbers each of two places.
+///
+/// # Safety
+/// There is AVX2, and there are two numbers at each place.
+#[inline(always)]
+unsafe fn pairs(first: *const f64, second: *const f64) -> __m256d {
+    // SAFETY: as asked for.
+    unsafe { _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(_mm_loadu_pd(first)), _mm_loadu_pd(second)) }
+}
+
 impl Real for Lanes {
     type Mask = Masks;
     type Cell = Cells;
@@ -285,7 +295,10 @@ impl Real for Lanes {
     }
     #[inline(always)]
     fn interval(self, knots: &[f64]) -> Cells {
-        let places = self.to_array().map(|x| x.interval(knots) as f64);
+        let mut places = self.to_array();
+        for place in &mut places {
+            *place = place.interval(knots) as f64;
+        }
         let places = Self::new(Avx2(()), places);
         halves!(Cells: a of places => _mm256_cvttpd_epi32(a))
     }
@@ -299,16 +312,32 @@ impl Real for Lanes {
             table.len() * K <= i32::MAX as usize && cell.are_below(table.len()),
             "a place beyond its table"
         );
-        let first = halves!(Cells: a of cell, k of cell.all(K) => _mm_mullo_epi32(a, k));
-        let numbers = table.as_ptr().cast::<f64>();
         let mut rows = [self; K];
-        for (k, row) in rows.iter_mut().enumerate() {
-            // All of these places are in the table.
-            *row = halves!(Self: a of first => _mm256_i32gather_pd::<8>(numbers.wrapping_add(k), a));
+        for half in 0..2 {
+            // SAFETY: as for all of them; each of these places is in the table, so that each pointer is to K
+            // numbers of it.
+            unsafe {
+                let mut places = [0i32; 4];
+                _mm_storeu_si128(places.as_mut_ptr().cast(), cell.0[half]);
+                let [a, b, c, d] = places;
+                let numbers = table.as_ptr();
+                let [a, b] = [numbers.add(a as usize), numbers.add(b as usize)];
+                let [c, d] = [numbers.add(c as usize), numbers.add(d as usize)];
+                let [a, b, c, d] = [a.cast::<f64>(), b.cast::<f64>(), c.cast::<f64>(), d.cast::<f64>()];
+                // Rows are read as they lie, two numbers at a time: a gather would read each number by itself.
+                for k in 0..K / 2 {
+                    let (ac, bd) = (pairs(a.add(2 * k), c.add(2 * k)), pairs(b.add(2 * k), d.add(2 * k)));
+                    rows[2 * k].0[half] = _mm256_unpacklo_pd(ac, bd);
+                    rows[2 * k + 1].0[half] = _mm256_unpackhi_pd(ac, bd);
+                }
+                if K % 2 == 1 {
+                    let k = K - 1;
+                    rows[k].0[half] = _mm256_set_pd(*d.add(k), *c.add(k), *b.add(k), *a.add(k));
+                }
+            }
         }
         rows
     }
-
     fn constants<const K: usize>(
         self,
         mask: Masks,

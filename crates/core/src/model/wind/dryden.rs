@@ -59,7 +59,7 @@ impl<const N: usize> Noise<N> {
 }
 
 /// What a step over the distances D, in units of the scale, does to the filters.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug)]
 pub struct Step<const N: usize> {
     distance: [f64; N],
     /// `exp(-D)`.

@@ -49,7 +49,8 @@ impl RingFluctuation {
                 }
             })
         };
-        RingCourse { settings: *self, of_rotors: (0..MAX_ROTORS as u32).map(of_rotor).collect() }
+        let of_rotors = (0..MAX_ROTORS as u32).map(of_rotor).collect();
+        RingCourse { settings: *self, of_rotors, last: None }
     }
 }
 
@@ -58,6 +59,8 @@ impl RingFluctuation {
 pub struct RingCourse<const N: usize> {
     settings: RingFluctuation,
     of_rotors: Vec<Longitudinal<N>>,
+    /// The last step's: steps are of one length as a rule.
+    last: Option<Step<N>>,
 }
 
 impl<const N: usize> RingCourse<N> {
@@ -76,9 +79,13 @@ impl<const N: usize> RingCourse<N> {
     /// Goes on by a step [s].
     #[inline(always)]
     pub fn advance(&mut self, dt_s: f64) {
-        let step = Step::over([std::f64::consts::TAU * self.settings.frequency_hz * dt_s; N]);
+        let distance = [std::f64::consts::TAU * self.settings.frequency_hz * dt_s; N];
+        let step = match &mut self.last {
+            Some(step) if step.is_over(&distance) => step,
+            last => last.insert(Step::over(distance)),
+        };
         for filter in &mut self.of_rotors {
-            filter.advance(&step);
+            filter.advance(step);
         }
     }
 }
