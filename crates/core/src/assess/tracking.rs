@@ -92,6 +92,17 @@ impl<'a> TrackingError<'a> {
         ControlFlow::Continue(())
     }
 
+    /// Whether a sample at `t_s` adds nothing and does not give the flight up, for all that is certain by the
+    /// square of its speed [m^2/s^2] and the first number of its attitude.
+    #[cfg(target_arch = "x86_64")]
+    pub(crate) fn takes_nothing(&self, t_s: f64, speed2: f64, q0: f64) -> bool {
+        let node = self.plan.nodes().get(self.next_node);
+        let at_node = node.is_some_and(|node| (t_s - node.t_s).abs() < 1e-6);
+        // A pitch of 6 rad begins where q0 is cos(3).
+        let in_hand = speed2 < 0.99 * SPEED_MAX_M_S * SPEED_MAX_M_S && q0 > -0.98;
+        t_s >= 0.0 && !at_node && in_hand
+    }
+
     /// J_RMS, (45).
     pub fn rms(&self) -> f64 {
         let n = self.plan.nodes().len();

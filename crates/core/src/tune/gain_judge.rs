@@ -3,16 +3,18 @@
 //!
 //! Flights begin at t = 0 of the study with the rotors at rest, are flown by the cascade at the study's
 //! control period and go on after the plan's end with the target velocity commanded. Vehicles that are
-//! symmetric about their x-z plane are flown eight at a time in that plane ([`crate::sim::planar`]), others,
-//! and other controllers, one at a time in six degrees of freedom. The controller does not know of the
-//! variations of a robust tuning.
+//! symmetric about their x-z plane are flown in that plane ([`crate::sim::planar`]), others, and under other
+//! controllers, in six degrees of freedom: eight at a time there too, where as many have the same vehicle
+//! ([`crate::sim::many`]). The controller does not know of the variations of a robust tuning.
 
 use std::fmt;
+use std::ops::ControlFlow;
 
 use super::objective::{Evaluation, Objective};
 use super::unknowns::{self, one_at_a_time, tipped};
 use super::{Longitudinal, ReleaseCase};
 use crate::assess::Scenario;
+use crate::assess::flights::Outcomes;
 use crate::assess::safety::FlightWatch;
 use crate::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S, control_period_s};
 use crate::assess::{BatchFlight, BatchMeasure, Outcome, ReleaseDistribution, TrackingError, judge_flights};
@@ -21,7 +23,7 @@ use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
 use crate::random::Trials;
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
-use crate::sim::{DropSimulation, FlightPlan, PlantKind, Reference, fly};
+use crate::sim::{self, DropSimulation, FlightPlan, PlantKind, Reference, Sample, Watch, fly, fly_many};
 use crate::trajectory::Trajectory;
 use crate::units::DEG_PER_RAD;
 
@@ -228,11 +230,16 @@ impl<'a> GainJudge<'a> {
     /// The worst of a candidate's flights, or of some of them that show already that it costs more than
     /// `ceiling`. After those of the first cases come the last ones: releases far out, variations.
     pub fn evaluate_below(&self, k: &Longitudinal, objective: &Objective, ceiling: f64) -> Evaluation {
-        let mut groups = self.trials.chunks(LANES);
+        let together = match self.planar {
+            Ok(_) => vec![(0..self.trials.len()).collect()],
+            Err(_) => beside_each_other(&self.trials),
+        };
+        let mut groups = together.iter().flat_map(|group: &Vec<usize>| group.chunks(LANES));
         let first = groups.next();
         let mut worst = Evaluation::PERFECT;
-        for trials in first.into_iter().chain(groups.rev()) {
-            worst = self.fly_trials(k, trials).into_iter().fold(worst, Evaluation::worse);
+        for group in first.into_iter().chain(groups.rev()) {
+            let trials: Vec<Trial> = group.iter().map(|i| self.trials[*i]).collect();
+            worst = self.fly_trials(k, &trials).into_iter().fold(worst, Evaluation::worse);
             if objective.cost(&worst) > ceiling {
                 break;
             }
@@ -248,8 +255,8 @@ impl<'a> GainJudge<'a> {
     /// The worst of the flights under another controller than the cascade; each is flown in six degrees of
     /// freedom.
     pub fn evaluate_controller(&self, controller: &dyn Controller) -> Evaluation {
-        let flown = self.fly_one_at_a_time(controller, &self.trials);
-        flown.into_iter().fold(Evaluation::PERFECT, Evaluation::worse)
+        let flown = self.measure_in_space(controller, &self.trials);
+        flown.into_iter().map(|flight| flight.evaluation).fold(Evaluation::PERFECT, Evaluation::worse)
     }
 
     /// The first of a candidate's flights that is lost, flown again in six degrees of freedom; `None` when
@@ -257,7 +264,7 @@ impl<'a> GainJudge<'a> {
     pub fn first_lost(&self, k: &Longitudinal) -> Option<LostFlight> {
         let cascade = self.cascade(k);
         self.trials.iter().enumerate().find_map(|(i, trial)| {
-            let loss = self.fly_alone(&cascade, trial).err()?;
+            let loss = self.loss(&cascade, trial)?;
             Some(LostFlight {
                 number: i + 1,
                 of: self.trials.len(),
@@ -295,7 +302,7 @@ impl<'a> GainJudge<'a> {
                 judge_flights(model, measure, &flights, &mut judged);
                 trials.iter().zip(&judged).map(|(trial, flight)| self.judged(trial, flight)).collect()
             }
-            _ => self.measure_one_at_a_time(&self.cascade(k), trials),
+            _ => self.measure_in_space(&self.cascade(k), trials),
         }
     }
 
@@ -308,14 +315,26 @@ impl<'a> GainJudge<'a> {
         Cascade::new(self.airframe.clone(), self.gains(k), self.setting.control_limits)
     }
 
-    fn fly_one_at_a_time(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<Evaluation> {
-        let flown = self.measure_one_at_a_time(controller, trials);
-        flown.into_iter().map(|flight| flight.evaluation).collect()
-    }
-
-    fn measure_one_at_a_time(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<MeasuredFlight> {
-        let flown = trials.iter().map(|trial| self.fly_alone(controller, trial));
-        flown.map(|e| e.unwrap_or_else(|_| MeasuredFlight::lost())).collect()
+    /// Flights in six degrees of freedom: those of one vehicle side by side.
+    fn measure_in_space(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<MeasuredFlight> {
+        let mut measured = vec![MeasuredFlight::lost(); trials.len()];
+        for group in beside_each_other(trials) {
+            let flights: Option<Vec<sim::Flight<'_>>> =
+                group.iter().map(|i| self.flight(controller, &trials[*i])).collect();
+            // The varied vehicle, which is the same of all, is none.
+            let Some(flights) = flights else { continue };
+            let watches = flights.iter().map(|flight| self.watch(&flight.simulation.state().body)).collect();
+            let tracking = vec![TrackingError::new(self.setting.plan); flights.len()];
+            let lost = vec![false; flights.len()];
+            let mut watch = Tracked { outcomes: Outcomes::by(watches), tracking, lost };
+            fly_many(flights, &mut watch);
+            let Tracked { outcomes, tracking, lost } = watch;
+            for (place, outcome) in outcomes.finish().into_iter().enumerate().filter(|(i, _)| !lost[*i]) {
+                let i = group[place];
+                measured[i] = self.measured(&trials[i], tracking[place].rms(), outcome);
+            }
+        }
+        measured
     }
 
     fn judged(&self, trial: &Trial, flight: &BatchFlight) -> MeasuredFlight {
@@ -346,35 +365,94 @@ impl<'a> GainJudge<'a> {
         Evaluation { rms, j_tpf, unrest: if at_rest { 0.0 } else { away.max(UNREST_LEAST) } }
     }
 
-    /// One flight in six degrees of freedom.
-    fn fly_alone(&self, controller: &dyn Controller, trial: &Trial) -> Result<MeasuredFlight, Loss> {
+    /// A flight in six degrees of freedom that has not begun; `None`: its varied vehicle is none.
+    fn flight(&self, controller: &dyn Controller, trial: &Trial) -> Option<sim::Flight<'_>> {
         let setting = &self.setting;
-        let varied = trial.variation.applied(&setting.scenario.vehicle, &setting.scenario.environment);
-        let Some((vehicle, environment)) = varied else { return Err(Loss::NoVehicle) };
+        let (vehicle, environment) =
+            trial.variation.applied(&setting.scenario.vehicle, &setting.scenario.environment)?;
         let air = trial.variation.air;
         let course =
             air.and_then(|number| setting.scenario.wind.uniform(&environment).course(&environment, number));
-        let mut sim = DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant).in_wind(course);
+        let simulation =
+            DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant).in_wind(course);
         let mut controller = controller.clone_controller();
         if trial.variation.delayed {
             controller = Box::new(WithDelay::new(controller));
         }
-        let mut tracking = TrackingError::new(setting.plan);
+        Some(sim::Flight { simulation, controller, plan: flight_plan(setting) })
+    }
+
+    /// What watches a flight from a state.
+    fn watch(&self, start: &BodyState) -> FlightWatch<'_> {
+        let setting = &self.setting;
         let plan_end_s = setting.plan.end_s() + 0.5 * control_period_s(setting.plan);
-        let mut watch = FlightWatch::new(&setting.scenario, trial.start.p_ned, plan_end_s);
-        let flown = fly(&mut sim, &mut *controller, &flight_plan(setting), &mut |sample| {
-            watch.observe(sample);
-            tracking.observe(sample)
-        });
+        FlightWatch::new(&setting.scenario, start.p_ned, plan_end_s)
+    }
+
+    /// How a flight in six degrees of freedom is lost, if it is.
+    fn loss(&self, controller: &dyn Controller, trial: &Trial) -> Option<Loss> {
+        let Some(sim::Flight { simulation: mut sim, mut controller, plan }) = self.flight(controller, trial)
+        else {
+            return Some(Loss::NoVehicle);
+        };
+        let mut tracking = TrackingError::new(self.setting.plan);
+        let flown = fly(&mut sim, &mut *controller, &plan, &mut |sample| tracking.observe(sample));
         let end = &sim.state().body;
-        if flown.is_break() {
-            return Err(Loss::Diverged {
-                t_s: sim.time_powered_s().unwrap_or(0.0),
-                speed_m_s: end.v_ned.norm(),
-                pitch_rad: pitch(end.q_ned_from_body),
-            });
+        flown.is_break().then(|| Loss::Diverged {
+            t_s: sim.time_powered_s().unwrap_or(0.0),
+            speed_m_s: end.v_ned.norm(),
+            pitch_rad: pitch(end.q_ned_from_body),
+        })
+    }
+}
+
+/// The places of trials by what is flown, those of one vehicle together, which may fly side by side.
+fn beside_each_other(trials: &[Trial]) -> Vec<Vec<usize>> {
+    let alike = |trial: &Trial| {
+        let Variation { mass, inertia, aero, density, wind_m_s: _, air, delayed } = trial.variation;
+        (mass, inertia, aero, density, air.is_some(), delayed)
+    };
+    let mut groups: Vec<Vec<usize>> = Vec::new();
+    for (i, trial) in trials.iter().enumerate() {
+        match groups.iter_mut().find(|group| alike(&trials[group[0]]) == alike(trial)) {
+            Some(group) => group.push(i),
+            None => groups.push(vec![i]),
         }
-        Ok(self.measured(trial, tracking.rms(), watch.outcome().with_final_v(end.v_ned)))
+    }
+    groups
+}
+
+/// Outcomes of flights and how well they track the plan.
+struct Tracked<'a> {
+    outcomes: Outcomes<'a>,
+    tracking: Vec<TrackingError<'a>>,
+    /// Which flights were given up.
+    lost: Vec<bool>,
+}
+
+impl Watch for Tracked<'_> {
+    fn take(&mut self, flight: usize, sample: &Sample) -> ControlFlow<()> {
+        let _ = self.outcomes.take(flight, sample);
+        let flown = self.tracking[flight].observe(sample);
+        self.lost[flight] = flown.is_break();
+        flown
+    }
+
+    #[cfg(target_arch = "x86_64")]
+    fn take_abreast(&mut self, first: usize, count: usize, samples: &sim::many::Samples<'_>) -> bool {
+        let t_s = samples.t_powered_s.unwrap_or(f64::NAN);
+        let going = || (0..count).filter(|i| !self.lost[first + i]);
+        // What the sum of squares takes, and what may be given up, is looked at one by one.
+        let motion = &samples.craft.motion;
+        let in_hand = |i: usize| {
+            let [vx, vy, vz] = [motion.v_ned.x, motion.v_ned.y, motion.v_ned.z].map(|v| v.as_array()[i]);
+            self.tracking[first + i].takes_nothing(
+                t_s,
+                vx * vx + vy * vy + vz * vz,
+                motion.q_ned_from_body[0].as_array()[i],
+            )
+        };
+        going().all(in_hand) && self.outcomes.take_abreast(first, count, samples)
     }
 }
 
