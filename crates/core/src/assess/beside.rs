@@ -6,7 +6,7 @@ use super::watched::{Sight, Watched};
 use crate::model::rigid_body::{BodyState, Motion};
 use crate::real::Real as _;
 use crate::sim::limits::SafetyLimits;
-use crate::sim::many::Samples;
+use crate::sim::watch::Samples;
 use crate::simd::lanes::Lanes;
 use crate::simd::{Kernel, vectorised};
 use crate::vector::V3;

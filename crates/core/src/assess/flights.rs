@@ -53,7 +53,7 @@ impl Watch for Outcomes<'_> {
     }
 
     #[cfg(target_arch = "x86_64")]
-    fn take_abreast(&mut self, first: usize, count: usize, samples: &crate::sim::many::Samples<'_>) -> bool {
+    fn take_abreast(&mut self, first: usize, count: usize, samples: &crate::sim::watch::Samples<'_>) -> bool {
         if self.beside.as_ref().is_none_or(|beside| !beside.is_of(first, count)) {
             self.leave();
             let seen = self.watches[first..first + count].iter().map(|watch| &watch.watched);

@@ -51,7 +51,7 @@ impl Watch for Verdicts {
     }
 
     #[cfg(target_arch = "x86_64")]
-    fn take_abreast(&mut self, first: usize, count: usize, samples: &crate::sim::many::Samples<'_>) -> bool {
+    fn take_abreast(&mut self, first: usize, count: usize, samples: &crate::sim::watch::Samples<'_>) -> bool {
         if self.group.as_ref().is_none_or(|group| !group.is_of(first, count)) {
             self.leave();
             self.group = abreast::Group::begin(&self.builders, first, count, samples).map(Box::new);
@@ -69,7 +69,7 @@ mod abreast {
     use super::super::beside::{Beside, Look, body};
     use super::super::safety::VerdictBuilder;
     use crate::sim::Phase;
-    use crate::sim::many::Samples;
+    use crate::sim::watch::Samples;
 
     /// What has been seen of flights side by side.
     #[derive(Debug)]

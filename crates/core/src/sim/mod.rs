@@ -11,7 +11,7 @@
 //! | [`limits`], [`turning_over`] | safety limits, a state's share of them; turning over |
 //! | [`faults`] | faults by name: what fails, when, and what that makes of motors and release |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
-//! | [`many`] | many flights, eight side by side where they may be |
+//! | [`many`], [`watch`] | many flights, eight side by side where they may be; what watches them |
 //! | [`two_bodies`] | vehicle and canopy under one riser, and the canopy after the release |
 //! | [`ground`] | what a vehicle stands on |
 //! | [`battery`], [`electric_battery`] | what the rotors take, of a store of energy; of a pack on a bus |
@@ -39,6 +39,7 @@ pub mod sensors;
 mod stage;
 pub mod turning_over;
 pub mod two_bodies;
+pub mod watch;
 
 #[cfg(test)]
 mod drop_run_tests;
@@ -66,10 +67,11 @@ pub use flight::{FlightPlan, Reference, fly, fly_by};
 pub use ground::Ground;
 pub use integrator::PlantState;
 pub use limits::{SafetyLimits, StateCost};
-pub use many::{ABREAST, Flight, Watch, fly_many};
+pub use many::fly_many;
 pub use plant::PlantKind;
 pub use record::Sample;
 pub use rotor_start::{EscState, RotorStarted};
 pub use sensors::SensorSettings;
 pub use turning_over::TurningOver;
 pub use two_bodies::{CanopyFlight, CanopySample};
+pub use watch::{ABREAST, Flight, Watch};

@@ -324,7 +324,7 @@ impl Real for Lanes {
                 let [a, b] = [numbers.add(a as usize), numbers.add(b as usize)];
                 let [c, d] = [numbers.add(c as usize), numbers.add(d as usize)];
                 let [a, b, c, d] = [a.cast::<f64>(), b.cast::<f64>(), c.cast::<f64>(), d.cast::<f64>()];
-                // Rows are read as they lie, two numbers at a time: a gather would read each number by itself.
+                // Rows are read as they lie, two numbers at a time: a gather reads each by itself.
                 for k in 0..K / 2 {
                     let (ac, bd) = (pairs(a.add(2 * k), c.add(2 * k)), pairs(b.add(2 * k), d.add(2 * k)));
                     rows[2 * k].0[half] = _mm256_unpacklo_pd(ac, bd);

@@ -439,7 +439,7 @@ impl Watch for Tracked<'_> {
     }
 
     #[cfg(target_arch = "x86_64")]
-    fn take_abreast(&mut self, first: usize, count: usize, samples: &sim::many::Samples<'_>) -> bool {
+    fn take_abreast(&mut self, first: usize, count: usize, samples: &sim::watch::Samples<'_>) -> bool {
         let t_s = samples.t_powered_s.unwrap_or(f64::NAN);
         let going = || (0..count).filter(|i| !self.lost[first + i]);
         // What the sum of squares takes, and what may be given up, is looked at one by one.

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 use super::super::drop::abreast::Abreast;
 use super::super::integrator::Craft;
-use super::{ABREAST, Flight, Watch};
+use super::super::watch::{ABREAST, Flight, Watch};
 use crate::control::loops::{Cascades, finite};
 use crate::control::velocity::VelocitySetpoint;
 use crate::control::{AsCascade, Measurement};
