@@ -5,20 +5,24 @@ use std::ops::ControlFlow;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;
 use samara::config::Mission;
+use samara::control::{ControlOutput, Controller, Measurement, Setpoint};
 use samara::frames::{Quaternion, normalized};
+use samara::link::{HilConfig, HilSession, StreamerConfig, StreamerSession};
 use samara::model::drives::{Motors, OnBus};
 use samara::model::environment::Ambient;
 use samara::model::rigid_body::{Motion, MotionRate};
 use samara::model::supply::Bus;
 use samara::model::vehicle::FlightRate;
-use samara::model::{MAX_ROTORS, Vehicle};
+use samara::model::{MAX_ROTORS, PerRotor, Vehicle};
 use samara::plan::SolverOptions;
 use samara::real::{Dual, Real};
-use samara::sim::{Flight, FlightPlan, Reference, Sample, fly, fly_many};
+use samara::sim::{DropRunConfig, Flight, FlightPlan, Reference, ReleaseTrigger, Sample, fly, fly_many};
 use samara::study::controller::{KeepsHeading, controller};
 use samara::study::effects::{EffectFlights, EffectsOn};
 use samara::trajectory::Trajectory;
 use samara::vector::V3;
+
+use crate::lockstep::bench;
 
 /// Missions whose vehicles and batteries differ in what their rates are made of: rotors by table and by
 /// blades, motors of both kinds, coaxial pairs, a body with a side force, batteries.
@@ -261,6 +265,79 @@ fn prop_outcomes_side_by_side_are_those_of_each_alone() {
             let flights = EffectFlights::new(&mission, &kept, &plan.trajectory).unwrap();
             let beside = flights.fly_all(0..3);
             assert_eq!(beside[2], flights.fly(2), "{name} {}", on.name());
+        }
+    }
+}
+
+/// What an autopilot commanded, once more.
+#[derive(Clone, Debug)]
+struct Recorded {
+    commands: Vec<PerRotor>,
+    next: usize,
+}
+
+impl Controller for Recorded {
+    fn reset(&mut self) {
+        self.next = 0;
+    }
+
+    fn step(&mut self, _: &Measurement, _: &Setpoint, _: f64) -> ControlOutput {
+        let commands = self.commands[self.next];
+        self.next += 1;
+        ControlOutput::from_throttles(commands, 1.0)
+    }
+}
+
+/// A drop of a mission over the wire, to a second after the rotors are freed, and the mission.
+fn on_the_wire(mission: &Mission, plan: &Trajectory, trial: u64) -> (Mission, Vec<Sample>) {
+    let mission = mission.with_drop(&mission.draw_drop(trial));
+    let (hang_s, delay_s) = (mission.release.hang_s, mission.release.parachute.delay_s);
+    let duration_us = ((hang_s + delay_s + 1.0) * 250.0).ceil() as u64 * 4000;
+    let run = DropRunConfig { trigger: ReleaseTrigger::Time, duration_us, ..DropRunConfig::default() };
+    let simulator =
+        HilSession::new(mission.simulation(), HilConfig { seed: mission.seed, run, ..HilConfig::default() });
+    let config = StreamerConfig {
+        hang_s,
+        delay_s,
+        target_v_ned: mission.target_v_ned,
+        commands_release: false,
+        ..StreamerConfig::default()
+    };
+    let streamer = StreamerSession::new(config, plan.clone());
+    let flown = bench::fly_by(bench::autopilot_of(&mission, None), simulator, streamer, |_, _, _| {});
+    (mission, flown.log)
+}
+
+/// The commands of drops over the wire, flown side by side, give their truth in every number:
+/// `SAMARA_RECORDED_DROPS` drops of each mission, two unless it is said otherwise.
+#[test]
+fn prop_recorded_drops_side_by_side_are_those_on_the_wire() {
+    let count = std::env::var("SAMARA_RECORDED_DROPS").map_or(2, |count| count.parse().unwrap());
+    for name in DROPS.into_iter().filter(|name| *name != "dragonfly_drop") {
+        let mission = Mission::shipped(name).unwrap();
+        let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
+        for begin in (0..count).step_by(8) {
+            let recorded: Vec<_> = (begin..count.min(begin + 8))
+                .map(|trial| on_the_wire(&mission, &plan.trajectory, trial))
+                .collect();
+            // Two are filled up to as many as fly side by side.
+            let of = |i: usize| &recorded[i % recorded.len()];
+            let flight = |i: usize| {
+                let (mission, log) = of(i);
+                let commands: Vec<_> = log.iter().map(|sample| sample.throttle).collect();
+                let duration_s = 0.004 * (log.len() - 1) as f64;
+                let plan = FlightPlan::new(Reference::Step(mission.target_v_ned), 0.004, duration_s);
+                let controller = Box::new(Recorded { commands, next: 0 });
+                Flight { simulation: mission.released_simulation(), controller, plan }
+            };
+            let mut next = [0; 8];
+            fly_many((0..8).map(flight).collect(), &mut |i: usize, found: &Sample| {
+                let wanted = Sample { v_sp_ned: found.v_sp_ned, ..of(i).1[next[i]] };
+                assert_eq!(format!("{found:?}"), format!("{wanted:?}"), "{name} {i}");
+                next[i] += 1;
+                ControlFlow::Continue(())
+            });
+            assert!((0..8).all(|i| next[i] == of(i).1.len()), "{name}");
         }
     }
 }

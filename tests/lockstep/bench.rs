@@ -116,12 +116,18 @@ pub fn drop_on_the_wire(tap: impl FnMut(TimeUs, Link, &[u8])) -> Flown {
     fly(simulator(), streamer(), tap)
 }
 
-pub fn fly(
+pub fn fly(simulator: HilSession, streamer: StreamerSession, tap: impl FnMut(TimeUs, Link, &[u8])) -> Flown {
+    fly_by(autopilot(), simulator, streamer, tap)
+}
+
+/// Flies the whole mission by an autopilot; every frame goes by `tap`.
+pub fn fly_by(
+    autopilot: AutopilotSession,
     simulator: HilSession,
     streamer: StreamerSession,
     mut tap: impl FnMut(TimeUs, Link, &[u8]),
 ) -> Flown {
-    let mut wire = Lockstep::new(simulator, autopilot(), streamer);
+    let mut wire = Lockstep::new(simulator, autopilot, streamer);
     wire.run(&mut tap).unwrap();
     assert_eq!(wire.faults().dropped(), 0);
     let events = std::iter::from_fn(|| wire.streamer.poll_event()).collect();

@@ -1,7 +1,7 @@
 //! Whole drops on the wire in memory: against the same flight without frames, and against themselves.
 #![cfg(all(feature = "files", feature = "link"))]
 
-mod bench;
+pub mod bench;
 mod estimator;
 mod failsafes;
 mod faults;
