@@ -108,6 +108,9 @@ pub trait Real:
     /// What a table has at a place.
     fn gather<const K: usize>(self, table: &[[f64; K]], cell: Self::Cell) -> [Self; K];
 
+    /// What a table has at a place, and at the next one.
+    fn gather_two<const K: usize>(self, table: &[[f64; K]], cell: Self::Cell) -> [[Self; K]; 2];
+
     /// Constants that a function has at each number where the mask holds, and those of `before` elsewhere.
     /// (The function is called one number at a time: for what seldom happens.)
     fn constants<const K: usize>(

@@ -28,6 +28,8 @@ pub struct Mixer {
     lift: PerRotor,
     /// Lift per newton of thrust of each rotor.
     per_lift: PerRotor,
+    /// Thrust of each rotor over that of each other one in a lift.
+    over: [PerRotor; MAX_ROTORS],
     /// Thrust of each rotor per newton metre of roll, pitch, yaw moment.
     moment: [PerRotor; 3],
     /// Roll, pitch, yaw moment per newton of each rotor, the inverse of all that.
@@ -62,11 +64,13 @@ impl Mixer {
         let effect =
             [1, 2, 3].map(|j| std::array::from_fn(|i| if i < n_rotors { inverse[(j, i)] } else { 0.0 }));
         let per_lift = lift.map(|share| if share > 0.0 { 1.0 / share } else { 0.0 });
+        let over = lift.map(|share| per_lift.map(|per| share * per));
         Ok(Self {
             n_rotors,
             thrust_limit_n,
             lift,
             per_lift,
+            over,
             moment: [column(1), column(2), column(3)],
             effect,
         })
@@ -115,7 +119,7 @@ impl Mixer {
         let mut widest = one;
         for i in 0..n {
             for j in 0..n {
-                let spread = tilt[i] - tilt[j] * (self.lift[i] * self.per_lift[j]);
+                let spread = tilt[i] - tilt[j] * self.over[i][j];
                 widest = (spread * per_limit).at_least(widest);
             }
         }

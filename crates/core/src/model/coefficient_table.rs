@@ -167,9 +167,9 @@ impl CoefficientTable {
         let (i, a) = place(speed * speeds as f64, speeds);
         let (j, b) = place((flow + 1.0) * (flows / 2) as f64, flows);
         let at = i.row(flows + 1, j);
-        let slower = mix(tip.gather(cells, at), tip.gather(cells, at.after(1)), b);
-        let at = at.after(flows + 1);
-        let faster = mix(tip.gather(cells, at), tip.gather(cells, at.after(1)), b);
+        let ([down, up], [down_faster, up_faster]) =
+            (tip.gather_two(cells, at), tip.gather_two(cells, at.after(flows + 1)));
+        let (slower, faster) = (mix(down, up, b), mix(down_faster, up_faster, b));
         let [thrust, in_plane, torque] = mix(slower, faster, a);
         let scale = (tip * tip + square) * (PI * self.radius_m * self.radius_m) * density_kg_m3;
         RotorLoad {

@@ -173,8 +173,8 @@ fn axis(name: &str, knots: &[f64]) -> Result<Axis, ModelError> {
 #[inline(always)]
 fn locate<S: Real>(axis: &Axis, x: S) -> (S::Cell, S) {
     let i = axis.interval(x);
-    let [per_width] = x.gather(axis.per_width.as_chunks::<1>().0, i);
-    let fraction = axis.beyond_knot(x, i) * per_width;
+    let [knot, per_width] = x.gather(&axis.intervals, i);
+    let fraction = (x - knot) * per_width;
     (i, fraction.at_least(x.of(0.0)).at_most(x.of(1.0)))
 }
 
@@ -265,7 +265,8 @@ impl RotorTable {
             let mut at_airspeed = [[omega_rad_s; 2]; 2];
             for (more, load) in at_airspeed.iter_mut().enumerate() {
                 let at = first.after((faster * nj + more) * nk);
-                *load = mix(a.gather(&self.cells, at), a.gather(&self.cells, at.after(1)), c);
+                let [less, more] = a.gather_two(&self.cells, at);
+                *load = mix(less, more, c);
             }
             *load = mix(at_airspeed[0], at_airspeed[1], b);
         }

@@ -181,6 +181,10 @@ impl<S: Real, const N: usize> Real for Dual<S, N> {
     fn gather<const K: usize>(self, table: &[[f64; K]], cell: S::Cell) -> [Self; K] {
         self.value.gather(table, cell).map(Self::constant)
     }
+    #[inline(always)]
+    fn gather_two<const K: usize>(self, table: &[[f64; K]], cell: S::Cell) -> [[Self; K]; 2] {
+        self.value.gather_two(table, cell).map(|row| row.map(Self::constant))
+    }
     fn constants<const K: usize>(
         self,
         mask: S::Mask,

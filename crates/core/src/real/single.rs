@@ -59,6 +59,10 @@ impl Real for f64 {
     fn gather<const K: usize>(self, table: &[[f64; K]], cell: usize) -> [Self; K] {
         table[cell]
     }
+    #[inline(always)]
+    fn gather_two<const K: usize>(self, table: &[[f64; K]], cell: usize) -> [[Self; K]; 2] {
+        [table[cell], table[cell + 1]]
+    }
     fn constants<const K: usize>(
         self,
         mask: bool,

@@ -245,6 +245,48 @@ unsafe fn pairs(first: *const f64, second: *const f64) -> __m256d {
     unsafe { _mm256_insertf128_pd::<1>(_mm256_castpd128_pd256(_mm_loadu_pd(first)), _mm_loadu_pd(second)) }
 }
 
+/// Where rows of a table lie.
+///
+/// # Safety
+/// There is AVX2, and the places are in the table.
+#[inline(always)]
+unsafe fn places<const K: usize>(table: &[[f64; K]], cell: __m128i) -> [*const f64; 4] {
+    let mut places = [0i32; 4];
+    // SAFETY: as asked for.
+    unsafe {
+        _mm_storeu_si128(places.as_mut_ptr().cast(), cell);
+        let ([a, b, c, d], rows) = (places, table.as_ptr());
+        let ([a, b], [c, d]) =
+            ([rows.add(a as usize), rows.add(b as usize)], [rows.add(c as usize), rows.add(d as usize)]);
+        [a.cast(), b.cast(), c.cast(), d.cast()]
+    }
+}
+
+/// Rows of a table, read as they lie, two numbers at a time: a gather reads each number by itself.
+///
+/// # Safety
+/// The places are in the table.
+#[inline(always)]
+unsafe fn rows<const K: usize>(kind: Lanes, table: &[[f64; K]], cell: Cells) -> [Lanes; K] {
+    let mut rows = [kind; K];
+    for half in 0..2 {
+        // SAFETY: such numbers exist only where AVX2 was found; each pointer is to K numbers of the table.
+        unsafe {
+            let [a, b, c, d] = places(table, cell.0[half]);
+            for k in 0..K / 2 {
+                let (ac, bd) = (pairs(a.add(2 * k), c.add(2 * k)), pairs(b.add(2 * k), d.add(2 * k)));
+                rows[2 * k].0[half] = _mm256_unpacklo_pd(ac, bd);
+                rows[2 * k + 1].0[half] = _mm256_unpackhi_pd(ac, bd);
+            }
+            if K % 2 == 1 {
+                let k = K - 1;
+                rows[k].0[half] = _mm256_set_pd(*d.add(k), *c.add(k), *b.add(k), *a.add(k));
+            }
+        }
+    }
+    rows
+}
+
 impl Real for Lanes {
     type Mask = Masks;
     type Cell = Cells;
@@ -308,35 +350,29 @@ impl Real for Lanes {
     }
     #[inline(always)]
     fn gather<const K: usize>(self, table: &[[f64; K]], cell: Cells) -> [Self; K] {
-        assert!(
-            table.len() * K <= i32::MAX as usize && cell.are_below(table.len()),
-            "a place beyond its table"
-        );
-        let mut rows = [self; K];
+        assert!(cell.are_below(table.len()), "a place beyond its table");
+        // SAFETY: all of these places are in the table.
+        unsafe { rows(self, table, cell) }
+    }
+    #[inline(always)]
+    fn gather_two<const K: usize>(self, table: &[[f64; K]], cell: Cells) -> [[Self; K]; 2] {
+        assert!(cell.are_below(table.len().saturating_sub(1)), "a place beyond its table");
+        // Twice as many numbers, each at two places.
+        let mut two = [[self; K]; 2];
         for half in 0..2 {
-            // SAFETY: as for all of them; each of these places is in the table, so that each pointer is to K
-            // numbers of it.
+            // SAFETY: as for all of them; each of these places and the next are in the table, so that each
+            // pointer is to 2 K numbers of it.
             unsafe {
-                let mut places = [0i32; 4];
-                _mm_storeu_si128(places.as_mut_ptr().cast(), cell.0[half]);
-                let [a, b, c, d] = places;
-                let numbers = table.as_ptr();
-                let [a, b] = [numbers.add(a as usize), numbers.add(b as usize)];
-                let [c, d] = [numbers.add(c as usize), numbers.add(d as usize)];
-                let [a, b, c, d] = [a.cast::<f64>(), b.cast::<f64>(), c.cast::<f64>(), d.cast::<f64>()];
-                // Rows are read as they lie, two numbers at a time: a gather reads each by itself.
-                for k in 0..K / 2 {
-                    let (ac, bd) = (pairs(a.add(2 * k), c.add(2 * k)), pairs(b.add(2 * k), d.add(2 * k)));
-                    rows[2 * k].0[half] = _mm256_unpacklo_pd(ac, bd);
-                    rows[2 * k + 1].0[half] = _mm256_unpackhi_pd(ac, bd);
-                }
-                if K % 2 == 1 {
-                    let k = K - 1;
-                    rows[k].0[half] = _mm256_set_pd(*d.add(k), *c.add(k), *b.add(k), *a.add(k));
+                let [a, b, c, d] = places(table, cell.0[half]);
+                for k in 0..K {
+                    let (k0, k1) = (2 * k, 2 * k + 1);
+                    let (ac, bd) = (pairs(a.add(k0), c.add(k0)), pairs(b.add(k0), d.add(k0)));
+                    two[k0 / K][k0 % K].0[half] = _mm256_unpacklo_pd(ac, bd);
+                    two[k1 / K][k1 % K].0[half] = _mm256_unpackhi_pd(ac, bd);
                 }
             }
         }
-        rows
+        two
     }
     fn constants<const K: usize>(
         self,
@@ -445,7 +481,7 @@ mod tests {
         #[test]
         fn prop_lanes_have_the_bits_of_single_numbers(
             a in prop::array::uniform8(any_number()), b in prop::array::uniform8(any_number()),
-            table in prop::collection::vec(prop::array::uniform3(-9.0f64..9.0), 1..40),
+            table in prop::collection::vec(prop::array::uniform3(-9.0f64..9.0), 2..40),
             knots in prop::collection::vec(-9.0f64..9.0, 2..20), more: u8,
         ) {
             let Some(proof) = Avx2::found() else { return Ok(()) };
@@ -487,6 +523,11 @@ mod tests {
                 };
                 x.of_cell(x.interval(&knots)) => |a, _b| a.of_cell(a.interval(&knots));
                 x.gather(&table, x.cell(last))[2] => |a, _b| table[cell(a)][2];
+                x.gather(&table, x.cell(last))[1] => |a, _b| table[cell(a)][1];
+                x.gather_two(&table, x.cell(last - 1))[0][1] => |a, _b| table[a.cell(last - 1)][1];
+                x.gather_two(&table, x.cell(last - 1))[0][2] => |a, _b| table[a.cell(last - 1)][2];
+                x.gather_two(&table, x.cell(last - 1))[1][0] => |a, _b| table[a.cell(last - 1) + 1][0];
+                x.gather_two(&table, x.cell(last - 1))[1][2] => |a, _b| table[a.cell(last - 1) + 1][2];
                 x.atan2(y) => |a, b| Real::atan2(a, b);
                 x.abs().exp_of_minus() => |a, _b| a.abs().exp_of_minus();
                 (x.abs() + 1e-9).ln() => |a, _b| Real::ln(a.abs() + 1e-9);
@@ -511,5 +552,13 @@ mod tests {
         let proof = Avx2::found().expect("beyond its table: there is none");
         let x = Lanes::new(proof, [0.0; LANES]);
         x.gather(&[[1.0]], x.cell(0).after(1));
+    }
+
+    #[test]
+    #[should_panic(expected = "beyond its table")]
+    fn the_place_after_the_last_of_a_table_is_refused() {
+        let proof = Avx2::found().expect("beyond its table: there is none");
+        let x = Lanes::new(proof, [0.0; LANES]);
+        x.gather_two(&[[1.0], [2.0]], x.cell(0).after(1));
     }
 }
