@@ -1,21 +1,23 @@
-//! Estimate of how long flights take that are flown one at a time in six degrees of freedom: one is flown and
-//! timed.
+//! Estimate of how long flights take that are flown in six degrees of freedom: some are flown and timed.
 
 use std::fmt::Display;
 
 use super::system::Stopwatch;
 use super::terminal::print_err;
 
-/// Reports on stderr why flights are not flown side by side, and about how long `count` times `one` takes on
-/// `threads` threads.
-pub fn warn_one_at_a_time<T>(reason: &dyn Display, count: u64, threads: usize, one: impl FnOnce() -> T) {
+/// Reports on stderr why flights are not flown in the vertical plane, and about how long `count` of them take
+/// on `threads` threads, of which `some` flies `tried`.
+pub fn warn_in_space<T>(
+    reason: &dyn Display,
+    (count, tried): (u64, usize),
+    threads: usize,
+    some: impl FnOnce() -> T,
+) {
     let watch = Stopwatch::start();
-    std::hint::black_box(one());
-    let seconds = 1e-3 * watch.ms() * count as f64 / threads as f64;
+    std::hint::black_box(some());
+    let seconds = 1e-3 * watch.ms() * count as f64 / (tried * threads) as f64;
     let length = words(seconds);
-    print_err(&format!(
-        "samara: {reason}: flown one at a time in six degrees of freedom, which takes about {length}\n"
-    ));
+    print_err(&format!("samara: {reason}: flown in six degrees of freedom, which takes about {length}\n"));
 }
 
 /// A length of time in words.

@@ -11,7 +11,7 @@ use anyhow::{Context, anyhow};
 use rayon::prelude::*;
 
 use crate::cli::answer::{BadInput as _, Failure};
-use crate::cli::estimate::warn_one_at_a_time;
+use crate::cli::estimate::warn_in_space;
 use crate::cli::narrator::Narrator;
 use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
@@ -25,6 +25,7 @@ use samara::config::Mission;
 use samara::report::campaign::campaign_csv::{file_name, header, parse_row, write_row};
 use samara::report::campaign::exact::{MeasurePasses, MeasureValues};
 use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
+use samara::sim::ABREAST;
 
 /// Trials between two looks at Ctrl-C and two writes to the disk.
 pub const BLOCK: u64 = 128;
@@ -67,13 +68,13 @@ impl TrialRunner<'_> {
         self.pool.install(|| items.par_iter().map(f).collect())
     }
 
-    /// Warns how long `count` flights take where they are flown one at a time.
+    /// Warns how long `count` flights take where they are flown in six degrees of freedom.
     pub fn warn_of(&self, entry: &StudyEntry, count: u64) {
-        let release = self.draw(0);
-        let reason = self.study.one_at_a_time(entry, std::slice::from_ref(&release));
+        let some: Vec<_> = (0..ABREAST as u64).map(|trial| self.draw(trial)).collect();
+        let reason = self.study.one_at_a_time(entry, &some[..1]);
         if let Some(reason) = reason.filter(|_| count > 0) {
             let threads = self.pool.current_num_threads();
-            warn_one_at_a_time(&reason, count, threads, || self.study.outcome(entry, &release));
+            warn_in_space(&reason, (count, ABREAST), threads, || self.study.fly_releases(entry, &some));
         }
     }
 

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::args::AssessArgs;
 use super::points::{mission, stopped};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::estimate::warn_one_at_a_time;
+use crate::cli::estimate::warn_in_space;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
 use crate::cli::progress::ProgressLine;
@@ -160,7 +160,7 @@ fn searched<'a>(
         let one = EdgeSearch { flights: 1, ..EdgeSearch::default() };
         let fly_one = || envelope.nominal(&one, ray, &|| stop.load(Ordering::Relaxed));
         let count = rays.len() as u64 * FLIGHTS_OF_A_RAY / ENVELOPE_LIMITS.len() as u64;
-        warn_one_at_a_time(reason, count, searched.pool.current_num_threads(), fly_one);
+        warn_in_space(reason, (count, 1), searched.pool.current_num_threads(), fly_one);
     }
     let mut run = || {
         searched.search(&fans(&reaches_of(ranges), QUARTERS))?;

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::args::AssessArgs;
 use super::study;
 use crate::cli::answer::{Answer, Failure};
-use crate::cli::estimate::warn_one_at_a_time;
+use crate::cli::estimate::warn_in_space;
 use crate::cli::narrator::Narrator;
 use crate::cli::progress::ProgressLine;
 use crate::cli::system::thread_pool;
@@ -41,7 +41,8 @@ pub struct Flights<'a> {
 }
 
 impl<'a> Flights<'a> {
-    /// Begins flights, at most so many; reports how long they take where they are flown one at a time.
+    /// Begins flights, at most so many; reports how long they take where they are flown in six degrees of
+    /// freedom.
     pub fn new(
         space: &'a TrialSpace,
         threads: Option<u16>,
@@ -50,8 +51,8 @@ impl<'a> Flights<'a> {
     ) -> Result<Self, Failure> {
         let pool = thread_pool(threads)?;
         if let Some(reason) = space.one_at_a_time() {
-            let nominal = [vec![0.0; space.dimensions()]];
-            warn_one_at_a_time(reason, most, pool.current_num_threads(), || space.fly(&nominal));
+            let nominal = vec![vec![0.0; space.dimensions()]; LANES];
+            warn_in_space(reason, (most, LANES), pool.current_num_threads(), || space.fly(&nominal));
         }
         Ok(Self { space, pool, progress: ProgressLine::new("assess", "flights", most), stop })
     }

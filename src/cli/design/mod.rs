@@ -15,7 +15,7 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::estimate::warn_one_at_a_time;
+use super::estimate::warn_in_space;
 use super::mission::{open_mission, print_origin};
 use super::search::{SearchSession, identity_of, run_search};
 use super::system::{Stopwatch, thread_pool};
@@ -81,7 +81,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let own = search.settings().own;
     if let Some(reason) = judge.one_at_a_time(&own).filter(|_| args.search.is_whole()) {
         let threads = rayon::current_num_threads();
-        warn_one_at_a_time(&reason, u64::from(args.budget), threads, || judge.judge(&own, f64::INFINITY));
+        warn_in_space(&reason, (u64::from(args.budget), 1), threads, || judge.judge(&own, f64::INFINITY));
     }
     let identity = identity(mission);
     let session = SearchSession {

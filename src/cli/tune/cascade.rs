@@ -8,7 +8,7 @@ use super::contest;
 use super::results::{CHECKPOINT, no_gains, report_nothing, write_gains, write_search, write_tune_manifest};
 use super::settings::{identity, tuning, without_bound};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::estimate::warn_one_at_a_time;
+use crate::cli::estimate::warn_in_space;
 use crate::cli::search::{SearchSession, run_search};
 use crate::cli::system::Stopwatch;
 use crate::cli::terminal::{print, print_err};
@@ -39,7 +39,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     if let Some(reason) = judge.one_at_a_time().filter(|_| args.search.is_whole()) {
         let candidates = search.candidates().map_or(0, <[_]>::len) as u64 * u64::from(args.iterations);
         let one = || judge.evaluate(&mission.control.gains.as_longitudinal());
-        warn_one_at_a_time(reason, candidates, rayon::current_num_threads(), one);
+        warn_in_space(reason, (candidates, 1), rayon::current_num_threads(), one);
     }
     let cost = |search: &Search, place: usize, k: &Longitudinal| {
         let (objective, to_beat) = search.to_beat(place)?;

@@ -13,16 +13,18 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::batch::{BatchFlight, BatchMeasure, judge_flights};
+use super::flights::Outcomes;
 use super::outcome::Outcome;
 use super::releases::{RandomRelease, ReleaseDistribution};
+use super::safety::FlightWatch;
 use super::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
 use crate::control::{Gains, WithDelay};
 use crate::math;
 use crate::model::parachute::TipOff;
 use crate::model::wind::{FlightNoise, GivenNoise};
 use crate::model::{Environment, MAX_ROTORS, Vehicle};
-use crate::sim::Sample;
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
+use crate::sim::{self, Sample, fly_many};
 
 /// White noise over this time [s] counts as one number where a whole span moves; longer in long flights.
 const SPAN_S: f64 = 0.2;
@@ -265,7 +267,7 @@ impl TrialSpace {
         (study.scenario.vehicle, study.scenario.environment)
     }
 
-    /// Why the trials are flown one at a time; `None` where they are flown side by side.
+    /// Why the trials are not flown in the vertical plane; `None` where they are.
     pub fn one_at_a_time(&self) -> Option<&OneAtATime> {
         self.plane.as_ref().err()
     }
@@ -330,7 +332,7 @@ impl TrialSpace {
             Some((plane, drawn.iter().zip(0..).map(flight).collect::<Result<Vec<Flight>, _>>().ok()?))
         });
         let Some((plane, flights)) = flights else {
-            return drawn.iter().map(|trial| self.outcome(trial)).collect();
+            return self.fly_in_space(&drawn);
         };
         let given: Arc<[FlightNoise]> = drawn.iter().map(|trial| trial.noise.clone()).collect();
         let mut wind = self.study.scenario.wind.clone();
@@ -362,6 +364,28 @@ impl TrialSpace {
         }
         study.scenario.wind.given = Some(GivenNoise(Arc::from([trial.noise.clone()])));
         (study, entry, StudyStart { state: trial.release.state, air: 0 })
+    }
+
+    /// Flies trials in six degrees of freedom, side by side where [`fly_many`] does.
+    fn fly_in_space(&self, drawn: &[DrawnTrial]) -> Vec<Outcome> {
+        let given: Arc<[FlightNoise]> = drawn.iter().map(|trial| trial.noise.clone()).collect();
+        let plan_end_s = self.study.plan.end_s() + 0.5 * CONTROL_PERIOD_S;
+        let plan = self.study.flight_plan(&self.entry, CONTROL_PERIOD_S);
+        let flight = |(trial, air): (&DrawnTrial, u64)| {
+            let (mut study, entry, start) = self.in_space(trial);
+            study.scenario.wind.given = Some(GivenNoise(given.clone()));
+            let simulation = study.simulation(StudyStart { air, ..start });
+            sim::Flight { simulation, controller: entry.controller, plan }
+        };
+        let watch = |trial: &DrawnTrial| {
+            FlightWatch::new(&self.study.scenario, trial.release.state.p_ned, plan_end_s)
+        };
+        let mut outcomes = Outcomes::by(drawn.iter().map(watch).collect());
+        fly_many(drawn.iter().zip(0..).map(flight).collect(), &mut outcomes);
+        let whole = |(outcome, trial): (Outcome, &DrawnTrial)| {
+            outcome.with_way(self.way_to_t0(trial) + outcome.way_ned_m())
+        };
+        outcomes.finish().into_iter().zip(drawn).map(whole).collect()
     }
 
     fn outcome(&self, trial: &DrawnTrial) -> Outcome {

@@ -3,7 +3,7 @@
 //! A flight begins at t = 0 of the study (rotors at rest and free), is commanded at 100 Hz, and lasts as
 //! long as the plan, in a study that is not the paper's a while longer; its cost is J_TPF, (51). Any
 //! [`Controller`] flies. The cascade's trials fly side by side on the planar engine ([`crate::sim::planar`])
-//! where it can hold them; all others one at a time in six degrees of freedom. The two agree to 1e-9 in the
+//! where it can hold them; all others in six degrees of freedom. The two agree to 1e-9 in the
 //! air of the plane ([`SafetyStudy::in_trials_air`]).
 
 use std::borrow::Cow;
@@ -61,7 +61,8 @@ impl StudyEntry {
     }
 }
 
-/// Why flights are flown one at a time in six degrees of freedom.
+/// Why flights are flown in six degrees of freedom: eight side by side where [`fly_many`] does, else one at a
+/// time.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum OneAtATime {
     /// The batch engine flies the cascade alone.
@@ -171,7 +172,7 @@ impl SafetyStudy {
     }
 
     /// A flight from t = 0 that has not begun.
-    fn simulation(&self, start: StudyStart) -> DropSimulation {
+    pub(super) fn simulation(&self, start: StudyStart) -> DropSimulation {
         let (vehicle, environment) = (self.scenario.vehicle.clone(), self.scenario.environment.clone());
         let course = self.scenario.wind.uniform(&environment).course(&environment, start.air);
         DropSimulation::at_t0(vehicle, environment, start.state, PlantKind::Actuator)
@@ -179,7 +180,7 @@ impl SafetyStudy {
             .with_faults(&self.faults)
     }
 
-    /// Why the flights from such releases are flown one at a time; `None` where they are flown side by side.
+    /// Why the flights from such releases are not flown in the vertical plane; `None` where they are.
     pub fn one_at_a_time(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Option<OneAtATime> {
         self.side_by_side(entry, releases).err()
     }

@@ -166,8 +166,7 @@ impl<'a> DesignJudge<'a> {
         planned.ok().filter(|plan| plan.status == Status::Converged)
     }
 
-    /// Why flights are flown one at a time in six degrees of freedom; `None` where they are flown side by
-    /// side or there is no plan.
+    /// Why flights are not flown in the vertical plane; `None` where they are.
     pub fn one_at_a_time(&self, design: &Design) -> Option<NotPlanar> {
         let plan = self.plan(&design.plan)?;
         let pilot = self.flights.pilot(&plan.trajectory, design.feed_forward).ok()?;

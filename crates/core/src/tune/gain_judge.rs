@@ -275,8 +275,7 @@ impl<'a> GainJudge<'a> {
         })
     }
 
-    /// Why the cascade's flights are flown one at a time in six degrees of freedom; `None` where they are
-    /// flown side by side.
+    /// Why the cascade's flights are not flown in the vertical plane; `None` where they are.
     pub fn one_at_a_time(&self) -> Option<&NotPlanar> {
         self.planar.as_ref().err()
     }
