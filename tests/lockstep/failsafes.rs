@@ -192,7 +192,7 @@ fn closed_form_volts_and_amperes_of_a_hover() {
     wire = wire.taken_off(8.0);
     wire.fly(6.0);
     let sim = wire.simulator.run().simulation();
-    let (bus, charge) = (sim.bus().unwrap(), sim.battery().unwrap().charge());
+    let (bus, charge) = (sim.loads().bus.unwrap(), sim.battery().unwrap().charge());
     assert!((bus.bus_v - (14.0 + 2.8 * charge - 0.02 * bus.pack_a)).abs() < 1e-9 && bus.pack_a > 5.0);
     let shown = &wire.sys_status;
     assert!((f64::from(shown.voltage_battery) - 1e3 * bus.bus_v).abs() < 30.0, "{shown:?} {bus:?}");

@@ -223,7 +223,7 @@ mod tests {
     use super::*;
     use samara_core::assess::{SafetyStudy, StudyStart};
     use samara_core::plan::{Guess, SolverOptions, plan};
-    use samara_core::sim::DropSimulation;
+    use samara_core::sim::nominal_state_at_t0;
 
     fn titan() -> (Mission, Trajectory) {
         let mission = Mission::shipped("titan_drop").unwrap();
@@ -271,7 +271,7 @@ mod tests {
         mission.release.parachute.pendulum.phase_rad = 0.3;
         let envelope = MissionEnvelope::new(&mission, &plan).unwrap();
         let parachute = mission.release.parachute;
-        let dropped = DropSimulation::nominal_state_at_t0(
+        let dropped = nominal_state_at_t0(
             mission.vehicle.clone(),
             mission.site.environment.clone(),
             parachute,

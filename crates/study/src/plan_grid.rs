@@ -10,7 +10,7 @@ use samara_core::model::rigid_body::BodyState;
 use samara_core::plan::grid::{AXES, GridPlace, GridState, PlanGrid, grid_state};
 use samara_core::plan::{Guess, PlanProblem, PlanState, SolverOptions, Status, plan};
 use samara_core::random::Trials;
-use samara_core::sim::DropSimulation;
+use samara_core::sim::nominal_state_at_t0;
 use samara_core::trajectory::Trajectory;
 use samara_mission::{Mission, UnplannedError};
 
@@ -27,7 +27,7 @@ pub fn grid_ranges(mission: &Mission) -> [[f64; 2]; AXES] {
     let drawn = (Trials::GridSpan.first()..)
         .take(SPANNED as usize)
         .map(|k| grid_state(&releases.draw(mission.seed, k).state));
-    let dropped = DropSimulation::nominal_state_at_t0(
+    let dropped = nominal_state_at_t0(
         mission.vehicle.clone(),
         mission.site.environment.clone(),
         mission.release.parachute,

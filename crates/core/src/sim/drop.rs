@@ -10,6 +10,9 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use self::course::{Course, Released};
+pub use self::course::{Phase, Start};
+use self::hang::Hang;
 use super::electric_battery::ElectricBattery;
 use super::faults::{Fault, FaultCourse, FaultOrder};
 use super::integrator::PlantState;
@@ -28,30 +31,10 @@ use crate::model::{Environment, MAX_ROTORS, Parachute, PerRotor, Vehicle};
 pub mod abreast;
 #[cfg(test)]
 mod canopy_tests;
+mod course;
 mod forces;
+mod hang;
 mod landing;
-
-/// Phase of a drop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
-    /// Under the canopy.
-    Hanging,
-    /// Released, rotors locked.
-    Falling,
-    /// Rotors free.
-    Powered,
-}
-
-/// Motion of the vehicle from the release to t = 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Start {
-    /// The drop: the body falls for t_d under gravity and the air, and turns as it was turning.
-    Release,
-    /// The paper's study: at t = 0 the vehicle has the attitude and rates of the release and `v_d` is larger
-    /// by `g t_d`, (44). In between it falls in a vacuum without turning (the rate is carried along, not
-    /// propagated).
-    T0,
-}
 
 /// What cuts the vehicle loose, besides a command to its parachute, which always does.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,9 +49,6 @@ pub enum ReleaseTrigger {
     ArmedOffboard,
 }
 
-/// A phase boundary closer than this to the end of a step [s] is taken to be there.
-const BOUNDARY_TOLERANCE_S: f64 = 1e-9;
-
 /// Step of a fall that nobody watches [s].
 const FALL_STEP_S: f64 = 0.004;
 
@@ -76,15 +56,10 @@ const FALL_STEP_S: f64 = 0.004;
 #[derive(Clone, Debug)]
 pub struct DropSimulation {
     plant: Plant,
-    parachute: Parachute,
-    nominal_release_s: f64,
-    start: Start,
-    clock: Clock,
-    phase: Phase,
+    course: Course,
+    hang: Hang,
     state: PlantState,
     throttle: PerRotor,
-    release_at_s: Option<f64>,
-    released: Option<Released>,
     /// The wind where it changes, and when its t = 0 is [s].
     wind: Option<(WindCourse, f64)>,
     /// Faults of the flight; `None`: there are none.
@@ -93,30 +68,32 @@ pub struct DropSimulation {
     canopy: Option<CanopyFlight>,
     /// Whether it has turned over since the release.
     turning: TurningOver,
-    /// Time [s] and acceleration, NED [m/s^2], of the last state of a prescribed motion under the canopy.
-    hung: Option<(f64, Vector3<f64>)>,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Released {
-    time_s: f64,
-    state: BodyState,
-}
-
-/// Simulated time as a compensated sum, so that 10 000 steps of 4 ms end at 40 s.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-struct Clock {
-    time_s: f64,
-    lost_s: f64,
-}
-
-impl Clock {
-    fn advance(&mut self, dt_s: f64) {
-        let term = dt_s - self.lost_s;
-        let sum = self.time_s + term;
-        self.lost_s = (sum - self.time_s) - term;
-        self.time_s = sum;
+/// The state at the moment when the rotors are freed after a release at the nominal time: what a plan
+/// starts from that is made before the drop. Of a canopy that is a body of its own the swing counts that
+/// is linearised; what the cut gives does not.
+pub fn nominal_state_at_t0(
+    vehicle: Arc<Vehicle>,
+    environment: Environment,
+    parachute: Parachute,
+    start: Start,
+) -> BodyState {
+    let parachute = Parachute { tip_off: TipOff::default(), ..parachute.linearised(&vehicle, &environment) };
+    let mut sim = DropSimulation::new(vehicle, environment, parachute, 0.0, start);
+    sim.release();
+    // Whole steps to the end of the delay; the last one ends there, since it is a boundary between
+    // phases.
+    while sim.course.phase != Phase::Powered {
+        let remaining_s = sim.powered_from_s().unwrap_or(0.0) - sim.course.clock.time_s;
+        sim.step(&[0.0; MAX_ROTORS], FALL_STEP_S.min(remaining_s));
     }
+    sim.state.body
+}
+
+/// Throttle commands as they are taken: those that are not numbers count as zero.
+fn taken(throttle: &PerRotor) -> PerRotor {
+    throttle.map(|d| if d.is_nan() { 0.0 } else { d.clamp(0.0, 1.0) })
 }
 
 impl DropSimulation {
@@ -144,20 +121,14 @@ impl DropSimulation {
         }
         Self {
             plant: Plant::new(vehicle, environment, PlantKind::Actuator).with_start(),
-            parachute,
-            nominal_release_s: hang_s,
-            start,
-            clock: Clock::default(),
-            phase: Phase::Hanging,
+            course: Course::hanging(hang_s, parachute.delay_s, start),
+            hang: Hang::under(parachute),
             state,
             throttle: [0.0; MAX_ROTORS],
-            release_at_s: None,
-            released: None,
             wind: None,
             faults: None,
             canopy,
             turning: TurningOver::default(),
-            hung: None,
         }
     }
 
@@ -165,7 +136,7 @@ impl DropSimulation {
     /// canopy whose motion is prescribed drifts with the mean wind at the site's altitude; one that is a body
     /// of its own begins adrift with the mean wind of its own altitude.
     pub fn in_wind(mut self, course: Option<WindCourse>) -> Self {
-        let nominal_t0_s = self.nominal_t0_s();
+        let nominal_t0_s = self.course.nominal_t0_s();
         if let (Some(course), Some(canopy)) = (&course, &mut self.canopy) {
             let more = course.difference_ned(0.0, canopy.state.p_ned.z);
             canopy.wind_ned += more;
@@ -181,7 +152,7 @@ impl DropSimulation {
     /// [`Self::faults`].
     pub fn with_faults(mut self, faults: &[Fault]) -> Self {
         if !faults.is_empty() {
-            self.faults = Some(Box::new(FaultCourse::new(faults, self.nominal_t0_s())));
+            self.faults = Some(Box::new(FaultCourse::new(faults, self.course.nominal_t0_s())));
             self.meet_faults();
         }
         self
@@ -210,27 +181,20 @@ impl DropSimulation {
 
     /// Takes an order about a fault; whether it is obeyed, [`FaultCourse::order`].
     pub fn order_fault(&mut self, order: FaultOrder) -> bool {
-        let (now_s, speed) = (self.clock.time_s, self.plant.driven_speeds(&self.state.rotor_speed));
+        let (now_s, speed) = (self.course.clock.time_s, self.plant.driven_speeds(&self.state.rotor_speed));
         let faults = self.faults.get_or_insert_default();
         let obeyed = faults.order(order, now_s, &speed);
         self.plant.set_motors(faults.motors());
         obeyed
     }
 
-    fn nominal_t0_s(&self) -> f64 {
-        match self.released {
-            Some(_) => 0.0,
-            None => self.nominal_release_s + self.parachute.delay_s,
-        }
-    }
-
     /// Begins and ends the faults whose times have come.
     fn meet_faults(&mut self) {
         if let Some(faults) = &mut self.faults {
-            faults.advance(self.clock.time_s, &self.plant.driven_speeds(&self.state.rotor_speed));
+            faults.advance(self.course.clock.time_s, &self.plant.driven_speeds(&self.state.rotor_speed));
             self.plant.set_motors(faults.motors());
             if let Some(canopy) = &mut self.canopy
-                && self.released.is_some()
+                && self.course.released.is_some()
                 && faults.hung_up_at().is_none()
             {
                 canopy.let_go(None);
@@ -254,65 +218,37 @@ impl DropSimulation {
         let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
         Self {
             plant: Plant::new(vehicle, environment, kind),
-            parachute: Parachute {
+            course: Course::powered(state),
+            hang: Hang::under(Parachute {
                 descent_m_s: 0.0,
                 delay_s: 0.0,
                 pendulum: still,
                 hook: None,
                 suspension: None,
                 tip_off: TipOff::default(),
-            },
-            nominal_release_s: 0.0,
-            start: Start::T0,
-            clock: Clock::default(),
-            phase: Phase::Powered,
+            }),
             state: PlantState::rotors_at_rest(state),
             throttle: [0.0; MAX_ROTORS],
-            release_at_s: None,
-            released: Some(Released { time_s: 0.0, state }),
             wind: None,
             faults: None,
             canopy: None,
             turning,
-            hung: None,
         }
-    }
-
-    /// The state at the moment when the rotors are freed after a release at the nominal time: what a plan
-    /// starts from that is made before the drop. Of a canopy that is a body of its own the swing counts that
-    /// is linearised; what the cut gives does not.
-    pub fn nominal_state_at_t0(
-        vehicle: Arc<Vehicle>,
-        environment: Environment,
-        parachute: Parachute,
-        start: Start,
-    ) -> BodyState {
-        let parachute =
-            Parachute { tip_off: TipOff::default(), ..parachute.linearised(&vehicle, &environment) };
-        let mut sim = Self::new(vehicle, environment, parachute, 0.0, start);
-        sim.release();
-        // Whole steps to the end of the delay; the last one ends there, since it is a boundary between
-        // phases.
-        while sim.phase != Phase::Powered {
-            let remaining_s = sim.powered_from_s().unwrap_or(0.0) - sim.clock.time_s;
-            sim.step(&[0.0; MAX_ROTORS], FALL_STEP_S.min(remaining_s));
-        }
-        sim.state.body
     }
 
     /// Time since the simulation began [s].
     pub fn time_s(&self) -> f64 {
-        self.clock.time_s
+        self.course.clock.time_s
     }
 
     /// When the release is meant to be [s]: the end of the hang.
     pub fn nominal_release_s(&self) -> f64 {
-        self.nominal_release_s
+        self.course.nominal_release_s
     }
 
     /// Phase of the drop.
     pub fn phase(&self) -> Phase {
-        self.phase
+        self.course.phase
     }
 
     /// Whether the flight has turned over since its release.
@@ -337,7 +273,7 @@ impl DropSimulation {
 
     /// The parachute.
     pub fn parachute(&self) -> &Parachute {
-        &self.parachute
+        &self.hang.parachute
     }
 
     /// The canopy, where it is a body of its own.
@@ -347,15 +283,16 @@ impl DropSimulation {
 
     /// Cuts the vehicle loose now. Once it is loose, nothing more happens.
     pub fn release(&mut self) {
-        if self.released.is_none() {
-            self.state.body = self.parachute.tip_off.after(self.state.body);
+        if self.course.released.is_none() {
+            self.state.body = self.hang.parachute.tip_off.after(self.state.body);
             if let Some(canopy) = &mut self.canopy {
                 // In the study's fall there is gravity alone.
-                let faults = self.faults.as_ref().filter(|_| self.start == Start::Release);
+                let faults = self.faults.as_ref().filter(|_| self.course.start == Start::Release);
                 canopy.let_go(faults.and_then(|faults| faults.hung_up_at()));
             }
-            self.released = Some(Released { time_s: self.clock.time_s, state: self.state.body });
-            self.phase = Phase::Falling;
+            self.course.released =
+                Some(Released { time_s: self.course.clock.time_s, state: self.state.body });
+            self.course.phase = Phase::Falling;
             self.turning.observe(self.state.body.q_ned_from_body);
             self.cross_boundary();
         }
@@ -364,30 +301,30 @@ impl DropSimulation {
     /// Cuts the vehicle loose at a time of the simulation [s], between steps or within one; a time in the
     /// past is now.
     pub fn schedule_release(&mut self, time_s: f64) {
-        self.release_at_s = Some(time_s);
+        self.course.release_at_s = Some(time_s);
         self.cross_boundary();
     }
 
     /// Time of the release [s], once it has happened.
     pub fn release_time_s(&self) -> Option<f64> {
-        self.released.map(|r| r.time_s)
+        self.course.released.map(|r| r.time_s)
     }
 
     /// Time from which the rotors are free [s], once the release has happened: release + t_d.
     pub fn powered_from_s(&self) -> Option<f64> {
-        self.released.map(|r| r.time_s + self.parachute.delay_s)
+        self.course.powered_from_s()
     }
 
     /// Time since the rotors were freed [s], negative before; `None` while the release has not happened.
     pub fn time_powered_s(&self) -> Option<f64> {
-        self.powered_from_s().map(|t| self.clock.time_s - t)
+        self.powered_from_s().map(|t| self.course.clock.time_s - t)
     }
 
     /// Advances by `dt_s` [s] under throttle commands that are held, and returns what acted on the vehicle at
     /// the step's beginning. Commands that are not numbers count as zero; a time that is not positive does
     /// nothing.
     pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) -> Loads {
-        self.command(throttle);
+        self.throttle = taken(throttle);
         let dt_s = if dt_s.is_finite() { dt_s } else { 0.0 };
         if dt_s > 0.0 {
             self.meet_wind(dt_s);
@@ -397,49 +334,28 @@ impl DropSimulation {
         }
         let first = self.advance(dt_s);
         self.meet_faults();
-        self.observe_turning();
+        if self.course.released.is_some() {
+            self.turning.observe(self.state.body.q_ned_from_body);
+        }
         first.unwrap_or_else(|| self.loads())
-    }
-
-    /// Takes throttle commands.
-    fn command(&mut self, throttle: &PerRotor) {
-        self.throttle = throttle.map(|d| if d.is_nan() { 0.0 } else { d.clamp(0.0, 1.0) });
     }
 
     /// Meets the wind of a step of `dt_s` [s].
     fn meet_wind(&mut self, dt_s: f64) {
         let Some((course, t0_s)) = &mut self.wind else { return };
-        let t_s = self.clock.time_s - *t0_s;
+        let t_s = self.course.clock.time_s - *t0_s;
         let (p, v) = (self.state.body.p_ned, self.state.body.v_ned);
         let [[n], [e], [d]] = course.step(t_s, dt_s, &[p.z], &[[v.x], [v.y], [v.z]]);
         let drawn = course.ring_deviations(dt_s);
         let mirrored = course.ring_is_mirrored();
-        self.set_wind_ned(Vector3::new(n, e, d));
-        if let Some(drawn) = drawn {
-            self.set_drawn(drawn.map(|[drawn]| drawn), mirrored);
-        }
-    }
-
-    /// Takes what was drawn for the vortex ring; locked rotors do not feel it.
-    fn set_drawn(&mut self, drawn: PerRotor, mirrored: bool) {
-        let powered = self.phase == Phase::Powered;
-        let fluctuation = if powered { Fluctuation::Drawn { drawn, mirrored } } else { Fluctuation::None };
-        self.plant.set_fluctuation(fluctuation);
-    }
-
-    /// Changes the wind at the vehicle, NED [m/s], and with it that at the canopy.
-    fn set_wind_ned(&mut self, wind_ned: Vector3<f64>) {
-        if let (Some(canopy), Some((course, _))) = (&mut self.canopy, &self.wind) {
-            let difference = course.difference_ned(self.state.body.p_ned.z, canopy.state.p_ned.z);
-            canopy.wind_ned = wind_ned + difference;
+        let wind_ned = Vector3::new(n, e, d);
+        if let Some(canopy) = &mut self.canopy {
+            canopy.wind_ned = wind_ned + course.difference_ned(p.z, canopy.state.p_ned.z);
         }
         self.plant.set_wind_ned(wind_ned);
-    }
-
-    /// Looks at the attitude after a step.
-    fn observe_turning(&mut self) {
-        if self.released.is_some() {
-            self.turning.observe(self.state.body.q_ned_from_body);
+        if let Some(drawn) = drawn {
+            let powered = self.course.phase == Phase::Powered;
+            self.plant.set_fluctuation(Fluctuation::of(drawn.map(|[drawn]| drawn), mirrored, powered));
         }
     }
 
@@ -447,12 +363,7 @@ impl DropSimulation {
     fn advance(&mut self, mut remaining: f64) -> Option<Loads> {
         let mut first = None;
         while remaining > 0.0 {
-            let h = match self.boundary_s() {
-                Some(b) if b - self.clock.time_s < remaining - BOUNDARY_TOLERANCE_S => {
-                    (b - self.clock.time_s).max(0.0)
-                }
-                _ => remaining,
-            };
+            let h = self.course.within_phase_s(remaining);
             let loads = self.advance_phase(h);
             first.get_or_insert(loads);
             remaining = if h < remaining { remaining - h } else { 0.0 };
@@ -461,87 +372,56 @@ impl DropSimulation {
         first
     }
 
-    /// Time at which the present phase ends [s], if that is known.
-    fn boundary_s(&self) -> Option<f64> {
-        match self.phase {
-            Phase::Hanging => self.release_at_s,
-            Phase::Falling => self.powered_from_s(),
-            Phase::Powered => None,
-        }
-    }
-
     /// Enters the next phase when its time has come.
     fn cross_boundary(&mut self) {
-        if self.boundary_s().is_some_and(|b| self.clock.time_s >= b - BOUNDARY_TOLERANCE_S) {
-            match self.phase {
+        if self.course.is_at_boundary() {
+            match self.course.phase {
                 Phase::Hanging => self.release(),
-                Phase::Falling | Phase::Powered => self.phase = Phase::Powered,
+                Phase::Falling | Phase::Powered => self.course.phase = Phase::Powered,
             }
         }
         self.meet_ground();
     }
 
     fn advance_phase(&mut self, h: f64) -> Loads {
-        let span = (self.clock.time_s, h);
+        let span = (self.course.clock.time_s, h);
         self.plant.set_time_s(span.0);
-        let locked = self.phase != Phase::Powered;
+        let locked = self.course.phase != Phase::Powered;
         let held = self.canopy.as_ref().is_some_and(|canopy| canopy.line.is_some());
-        if (held || self.dynamic_fall())
+        if (held || self.course.falls_in_air())
             && let Some(canopy) = &mut self.canopy
         {
-            self.clock.advance(h);
+            self.course.clock.advance(h);
             return canopy.step_with(&mut self.plant, &mut self.state, (&self.throttle, locked), span);
         }
         if let Some(canopy) = &mut self.canopy {
             canopy.step(&self.plant, span);
         }
-        if self.phase == Phase::Powered || self.dynamic_fall() {
-            self.clock.advance(h);
+        if self.course.phase == Phase::Powered || self.course.falls_in_air() {
+            self.course.clock.advance(h);
             return self.plant.step(&mut self.state, &self.throttle, locked, h);
         }
         let loads = self.loads();
-        let begin_s = self.clock.time_s;
-        self.clock.advance(h);
-        self.state.body = match self.released {
+        let begin_s = self.course.clock.time_s;
+        self.course.clock.advance(h);
+        self.state.body = match self.course.released {
             None if self.plant.start().is_some() => {
-                let (parachute, site) = (self.parachute, self.hanging_in());
-                let from_s = begin_s - self.nominal_release_s;
+                let (parachute, site) = (self.hang.parachute, self.hanging_in());
+                let from_s = begin_s - self.course.nominal_release_s;
                 let body_at = |share: f64| parachute.hanging(from_s + share * h, &site).0;
                 self.plant.turn_rotors(&mut self.state, body_at, h);
                 self.hang_on()
             }
             None => self.hang_on(),
-            Some(r) => self.vacuum_fall(&r),
+            Some(r) => self.course.vacuum_fall(&r, self.environment().gravity_ned()),
         };
         loads
     }
 
-    fn dynamic_fall(&self) -> bool {
-        self.phase == Phase::Falling && self.start == Start::Release
-    }
-
-    /// The motion under the canopy now, whose acceleration is kept.
+    /// The motion under a canopy that is prescribed, now.
     fn hang_on(&mut self) -> BodyState {
-        let (body, a_ned) = self.hanging();
-        self.hung = Some((self.clock.time_s, a_ned));
-        body
-    }
-
-    /// Acceleration under the canopy now, NED [m/s^2].
-    fn hanging_a_ned(&self) -> Vector3<f64> {
-        match self.hung {
-            Some((time_s, a_ned)) if time_s == self.clock.time_s => a_ned,
-            _ => self.hanging().1,
-        }
-    }
-
-    /// The motion under the canopy now, and its acceleration.
-    fn hanging(&self) -> (BodyState, Vector3<f64>) {
-        let t_s = self.clock.time_s - self.nominal_release_s;
-        match &self.wind {
-            None => self.parachute.hanging(t_s, self.environment()),
-            Some(_) => self.parachute.hanging(t_s, &self.hanging_in()),
-        }
+        let site = self.hanging_in();
+        self.hang.go_on(&self.course, &site)
     }
 
     /// The site with the wind that a canopy drifts with whose motion is prescribed.
@@ -549,16 +429,5 @@ impl DropSimulation {
         let site = self.environment();
         let wind = self.wind.as_ref().map(|(course, _)| course.site_wind_ned());
         Environment { wind_ned_m_s: wind.unwrap_or(site.wind_ned_m_s), ..site.clone() }
-    }
-
-    /// The fall of [`Start::T0`].
-    fn vacuum_fall(&self, r: &Released) -> BodyState {
-        let t = self.clock.time_s - r.time_s;
-        let g = self.environment().gravity_ned();
-        BodyState {
-            p_ned: r.state.p_ned + r.state.v_ned * t + g * (0.5 * t * t),
-            v_ned: r.state.v_ned + g * t,
-            ..r.state
-        }
     }
 }

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 use proptest::prelude::*;
 
 use super::plant::Plant;
-use super::{DropSimulation, Phase, PlantKind, PlantState, Start};
+use super::{DropSimulation, Phase, PlantKind, PlantState, Start, nominal_state_at_t0};
 use crate::control::test_vehicles::{GRAVITY_M_S2, MASS_KG, lander, quadrotor, site};
 use crate::frames::{quaternion_from_euler, rotate_ned_from_body};
 use crate::math;
@@ -113,15 +113,14 @@ fn closed_form_the_nominal_state_is_that_of_a_drop_released_in_time() {
         while sim.phase() != Phase::Powered {
             sim.step(&OFF, 0.004);
         }
-        let nominal = DropSimulation::nominal_state_at_t0(vehicle, windy(), swinging(), start);
+        let nominal = nominal_state_at_t0(vehicle, windy(), swinging(), start);
         let found = sim.state().body;
         assert!((found.v_ned - nominal.v_ned).norm() < 1e-11, "{} {}", found.v_ned, nominal.v_ned);
         assert!((found.omega_body - nominal.omega_body).norm() < 1e-11);
         assert!((0..4).all(|i| (found.q_ned_from_body[i] - nominal.q_ned_from_body[i]).abs() < 1e-11));
     }
     let v0 = swinging().state_at_t0(GRAVITY_M_S2).v_ned.z;
-    let fallen =
-        DropSimulation::nominal_state_at_t0(Arc::new(lander(true)), site(), swinging(), Start::Release);
+    let fallen = nominal_state_at_t0(Arc::new(lander(true)), site(), swinging(), Start::Release);
     assert!(fallen.v_ned.z < v0, "the air brakes the fall");
 }
 
@@ -242,7 +241,7 @@ fn closed_form_ideal_plant_ramps_from_zero() {
     assert!((sim.state().body.v_ned.z - 0.5 * 0.01 * GRAVITY_M_S2).abs() < 1e-15);
     sim.step(&throttle, 0.01);
     assert!((sim.state().body.v_ned.z - 0.5 * 0.01 * GRAVITY_M_S2).abs() < 1e-15);
-    assert!(sim.acceleration_ned().norm() < 1e-12);
+    assert!(sim.loads().a_ned.norm() < 1e-12);
 }
 
 proptest! {
@@ -271,7 +270,7 @@ proptest! {
                 let sum = in_ned + b.gravity_force_ned + b.canopy_force_ned;
                 prop_assert!((sum - s.a_ned * MASS_KG).norm() < 1e-9 * MASS_KG, "{:?}", s.phase);
                 prop_assert!(b.canopy_force_ned.norm() == 0.0 || s.phase == Phase::Hanging);
-                prop_assert!((sim.acceleration_ned() - s.a_ned).norm() < 1e-12);
+                prop_assert!((sim.loads().a_ned - s.a_ned).norm() < 1e-12);
             }
         }
     }
@@ -290,7 +289,7 @@ proptest! {
         let before: PlantState = *sim.state();
         let phase = sim.phase();
         sim.step(&throttle, h);
-        let a_ned = sim.acceleration_ned();
+        let a_ned = sim.loads().a_ned;
         sim.step(&throttle, h);
         if sim.phase() == phase {
             let slope = (sim.state().body.v_ned - before.body.v_ned) / (2.0 * h);

@@ -78,7 +78,7 @@ fn closed_form_sag_and_charge_under_constant_power() {
     fly(&mut sim, HOVER, 2.0, DT_S);
     let power_w = 4.0 * TORQUE_FACTOR * 700f64.powi(3) / (0.8 * 0.95);
     let bus_v = 0.5 * (15.2 + (15.2f64 * 15.2 - 4.0 * 0.02 * power_w).sqrt());
-    let bus = sim.bus().unwrap();
+    let bus = sim.loads().bus.unwrap();
     assert!((bus.bus_v / bus_v - 1.0).abs() < 1e-9 && bus.bus_v < 15.0, "{} {bus_v}", bus.bus_v);
     let (before, before_j) = (sim.battery().unwrap().charge(), sim.battery().unwrap().consumed_j());
     fly(&mut sim, HOVER, 10.0, DT_S);
@@ -160,7 +160,7 @@ fn the_step_of_a_drop_is_short_enough() {
 fn closed_form_an_empty_battery_stops_the_motors() {
     let mut sim = flying(vehicle(), Some(battery(&[(0.0, 15.2)], limits(), 1.0)));
     fly(&mut sim, HOVER, 1.0, DT_S);
-    let pack_a = sim.bus().unwrap().pack_a;
+    let pack_a = sim.loads().bus.unwrap().pack_a;
     let mut sim = flying(vehicle(), Some(battery(&[(0.0, 15.2)], limits(), 100.0 / 18_000.0)));
     let mut samples = fly(&mut sim, HOVER, 8.0, DT_S);
     let empty = samples.iter().position(|s| s.bus.unwrap().charge <= 0.0).unwrap();

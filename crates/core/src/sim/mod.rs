@@ -5,7 +5,7 @@
 //! | [`integrator`] | state of the vehicle with its rotors; classical Runge-Kutta step |
 //! | `stage` | everything that acts on a vehicle in a stage of its integration |
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
-//! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
+//! | [`drop`](mod@drop), `drop/course`, `hang`, `forces` | hang, release, fall, powered flight; when each phase ends; the prescribed hang; what acts in each |
 //! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
 //! | `ring` | what fluctuation in the vortex ring makes of thrusts, and they of the motion |
 //! | [`limits`], [`turning_over`] | safety limits, a state's share of them; turning over |
@@ -59,7 +59,7 @@ pub(crate) mod test_site;
 mod wind_tests;
 
 pub use battery::Battery;
-pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start};
+pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start, nominal_state_at_t0};
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, PARAMETER, ReleaseCause};
 pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};

@@ -26,6 +26,13 @@ pub(super) enum Fluctuation<S> {
     Found([S; MAX_ROTORS]),
 }
 
+impl<S> Fluctuation<S> {
+    /// Of what was drawn, of rotors that are free, or locked: those do not feel it.
+    pub(super) fn of(drawn: [S; MAX_ROTORS], mirrored: bool, free: bool) -> Self {
+        if free { Self::Drawn { drawn, mirrored } } else { Self::None }
+    }
+}
+
 impl<S: Real> Fluctuates<S> for Fluctuation<S> {
     #[inline(always)]
     fn deviations(

@@ -83,7 +83,7 @@ fn most_power_w(mut flight: DropSimulation) -> f64 {
     let mut most_w: f64 = 0.0;
     for _ in 0..1_000 {
         flight.step(&[1.0; MAX_ROTORS], STEP_S);
-        most_w = flight.bus().map_or(f64::NAN, |bus| most_w.max(bus.bus_v * bus.pack_a));
+        most_w = flight.loads().bus.map_or(f64::NAN, |bus| most_w.max(bus.bus_v * bus.pack_a));
     }
     most_w
 }
@@ -91,7 +91,8 @@ fn most_power_w(mut flight: DropSimulation) -> f64 {
 /// What the cells give and what bus and heat take [J], from rest at 90 % of full throttle.
 fn energies_j(mut flight: DropSimulation) -> [f64; 2] {
     let throttle = [0.9; MAX_ROTORS];
-    let heat_w = |flight: &DropSimulation| flight.bus().map_or(f64::NAN, |bus| 0.2 * bus.pack_a * bus.pack_a);
+    let heat_w =
+        |flight: &DropSimulation| flight.loads().bus.map_or(f64::NAN, |bus| 0.2 * bus.pack_a * bus.pack_a);
     let mut heat_j = 0.0;
     flight.step(&throttle, 1e-9);
     for _ in 0..2_000 {

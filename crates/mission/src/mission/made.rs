@@ -16,7 +16,7 @@ use samara_core::model::{MAX_ROTORS, Parachute};
 use samara_core::params::{Purpose, Subject};
 use samara_core::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, SolveProgress, SolverOptions, plan};
 use samara_core::replan::{Cadence, PlanSource};
-use samara_core::sim::{DropSimulation, Start};
+use samara_core::sim::{DropSimulation, Start, nominal_state_at_t0};
 use samara_core::trajectory::Trajectory;
 
 /// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
@@ -165,7 +165,7 @@ impl Mission {
                 [1.0, 0.0, 0.0, 0.0, drift.x, drift.y, v0, 0.0, 0.0, 0.0]
             }
             PlanInitial::Release => {
-                let body = DropSimulation::nominal_state_at_t0(
+                let body = nominal_state_at_t0(
                     self.vehicle.clone(),
                     environment.clone(),
                     release.parachute,

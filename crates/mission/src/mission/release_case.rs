@@ -14,7 +14,7 @@ use super::release::Release;
 use samara_core::math;
 use samara_core::model::parachute::Pendulum;
 use samara_core::model::{Environment, Parachute, Vehicle};
-use samara_core::sim::DropSimulation;
+use samara_core::sim::nominal_state_at_t0;
 use samara_core::tune::ReleaseCase;
 
 /// Corrections that are tried.
@@ -58,8 +58,7 @@ impl Release {
         // Pitch, and pitch rate over omega, at t = 0 after a swing [rad].
         let comes_to = |swing: &Vector2<f64>| {
             let (parachute, environment) = (self.parachute_swinging(swing), environment.clone());
-            let state =
-                DropSimulation::nominal_state_at_t0(vehicle.clone(), environment, parachute, self.start);
+            let state = nominal_state_at_t0(vehicle.clone(), environment, parachute, self.start);
             let q = state.q_ned_from_body;
             Vector2::new(2.0 * math::atan2(q[2], q[0]), state.omega_body.y / omega)
         };
@@ -103,12 +102,7 @@ mod tests {
 
     fn state_at_t0(mission: &Mission) -> (f64, f64, nalgebra::Vector3<f64>) {
         let (vehicle, environment) = (mission.vehicle.clone(), mission.site.environment.clone());
-        let s = DropSimulation::nominal_state_at_t0(
-            vehicle,
-            environment,
-            mission.release.parachute,
-            mission.release.start,
-        );
+        let s = nominal_state_at_t0(vehicle, environment, mission.release.parachute, mission.release.start);
         (2.0 * math::atan2(s.q_ned_from_body[2], s.q_ned_from_body[0]), s.omega_body.y, s.v_ned)
     }
 

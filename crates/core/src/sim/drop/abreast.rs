@@ -15,7 +15,8 @@ use super::super::record::{RowStart, Sample};
 use super::super::ring::Fluctuation;
 use super::super::stage::{Commanded, FreeStep, Stage, Stages, Surroundings};
 use super::super::two_bodies::{Canopy, CanopyBody, HeldSteps, LooseSteps};
-use super::{BOUNDARY_TOLERANCE_S, DropSimulation, Phase, Start};
+use super::course::BOUNDARY_TOLERANCE_S;
+use super::{DropSimulation, Phase, Start};
 use crate::frames::Turn;
 use crate::model::environment::LocalAir;
 use crate::model::rigid_body::{Motion, MotionRate};
@@ -175,7 +176,7 @@ impl Abreast {
     /// Time [s], time of powered flight [s] and phase of all drops, where they are the same.
     pub fn common(&self) -> Option<(f64, Option<f64>, Phase)> {
         let first = &self.drops[0];
-        self.is_common.then(|| (first.time_s(), first.time_powered_s(), first.phase))
+        self.is_common.then(|| (first.time_s(), first.time_powered_s(), first.course.phase))
     }
 
     /// The drops now, for samples of the next step.
@@ -219,7 +220,7 @@ impl Abreast {
             Some(rows) => rows[i],
             None => {
                 let (t_s, t_powered_s, phase) =
-                    before.common.unwrap_or((drop.time_s(), drop.time_powered_s(), drop.phase));
+                    before.common.unwrap_or((drop.time_s(), drop.time_powered_s(), drop.course.phase));
                 let state = PlantState::from(&craft_of(&before.craft, i));
                 let canopy = before.canopy_p_ned.map(|canopy| canopy.map(|of_all| vector(&of_all, i)));
                 let canopy = canopy.zip(drop.canopy.as_ref());
@@ -265,7 +266,7 @@ impl Abreast {
             None => {
                 self.bring_up_to_date();
                 for (i, (drop, loads)) in self.drops.iter_mut().zip(&mut self.loads).enumerate() {
-                    drop.command(&numbers(&self.throttle, i));
+                    drop.throttle = numbers(&self.throttle, i);
                     *loads = drop.advance(dt_s).unwrap_or_else(|| drop.loads());
                 }
                 self.load();
@@ -278,7 +279,7 @@ impl Abreast {
     fn observe_turning(&mut self) {
         let upright = vectorised(Upright(&self.craft));
         for (i, drop) in self.drops.iter_mut().enumerate() {
-            if drop.released.is_some() && !(upright && drop.turning.was_upright()) {
+            if drop.course.released.is_some() && !(upright && drop.turning.was_upright()) {
                 drop.turning.observe(numbers(&self.craft.motion.q_ned_from_body, i));
             }
         }
@@ -288,14 +289,14 @@ impl Abreast {
     fn together(&self, dt_s: f64) -> Option<Together> {
         let first = &self.drops[0];
         let held = |drop: &DropSimulation| drop.canopy.as_ref().is_some_and(|c| c.line.is_some());
-        let left_s = first.boundary_s().unwrap_or(f64::INFINITY) - first.clock.time_s;
+        let left_s = first.course.boundary_s().unwrap_or(f64::INFINITY) - first.course.clock.time_s;
         if !(self.is_common && dt_s > 0.0 && left_s >= dt_s - BOUNDARY_TOLERANCE_S) {
             return None;
         }
-        match first.phase {
+        match first.course.phase {
             Phase::Hanging if held(first) => Some(Together::Held),
             Phase::Hanging => Some(Together::Prescribed),
-            Phase::Falling if first.start == Start::T0 => None,
+            Phase::Falling if first.course.start == Start::T0 => None,
             Phase::Falling if first.canopy.is_some() => Some(Together::Held),
             Phase::Falling => Some(Together::Free { locked: true }),
             Phase::Powered => (!held(first)).then_some(Together::Free { locked: false }),
@@ -306,7 +307,9 @@ impl Abreast {
     fn load(&mut self) {
         self.is_current = true;
         let held = |drop: &DropSimulation| drop.canopy.map(|canopy| canopy.line);
-        let of_one = |drop: &DropSimulation| (drop.clock, drop.phase, drop.boundary_s(), held(drop));
+        let of_one = |drop: &DropSimulation| {
+            (drop.course.clock, drop.course.phase, drop.course.boundary_s(), held(drop))
+        };
         let first = of_one(&self.drops[0]);
         self.is_common = self.drops.iter().all(|drop| of_one(drop) == first);
         for (i, drop) in self.drops.iter().enumerate() {
@@ -360,7 +363,7 @@ impl Abreast {
     /// Meets the wind of a step of `dt_s` [s].
     fn meet_wind(&mut self, dt_s: f64) {
         let Some((course, t0_s)) = &mut self.wind else { return };
-        let t_s = self.drops[0].clock.time_s - *t0_s;
+        let t_s = self.drops[0].course.clock.time_s - *t0_s;
         let (down_m, v) = (*self.craft.p_ned.z.as_array(), &self.craft.motion.v_ned);
         let v_ned = [*v.x.as_array(), *v.y.as_array(), *v.z.as_array()];
         let (wind_ned, drawn) = vectorised(Blow { course, t_s, dt_s, down_m: &down_m, v_ned: &v_ned });
@@ -378,16 +381,18 @@ impl Abreast {
         let Some(drawn) = drawn else { return };
         let mirrored = course.ring_is_mirrored();
         self.fluctuation = Fluctuation::None;
-        if self.drops.iter().all(|drop| drop.phase == Phase::Powered) {
+        if self.drops.iter().all(|drop| drop.course.phase == Phase::Powered) {
             let mut numbers = self.throttle;
             for (number, drawn) in numbers.iter_mut().zip(&drawn) {
                 *number.as_array_mut() = *drawn;
             }
             self.fluctuation = Fluctuation::Drawn { drawn: numbers, mirrored };
-        } else if self.drops.iter().any(|drop| drop.phase == Phase::Powered) {
+        } else if self.drops.iter().any(|drop| drop.course.phase == Phase::Powered) {
             self.bring_up_to_date();
             for (i, drop) in self.drops.iter_mut().enumerate() {
-                drop.set_drawn(drawn.map(|drawn| drawn[i]), mirrored);
+                let powered = drop.course.phase == Phase::Powered;
+                let drawn = drawn.map(|drawn| drawn[i]);
+                drop.plant.set_fluctuation(Fluctuation::of(drawn, mirrored, powered));
             }
         }
     }
@@ -405,7 +410,7 @@ impl Abreast {
     /// Time since the simulations began [s].
     fn now_s(&self) -> Lanes {
         let mut times_s = self.craft.p_ned.x;
-        *times_s.as_array_mut() = [self.drops[0].clock.time_s; LANES];
+        *times_s.as_array_mut() = [self.drops[0].course.clock.time_s; LANES];
         times_s
     }
 
@@ -501,17 +506,17 @@ impl Abreast {
     /// depends on it: no wind that changes, no ground, and the release not yet.
     fn hang_on(&mut self, dt_s: f64) {
         let first = &self.drops[0];
-        let goes_on_s = first.boundary_s().unwrap_or(f64::INFINITY) - first.clock.time_s - dt_s;
+        let goes_on_s = first.course.boundary_s().unwrap_or(f64::INFINITY) - first.course.clock.time_s - dt_s;
         if self.wind.is_none() && first.ground().is_none() && goes_on_s > dt_s {
-            self.drops.iter_mut().for_each(|drop| drop.clock.advance(dt_s));
+            self.drops.iter_mut().for_each(|drop| drop.course.clock.advance(dt_s));
             self.is_behind = true;
             return;
         }
         self.is_behind = false;
         self.bring_up_to_date();
         for (i, drop) in self.drops.iter_mut().enumerate() {
-            drop.command(&numbers(&self.throttle, i));
-            drop.clock.advance(dt_s);
+            drop.throttle = numbers(&self.throttle, i);
+            drop.course.clock.advance(dt_s);
             drop.state.body = drop.hang_on();
             drop.cross_boundary();
         }
@@ -520,15 +525,15 @@ impl Abreast {
 
     /// The drops go on by a step of `dt_s` [s], and enter their next phases.
     fn end(&mut self, dt_s: f64) {
-        let before = self.drops[0].phase;
-        self.drops.iter_mut().for_each(|drop| drop.clock.advance(dt_s));
+        let before = self.drops[0].course.phase;
+        self.drops.iter_mut().for_each(|drop| drop.course.clock.advance(dt_s));
         if before == Phase::Powered {
             return;
         }
         self.bring_up_to_date();
         self.drops.iter_mut().for_each(DropSimulation::cross_boundary);
         // What a release changes.
-        if self.drops.iter().any(|drop| drop.phase != before) {
+        if self.drops.iter().any(|drop| drop.course.phase != before) {
             self.load();
         }
     }
@@ -546,11 +551,11 @@ fn wind_of_all(drops: &[DropSimulation]) -> Option<Option<(WindCourse<LANES>, f6
         canopies
             && drop.plant.flies_like(&first.plant)
             && drop.faults.is_none()
-            && drop.start == first.start
-            && drop.clock.time_s == 0.0
+            && drop.course.start == first.course.start
+            && drop.course.clock.time_s == 0.0
             && drop.wind.is_some() == first.wind.is_some()
-            && drop.nominal_release_s == first.nominal_release_s
-            && drop.parachute.delay_s == first.parachute.delay_s
+            && drop.course.nominal_release_s == first.course.nominal_release_s
+            && drop.course.delay_s == first.course.delay_s
     };
     if !drops.iter().all(alike) {
         return None;

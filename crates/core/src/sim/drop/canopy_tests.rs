@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use super::{DropSimulation, Phase, Start};
+use super::{DropSimulation, Phase, Start, nominal_state_at_t0};
 use crate::control::test_vehicles::{GRAVITY_M_S2, J_YY, MASS_KG, lander, quadrotor, site};
 use crate::frames::{pitch, rotate_body_from_ned, rotate_ned_from_body};
 use crate::math;
@@ -172,7 +172,7 @@ fn the_linearised_release_is_near_the_real_one() {
         sim.step(&OFF, DT_S);
     }
     let vehicle = Arc::new(lander(false));
-    let expected = DropSimulation::nominal_state_at_t0(vehicle, site(), hang, Start::Release);
+    let expected = nominal_state_at_t0(vehicle, site(), hang, Start::Release);
     let found = sim.state().body;
     assert!((found.v_ned - expected.v_ned).norm() < 0.05, "{found:?} {expected:?}");
     assert!((pitch(found.q_ned_from_body) - pitch(expected.q_ned_from_body)).abs() < 0.03);

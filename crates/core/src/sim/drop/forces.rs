@@ -6,25 +6,31 @@
 
 use nalgebra::Vector3;
 
+use super::super::faults::FaultCourse;
 use super::super::plant::Loads;
 use super::super::record::{RowStart, Sample};
 use super::super::rotor_start::StartCourse;
 use super::{DropSimulation, Phase};
 use crate::frames::{rotate_body_from_ned, rotate_ned_from_body};
-use crate::model::supply::BusState;
 use crate::model::{ForceBalance, PerRotor};
 
+/// The commands that come to the motors of those that are given.
+fn commands(faults: Option<&FaultCourse>, throttle: &PerRotor) -> PerRotor {
+    faults.map_or(*throttle, |faults| faults.commands(throttle))
+}
+
 impl DropSimulation {
-    /// What acts on the vehicle now, under the last commands.
-    pub(super) fn loads(&self) -> Loads {
+    /// What acts on the vehicle now, under the last commands: acceleration, forces and moments, wind, and the
+    /// bus where the battery has a voltage.
+    pub fn loads(&self) -> Loads {
         self.loads_under(&self.throttle)
     }
 
     fn loads_under(&self, throttle: &PerRotor) -> Loads {
         let gravity = self.gravity_ned();
         let mass = self.vehicle().mass.mass_kg;
-        match self.phase {
-            Phase::Falling if !self.dynamic_fall() => {
+        match self.course.phase {
+            Phase::Falling if !self.course.falls_in_air() => {
                 let balance = ForceBalance { gravity_force_ned: gravity * mass, ..ForceBalance::default() };
                 self.plant.acting(gravity, balance)
             }
@@ -32,7 +38,7 @@ impl DropSimulation {
                 canopy.loads(&self.plant, &self.state, throttle, phase != Phase::Powered)
             }
             Phase::Hanging => {
-                let a_ned = self.hanging_a_ned();
+                let a_ned = self.hang.a_ned(&self.course, &self.hanging_in());
                 let mut balance = self.plant.loads(&self.state, throttle, true).balance;
                 let others = rotate_ned_from_body(self.state.body.q_ned_from_body, balance.force_body())
                     + gravity * mass;
@@ -46,41 +52,26 @@ impl DropSimulation {
 
     /// Every force and moment on the vehicle now, under the given commands.
     pub fn balance(&self, throttle: &PerRotor) -> ForceBalance {
-        self.loads_under(&self.commands(throttle)).balance
-    }
-
-    /// The bus now, under the last commands, where the battery has a voltage.
-    pub fn bus(&self) -> Option<BusState> {
-        self.loads().bus
+        self.loads_under(&commands(self.faults(), throttle)).balance
     }
 
     /// Gravity at the vehicle's altitude, NED [m/s^2]; in the study's fall, that of the release.
     fn gravity_ned(&self) -> Vector3<f64> {
-        match self.phase {
-            Phase::Falling if !self.dynamic_fall() => self.environment().gravity_ned(),
+        match self.course.phase {
+            Phase::Falling if !self.course.falls_in_air() => self.environment().gravity_ned(),
             _ => Vector3::new(0.0, 0.0, self.plant.ambient(&self.state.body.p_ned).gravity_m_s2),
         }
     }
 
-    /// Acceleration now, NED [m/s^2].
-    pub fn acceleration_ned(&self) -> Vector3<f64> {
-        self.loads().a_ned
-    }
-
     /// What an accelerometer at the centre of mass reads, body [m/s^2]: acceleration without gravity.
     pub fn specific_force_body(&self) -> Vector3<f64> {
-        let a = self.acceleration_ned() - self.gravity_ned();
+        let a = self.loads().a_ned - self.gravity_ned();
         rotate_body_from_ned(self.state.body.q_ned_from_body, a)
     }
 
     /// A row of the record: the state now under the given commands and setpoint.
     pub fn sample(&self, throttle: &PerRotor, v_sp_ned: Option<Vector3<f64>>) -> Sample {
-        self.row_start().sample(self.loads_under(&self.commands(throttle)), throttle, v_sp_ned)
-    }
-
-    /// The commands that come to the motors of those that are given.
-    fn commands(&self, throttle: &PerRotor) -> PerRotor {
-        self.faults.as_ref().map_or(*throttle, |faults| faults.commands(throttle))
+        self.row_start().sample(self.loads_under(&commands(self.faults(), throttle)), throttle, v_sp_ned)
     }
 
     /// Advances by `dt_s` [s] as [`Self::step`] does; the row of the record for the step's beginning.
@@ -98,9 +89,9 @@ impl DropSimulation {
     /// The state now, for a record whose forces come with the next step.
     pub(in crate::sim) fn row_start(&self) -> RowStart {
         RowStart {
-            t_s: self.clock.time_s,
+            t_s: self.course.clock.time_s,
             t_powered_s: self.time_powered_s(),
-            phase: self.phase,
+            phase: self.course.phase,
             state: self.state,
             canopy: self.canopy.map(|c| c.sample(&self.state.body)),
             esc: self.plant.start().map(StartCourse::states),

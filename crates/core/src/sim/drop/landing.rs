@@ -46,12 +46,12 @@ impl DropSimulation {
     pub(super) fn meet_ground(&mut self) {
         if let Some(&Ground { down_m }) = self.ground() {
             let below = self.state.body.p_ned.z >= down_m;
-            if below && self.phase == Phase::Hanging {
+            if below && self.course.phase == Phase::Hanging {
                 self.release();
             }
-            if below && self.start == Start::T0 && self.phase == Phase::Falling {
+            if below && self.course.start == Start::T0 && self.course.phase == Phase::Falling {
                 self.state.body.p_ned.z = down_m;
-                self.phase = Phase::Powered;
+                self.course.phase = Phase::Powered;
             }
         }
     }

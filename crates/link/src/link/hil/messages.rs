@@ -84,7 +84,7 @@ impl HilSensors {
         if let Some(battery) = sim.battery()
             && rates.battery.due(at)
         {
-            let bus = sim.bus().unwrap_or_default();
+            let bus = sim.loads().bus.unwrap_or_default();
             send(&MavMessage::BATTERY_STATUS(electric_battery_status(battery, &bus)));
         }
         if rates.gps.due(at) {
