@@ -5,7 +5,8 @@
 //! | [`integrator`] | state of the vehicle with its rotors; classical Runge-Kutta step |
 //! | `stage` | everything that acts on a vehicle in a stage of its integration |
 //! | [`plant`] | the vehicle as the controller meets it: ideal thrusts or real actuators |
-//! | [`drop`](mod@drop), `drop/course`, `hang`, `forces` | hang, release, fall, powered flight; when each phase ends; the prescribed hang; what acts in each |
+//! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
+//! | `drop/course`, `drop/hang` | when each phase ends; a hang that is prescribed |
 //! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
 //! | `ring` | what fluctuation in the vortex ring makes of thrusts, and they of the motion |
 //! | [`limits`], [`turning_over`] | safety limits, a state's share of them; turning over |
