@@ -16,7 +16,9 @@ use samara::model::vehicle::FlightRate;
 use samara::model::{MAX_ROTORS, PerRotor, Vehicle};
 use samara::plan::SolverOptions;
 use samara::real::{Dual, Real};
-use samara::sim::{DropRunConfig, Flight, FlightPlan, Reference, ReleaseTrigger, Sample, fly, fly_many};
+use samara::sim::{
+    DropRunConfig, Flight, FlightPlan, Ground, Reference, ReleaseTrigger, Sample, fly, fly_many,
+};
 use samara::study::controller::{KeepsHeading, controller};
 use samara::study::effects::{EffectFlights, EffectsOn};
 use samara::trajectory::Trajectory;
@@ -220,37 +222,51 @@ fn drops<'a>(mission: &Mission, plan: &'a Trajectory, count: u64, duration_s: f6
     (0..count).map(flight).collect()
 }
 
-/// Each sample of drops that are flown side by side is that of the drop alone, in every number: hang,
-/// release, fall, powered flight.
+/// Flies five drops of a mission side by side, and the last two of them alone: each of their samples is the
+/// same in every number. Both last to so long after the rotors are freed at the nominal time [s].
+fn are_those_of_each_alone(mission: &Mission, past_s: f64) {
+    let (release, name) = (&mission.release, &mission.name);
+    let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
+    let flights = drops(mission, &plan.trajectory, 5, release.hang_s + release.parachute.delay_s + past_s);
+    let mut alone: Vec<Vec<Sample>> = Vec::new();
+    for flight in flights.iter().skip(3) {
+        let (mut samples, mut flight) = (Vec::new(), flight.clone());
+        let _ = fly(&mut flight.simulation, &mut *flight.controller, &flight.plan, &mut |sample| {
+            samples.push(*sample);
+            ControlFlow::Continue(())
+        });
+        alone.push(samples);
+    }
+    let mut next = [0usize; 5];
+    fly_many(flights, &mut |i: usize, sample: &Sample| {
+        if let Some(wanted) = i.checked_sub(3).map(|k| &alone[k][next[i]]) {
+            assert_eq!(format!("{sample:?}"), format!("{wanted:?}"), "{name} {i}");
+        }
+        next[i] += 1;
+        ControlFlow::Continue(())
+    });
+    assert_eq!(next[3..], [alone[0].len(), alone[1].len()], "{name}");
+}
+
+/// Drops side by side are those of each alone: hang, release, fall, powered flight.
 #[test]
 fn prop_drops_side_by_side_are_those_of_each_alone() {
     for name in DROPS {
-        let mission = Mission::shipped(name).unwrap();
-        let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
-        // To a second after the rotors are freed; the ground is met on the way down.
-        let release = &mission.release;
-        let past_s = if name == "x500_ground" { 30.0 } else { 1.0 };
-        let flights =
-            drops(&mission, &plan.trajectory, 5, release.hang_s + release.parachute.delay_s + past_s);
-        let mut alone: Vec<Vec<Sample>> = Vec::new();
-        for flight in flights.iter().skip(3) {
-            let (mut samples, mut flight) = (Vec::new(), flight.clone());
-            let _ = fly(&mut flight.simulation, &mut *flight.controller, &flight.plan, &mut |sample| {
-                samples.push(*sample);
-                ControlFlow::Continue(())
-            });
-            alone.push(samples);
-        }
-        let mut next = [0usize; 5];
-        fly_many(flights, &mut |i: usize, sample: &Sample| {
-            if let Some(wanted) = i.checked_sub(3).map(|k| &alone[k][next[i]]) {
-                assert_eq!(format!("{sample:?}"), format!("{wanted:?}"), "{name} {i}");
-            }
-            next[i] += 1;
-            ControlFlow::Continue(())
-        });
-        assert_eq!(next[3..], [alone[0].len(), alone[1].len()], "{name}");
+        // The ground of the one that has one is met on the way down.
+        are_those_of_each_alone(
+            &Mission::shipped(name).unwrap(),
+            if name == "x500_ground" { 30.0 } else { 1.0 },
+        );
     }
+}
+
+/// So are drops that come to the ground under their canopies, which is when each is cut loose, at times of
+/// their own.
+#[test]
+fn prop_drops_that_come_loose_one_by_one_are_those_of_each_alone() {
+    let mut mission = Mission::shipped("x500_real_air").unwrap();
+    mission.site.ground = Some(Ground { down_m: -4.0 });
+    are_those_of_each_alone(&mission, 2.0);
 }
 
 /// What comes of whole drops, with each of a mission's effects alone, without each, with all and with none,

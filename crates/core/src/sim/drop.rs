@@ -345,7 +345,7 @@ impl DropSimulation {
         let Some((course, t0_s)) = &mut self.wind else { return };
         let t_s = self.course.clock.time_s - *t0_s;
         let (p, v) = (self.state.body.p_ned, self.state.body.v_ned);
-        let [[n], [e], [d]] = course.step(t_s, dt_s, &[p.z], &[[v.x], [v.y], [v.z]]);
+        let [[n], [e], [d]] = course.step(&[t_s], dt_s, &[p.z], &[[v.x], [v.y], [v.z]]);
         let drawn = course.ring_deviations(dt_s);
         let mirrored = course.ring_is_mirrored();
         let wind_ned = Vector3::new(n, e, d);

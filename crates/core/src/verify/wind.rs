@@ -78,7 +78,7 @@ fn response(environment: &Environment, row: usize, column: usize) -> Option<[[f6
     let site = Environment { wind_ned_m_s, ..environment.clone() };
     let mut course = Wind { turbulence: Some(turbulence), ..Wind::default() }.course(&site, 0)?;
     let mut at = |k: usize| {
-        let [[n], [e], [d]] = course.step(k as f64 * DT_S, DT_S, &[0.0], &[[0.0]; 3]);
+        let [[n], [e], [d]] = course.step(&[k as f64 * DT_S], DT_S, &[0.0], &[[0.0]; 3]);
         [n - MEAN_M_S, e, d]
     };
     let first = at(0);

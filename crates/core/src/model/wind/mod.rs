@@ -182,8 +182,9 @@ impl<const N: usize> WindCourse<N> {
     fn mean_ned(&self, altitude_m: &[f64; N]) -> [[f64; N]; 3] {
         let mut mean = self.site_wind_ned;
         if let Some(profile) = &self.wind.profile {
+            let there = profile.at(self.site_altitude_m);
             for i in 0..N {
-                let more = profile.at(altitude_m[i]) - profile.at(self.site_altitude_m);
+                let more = profile.at(altitude_m[i]) - there;
                 for k in 0..3 {
                     mean[k][i] += more[k];
                 }
@@ -195,7 +196,13 @@ impl<const N: usize> WindCourse<N> {
     /// The wind of the step of `dt_s` [s] that begins now, `t_s` from t = 0, for vehicles `down_m` below the
     /// local origin that move at `v_ned` over ground: NED [m/s]. Each call is a step.
     #[inline(always)]
-    pub fn step(&mut self, t_s: f64, dt_s: f64, down_m: &[f64; N], v_ned: &[[f64; N]; 3]) -> [[f64; N]; 3] {
+    pub fn step(
+        &mut self,
+        t_s: &[f64; N],
+        dt_s: f64,
+        down_m: &[f64; N],
+        v_ned: &[[f64; N]; 3],
+    ) -> [[f64; N]; 3] {
         self.begun = true;
         let altitude_m = down_m.map(|down| self.site_altitude_m - down);
         let mean = self.mean_ned(&altitude_m);
@@ -205,10 +212,10 @@ impl<const N: usize> WindCourse<N> {
             airspeed_m_s[i] = (n * n + e * e + d * d).sqrt();
         }
         let mut wind = mean;
-        let middle_s = t_s + 0.5 * dt_s;
         for (gust, flown_m) in self.wind.gusts.iter().zip(&mut self.distances_m) {
-            let inside_s = (t_s + dt_s - gust.start_s).clamp(0.0, dt_s);
             for i in 0..N {
+                let middle_s = t_s[i] + 0.5 * dt_s;
+                let inside_s = (t_s[i] + dt_s - gust.start_s).clamp(0.0, dt_s);
                 let blown = gust.at(middle_s, flown_m[i] + 0.5 * airspeed_m_s[i] * inside_s);
                 for k in 0..3 {
                     wind[k][i] += self.share[i] * blown[k];

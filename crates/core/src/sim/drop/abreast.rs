@@ -308,7 +308,8 @@ impl Abreast {
         self.is_current = true;
         let held = |drop: &DropSimulation| drop.canopy.map(|canopy| canopy.line);
         let of_one = |drop: &DropSimulation| {
-            (drop.course.clock, drop.course.phase, drop.course.boundary_s(), held(drop))
+            let course = &drop.course;
+            (course.clock, course.phase, course.boundary_s(), course.powered_from_s(), held(drop))
         };
         let first = of_one(&self.drops[0]);
         self.is_common = self.drops.iter().all(|drop| of_one(drop) == first);
@@ -363,10 +364,13 @@ impl Abreast {
     /// Meets the wind of a step of `dt_s` [s].
     fn meet_wind(&mut self, dt_s: f64) {
         let Some((course, t0_s)) = &mut self.wind else { return };
-        let t_s = self.drops[0].course.clock.time_s - *t0_s;
+        let mut t_s = [0.0; LANES];
+        for (t_s, drop) in t_s.iter_mut().zip(&self.drops) {
+            *t_s = drop.course.clock.time_s - *t0_s;
+        }
         let (down_m, v) = (*self.craft.p_ned.z.as_array(), &self.craft.motion.v_ned);
         let v_ned = [*v.x.as_array(), *v.y.as_array(), *v.z.as_array()];
-        let (wind_ned, drawn) = vectorised(Blow { course, t_s, dt_s, down_m: &down_m, v_ned: &v_ned });
+        let (wind_ned, drawn) = vectorised(Blow { course, t_s: &t_s, dt_s, down_m: &down_m, v_ned: &v_ned });
         self.is_current = false;
         let wind = [&mut self.wind_ned.x, &mut self.wind_ned.y, &mut self.wind_ned.z];
         for (wind, now) in wind.into_iter().zip(wind_ned) {
@@ -569,7 +573,7 @@ fn wind_of_all(drops: &[DropSimulation]) -> Option<Option<(WindCourse<LANES>, f6
 /// The wind of a step, and what is drawn for the vortex ring.
 struct Blow<'a> {
     course: &'a mut WindCourse<LANES>,
-    t_s: f64,
+    t_s: &'a [f64; LANES],
     dt_s: f64,
     down_m: &'a [f64; LANES],
     v_ned: &'a [[f64; LANES]; 3],

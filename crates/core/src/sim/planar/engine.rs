@@ -160,7 +160,7 @@ impl<const G: usize> Air<G> {
     fn blow(&mut self, t_s: f64, dt_s: f64, state: &State) {
         let Some(course) = &mut self.course else { return };
         let v_ned = [state.v_n, [0.0; LANES], state.v_d];
-        [self.wind_n, _, self.wind_d] = course.step(t_s, dt_s, &[0.0; LANES], &v_ned);
+        [self.wind_n, _, self.wind_d] = course.step(&[t_s; LANES], dt_s, &[0.0; LANES], &v_ned);
     }
 
     /// Sets the deviations of thrusts in the vortex ring to those of the control period that begins.
