@@ -1,8 +1,8 @@
 //! Eight drops side by side, each of which comes out as it does alone, to the bit.
 //!
 //! What moves in a step is integrated for all of them at once, in the registers of [`Lanes`], by the source
-//! that flies one ([`super::super::stage`], [`super::super::two_bodies`]); what is done once a step - phases,
-//! clocks, charge - is each drop's own. A step in which they are not all in the same phase, or a motion that
+//! that flies one (`sim/stage.rs`, [`super::super::two_bodies`]); what is done once a step - phases, clocks,
+//! charge - is each drop's own. A step in which they are not all in the same phase, or a motion that
 //! is prescribed, is made by each of them alone.
 //!
 //! The drops themselves are brought up to date only where somebody looks at them.
