@@ -424,13 +424,13 @@ impl VerdictBuilder {
 
     /// Whether what it looks for at each sample is the same as the other does, and is seen in [`Watched`].
     pub(super) fn watches_as(&self, other: &Self) -> bool {
-        let plan = |builder: &Self| builder.plan.as_ref().map(|plan| plan.plan.clone());
+        let plans = [self, other].map(|builder| builder.plan.as_ref().map(|plan| &plan.plan));
         self.disks.is_none()
             && self.verdict.power.is_none()
             && self.limits() == other.limits()
             && self.v_cmd_ned == other.v_cmd_ned
             && self.plan_end_s == other.plan_end_s
-            && plan(self) == plan(other)
+            && plans[0] == plans[1]
     }
 
     /// Limits that it judges by.

@@ -40,9 +40,10 @@ pub struct SafetyLimits {
 
 /// J_theta, (49): the share of its limit that a pitch [rad] takes, counted through the vertical and on; as
 /// half a turn where it is more.
-pub(crate) fn pitch_share(pitch_rad: f64, limits: &SafetyLimits) -> f64 {
-    let angle_rad = pitch_rad.abs();
-    (if angle_rad > PI { PI } else { angle_rad }) / limits.pitch_rad
+#[inline(always)]
+pub(crate) fn pitch_share<S: Real>(pitch_rad: S, limits: &SafetyLimits) -> S {
+    let (angle_rad, pi) = (pitch_rad.abs(), pitch_rad.of(PI));
+    S::select(pi.less(angle_rad), pi, angle_rad) / pi.of(limits.pitch_rad)
 }
 
 /// The parts of J_state, each 1 at its limit.
@@ -72,12 +73,12 @@ pub(crate) fn shares<S: Real>(
 ) -> [S; 5] {
     let (pi, pitch) = (speed_m_s.of(PI), speed_m_s.of(limits.pitch_rad));
     let rate = speed_m_s.of(limits.pitch_rate_rad_s);
-    let angle_rad = S::select(pi.less(pitch_rad.abs()), pi, pitch_rad.abs());
+    let share = pitch_share(pitch_rad, limits);
     // An angle that is none stays so.
-    let over = turned_over & angle_rad.less(pi.of(f64::INFINITY));
+    let over = turned_over & share.less(pi.of(f64::INFINITY));
     [
         speed_m_s / pi.of(limits.speed_m_s),
-        S::select(over, pi, angle_rad) / pitch,
+        S::select(over, pi / pitch, share),
         omega_body.y.abs() / rate,
         roll_rad.abs() / pitch,
         omega_body.x.abs() / rate,
