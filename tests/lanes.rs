@@ -1,11 +1,12 @@
 //! The dynamics of the shipped missions' vehicles over eight numbers and over dual ones: the same source.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;
 use samara::config::Mission;
-use samara::control::{ControlOutput, Controller, Measurement, Setpoint};
+use samara::control::{ControlOutput, Controller, Measurement, Setpoint, TiltFrom};
 use samara::frames::{Quaternion, normalized};
 use samara::link::{HilConfig, HilSession, StreamerConfig, StreamerSession};
 use samara::model::drives::{Motors, OnBus};
@@ -258,6 +259,16 @@ fn prop_drops_side_by_side_are_those_of_each_alone() {
             if name == "x500_ground" { 30.0 } else { 1.0 },
         );
     }
+}
+
+/// So are those whose commands come late, whose cascade tilts from gravity and knows the voltage.
+#[test]
+fn prop_drops_with_latency_and_a_known_voltage_are_those_of_each_alone() {
+    let mut mission = Mission::shipped("x500_real_air").unwrap();
+    mission.vehicle = Arc::new(Vehicle { latency_s: 0.007, ..(*mission.vehicle).clone() });
+    let limits = &mut mission.control.limits;
+    (limits.tilt_from, limits.nominal_v) = (TiltFrom::Gravity, Some(14.8));
+    are_those_of_each_alone(&mission, 1.0);
 }
 
 /// So are drops that come to the ground under their canopies, which is when each is cut loose, at times of

@@ -43,6 +43,7 @@ fn autopilot(site: &Environment, k: f64) -> AutopilotSession {
         rate_command_rad_s: l.rate_command_rad_s * k,
         yaw_rate_command_rad_s: l.yaw_rate_command_rad_s * k,
         rate_integral_rad_s2: l.rate_integral_rad_s2 * k * k,
+        ..*l
     };
     let environment = image(site, k);
     let subject = Subject {

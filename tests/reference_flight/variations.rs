@@ -9,7 +9,7 @@ use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use samara::config::load_vehicle;
 use samara::control::{
-    Airframe, Cascade, ControlLimits, Controller, Gains, Measurement, Setpoint, WithDelay,
+    Airframe, Cascade, ControlLimits, Controller, Gains, Measurement, Setpoint, TiltFrom, WithDelay,
 };
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
@@ -135,11 +135,11 @@ fn in_space(
     wind: &Wind,
     flight: &Flight,
     plan: &FlightPlan<'_>,
-    kind: PlantKind,
+    (limits, kind): (&ControlLimits, PlantKind),
 ) -> Vec<[f64; 7]> {
     let (vehicle, site) = varied(nominal.0, nominal.1, &flight.variation);
     let airframe = Airframe::new(nominal.0, nominal.1).unwrap();
-    let cascade = Cascade::new(airframe, flight.gains, ControlLimits::default());
+    let cascade = Cascade::new(airframe, flight.gains, *limits);
     let mut controller: Box<dyn Controller> = Box::new(cascade);
     if flight.variation.delayed {
         controller = Box::new(WithDelay::new(controller));
@@ -186,24 +186,24 @@ fn difference(
     lane: usize,
     flight: &Flight,
     target: [f64; 2],
-    kind: PlantKind,
+    (limits, kind): (&ControlLimits, PlantKind),
 ) -> (f64, f64) {
     let plan = FlightPlan::new(Reference::Step(Vector3::new(target[0], 0.0, target[1])), PERIOD_S, 4.0);
-    let model = Model::new(vehicle, site, &ControlLimits::default(), kind).unwrap().in_wind(wind);
+    let model = Model::new(vehicle, site, limits, kind).unwrap().in_wind(wind);
     let mut stranger = *flight;
     stranger.release.v_north_m_s = 50.0;
     let mut lanes = [stranger; LANES];
     lanes[lane] = *flight;
     let mut record = Record { lane, rows: Vec::new() };
     fly(&model, &SetpointTable::new(&plan).unwrap(), &lanes, &mut record);
-    let wanted = in_space((vehicle, site), wind, flight, &plan, kind);
+    let wanted = in_space((vehicle, site), wind, flight, &plan, (limits, kind));
     assert_eq!(record.rows.len(), wanted.len());
     let apart = |a: &[f64; 7], b: &[f64; 7]| (0..5).map(|k| (a[k] - b[k]).abs()).fold(0.0, f64::max);
     let furthest = |rows: &[[f64; 7]]| rows.iter().zip(&wanted).map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
     let mut other = *flight;
     other.release.v_down_m_s += 1e-14;
     other.release.pitch_rate_rad_s += 1e-14;
-    (furthest(&record.rows), furthest(&in_space((vehicle, site), wind, &other, &plan, kind)))
+    (furthest(&record.rows), furthest(&in_space((vehicle, site), wind, &other, &plan, (limits, kind))))
 }
 
 /// Gusts of any shape, by time or by distance, turbulence in the plane, and a vortex ring that fluctuates.
@@ -264,12 +264,15 @@ proptest! {
     fn prop_varied_flights_are_the_flights_in_space(
         flight in flight(), lane in 0..LANES, airframe in 0usize..4, ideal in prop::bool::ANY,
         layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0), wind in wind(),
+        latency_s in prop_oneof![Just(0.0), Just(PERIOD_S), 0.0f64..0.05], from_gravity in prop::bool::ANY,
     ) {
         let vehicle = [&*X500, &*X500_BLADES, &*TITAN, &*BLADES][airframe];
         let site = if airframe < 2 { earth() } else { site() };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
-        let vehicle = laid_out(vehicle, layout);
-        let (apart, amplified) = difference(&vehicle, (&site, &wind), lane, &flight, target, kind);
+        let vehicle = Vehicle { latency_s, ..laid_out(vehicle, layout) };
+        let tilt_from = if from_gravity { TiltFrom::Gravity } else { TiltFrom::Thrust };
+        let controlled = (&ControlLimits { tilt_from, ..ControlLimits::default() }, kind);
+        let (apart, amplified) = difference(&vehicle, (&site, &wind), lane, &flight, target, controlled);
         prop_assert!(apart < f64::max(1e-6, 10.0 * amplified), "{apart:e}, {amplified:e} of the last digit");
     }
 }
@@ -307,8 +310,9 @@ fn regress_rotors_that_come_to_rest_within_a_step() {
     let vehicle = laid_out(&BLADES, 4);
     let (site, wind) = (site(), Wind::default());
     let plan = FlightPlan::new(Reference::Step(Vector3::zeros()), PERIOD_S, 4.0);
-    let rows = in_space((&vehicle, &site), &wind, &flight, &plan, PlantKind::Actuator);
+    let controlled = (&ControlLimits::default(), PlantKind::Actuator);
+    let rows = in_space((&vehicle, &site), &wind, &flight, &plan, controlled);
     assert!(rows.windows(2).any(|w| w[0][5] > 0.0 && w[1][5] == 0.0), "no rotor stops");
-    let (apart, _) = difference(&vehicle, (&site, &wind), 0, &flight, [0.0; 2], PlantKind::Actuator);
+    let (apart, _) = difference(&vehicle, (&site, &wind), 0, &flight, [0.0; 2], controlled);
     assert!(apart < 1e-10, "{apart:e}");
 }

@@ -54,7 +54,7 @@ impl Measurement {
     }
 
     fn motion(&self) -> Motion<f64> {
-        let Self { q_ned_from_body, v_ned, omega_body } = *self;
+        let Self { q_ned_from_body, v_ned, omega_body, .. } = *self;
         Motion { q_ned_from_body, v_ned: v_ned.into(), omega_body: omega_body.into() }
     }
 }
@@ -109,7 +109,8 @@ impl Cascade {
             a_ff_ned: if finite(a_ff_ned.as_slice()) { a_ff_ned.into() } else { V3::zero(0.0) },
         };
         let yaw_rad = self.held.yaw_sp_rad;
-        self.output = self.loops.track(&self.settings, &m.motion(), &setpoint, yaw_rad, dt_s).into();
+        let demand = self.loops.track(&self.settings, &m.motion(), &setpoint, yaw_rad, dt_s);
+        self.put_out(m, demand);
     }
 
     /// One step of attitude, rate and mixer. No collective stops all motors, as in PX4, and leaves the
@@ -120,7 +121,8 @@ impl Cascade {
         }
         if self.take_collective(m, collective) {
             let (q_sp, collective_n) = (self.held.q_sp, self.output.collective_n);
-            self.output = self.loops.turn(&self.settings, &m.motion(), q_sp, collective_n, dt_s).into();
+            let demand = self.loops.turn(&self.settings, &m.motion(), q_sp, collective_n, dt_s);
+            self.put_out(m, demand);
         }
     }
 
@@ -136,7 +138,15 @@ impl Cascade {
             self.settings.limits;
         let rate_sp = self.held.rate_sp.zip_map(&Vector3::new(rate, rate, yaw), within).into();
         let collective_n = self.output.collective_n;
-        self.output = self.loops.spin(&self.settings, &m.motion(), rate_sp, collective_n, dt_s).into();
+        let demand = self.loops.spin(&self.settings, &m.motion(), rate_sp, collective_n, dt_s);
+        self.put_out(m, demand);
+    }
+
+    /// Puts out what the loops demand, at the measured voltage.
+    fn put_out(&mut self, m: &Measurement, demand: Demand<f64>) {
+        self.output = demand.into();
+        let bus_v = m.bus_v.filter(|v| v.is_finite());
+        self.output.throttle = self.settings.limits.at_voltage(self.output.throttle, bus_v);
     }
 
     /// Takes over the collective; false when there is nothing more to do in this step.

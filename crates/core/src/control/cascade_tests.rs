@@ -3,8 +3,8 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-use super::test_vehicles::{MASS_KG, THRUST_LIMIT_N, at_rest, cascade, lander, quadrotor};
-use super::{Cascade, ControlOutput, Controller as _, Gains, Measurement, Setpoint};
+use super::test_vehicles::{MASS_KG, THRUST_LIMIT_N, airframe, at_rest, cascade, lander, quadrotor};
+use super::{Cascade, ControlLimits, ControlOutput, Controller as _, Gains, Measurement, Setpoint, TiltFrom};
 use crate::frames::{LEVEL, Quaternion, pitch, quaternion_from_euler, roll, yaw};
 use crate::math;
 use crate::model::VehicleOptions;
@@ -44,6 +44,49 @@ fn east_rolls_right_and_lifts_the_left() {
     let out = track(&mut lander_cascade(), &at_rest(0.0, 0.0, 0.0), [0.0, 2.0, 0.0], 0.0);
     assert!(roll(out.q_sp) > 0.1 && pitch(out.q_sp).abs() < 1e-12);
     assert!(out.thrust_n[1] > out.thrust_n[3] && out.thrust_n[2] > out.thrust_n[0], "{:?}", out.thrust_n);
+}
+
+/// By hand: with the tilt from gravity an acceleration of 1 m/s^2 north asks for the pitch -atan(1/g) whatever
+/// is wanted upwards, nothing at all too, and the collective is what has the wanted part upwards at that tilt.
+/// From the thrust, the same jumps to the limit of the tilt as that part goes to nothing.
+#[test]
+fn closed_form_tilt_from_gravity_does_not_depend_on_the_thrust() {
+    let g = super::test_vehicles::GRAVITY_M_S2;
+    let ask = |tilt_from: TiltFrom, a_down: f64| {
+        let limits = ControlLimits { tilt_from, ..ControlLimits::default() };
+        let mut cascade = Cascade::new(airframe(&lander(true)), Gains::near_hover(), limits);
+        let a_ff_ned = Vector3::new(0.2 * g, 0.0, a_down);
+        cascade.step(&at_rest(0.0, 0.0, 0.0), &velocity(Vector3::zeros(), a_ff_ned, 0.0), DT)
+    };
+    let theta = -math::atan2(0.2, 1.0);
+    for a_down in [-0.2 * g, 0.0, 0.5 * g, 0.999 * g, 2.0 * g] {
+        let out = ask(TiltFrom::Gravity, a_down);
+        assert!((pitch(out.q_sp) - theta).abs() < 1e-12, "{a_down}: {}", pitch(out.q_sp));
+        let upwards = MASS_KG * (g - a_down).max(0.0);
+        assert!((out.collective_n * math::cos(theta) - upwards).abs() < 1e-9, "{a_down}");
+    }
+    let limit = ControlLimits::default().tilt_rad;
+    assert!((pitch(ask(TiltFrom::Thrust, 0.999 * g).q_sp) + limit).abs() < 1e-12);
+    assert!((pitch(ask(TiltFrom::Gravity, 0.999 * g).q_sp)).abs() < 0.3 * limit);
+}
+
+/// On a bus of 16 V throttles for 14.8 V are 14.8/16 of what they are there; of less than a half, or of what
+/// is no number, nothing more is made.
+#[test]
+fn closed_form_throttles_are_scaled_by_the_voltage() {
+    let limits = ControlLimits { nominal_v: Some(14.8), ..ControlLimits::default() };
+    let throttle = |limits: ControlLimits, bus_v: Option<f64>| {
+        let mut cascade = Cascade::new(airframe(&lander(true)), Gains::near_hover(), limits);
+        let m = Measurement { bus_v, ..at_rest(0.0, 0.0, 0.0) };
+        track(&mut cascade, &m, [0.0, 0.0, 0.1], 0.0).throttle[0]
+    };
+    let plain = throttle(ControlLimits::default(), Some(16.0));
+    assert_eq!(throttle(limits, None), plain);
+    assert_eq!(throttle(limits, Some(f64::NAN)), plain);
+    for (bus_v, share) in [(16.0, 14.8 / 16.0), (14.8, 1.0), (12.0, 14.8 / 12.0), (1.0, 2.0)] {
+        let scaled = throttle(limits, Some(bus_v));
+        assert!((scaled - (plain * share).min(1.0)).abs() < 1e-14, "{bus_v}: {scaled} {plain}");
+    }
 }
 
 #[test]
@@ -167,12 +210,14 @@ fn lateral_control_mirrors_longitudinal_control() {
             q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
             v_ned: Vector3::new(v, 0.0, x),
             omega_body: Vector3::new(0.0, rate, 0.0),
+            bus_v: None,
         };
         // Roll right goes east as pitch down goes north.
         let m_east = Measurement {
             q_ned_from_body: quaternion_from_euler(-theta, 0.0, 0.0),
             v_ned: Vector3::new(0.0, v, x),
             omega_body: Vector3::new(-rate, 0.0, 0.0),
+            bus_v: None,
         };
         let a = track(&mut north, &m_north, [r, 0.0, 2.0], 0.0);
         let b = track(&mut east, &m_east, [0.0, r, 2.0], 0.0);
@@ -206,6 +251,7 @@ proptest! {
                 q_ned_from_body: [n[0], n[1], n[2], n[3]],
                 v_ned: Vector3::new(n[4], n[5], n[6]),
                 omega_body: Vector3::new(n[7], n[8], n[9]),
+                bus_v: None,
             };
             let v = Vector3::new(n[10], n[11], n[12]);
             let setpoint = match mode {

@@ -21,12 +21,15 @@ pub struct Measurement {
     pub v_ned: Vector3<f64>,
     /// Body rates [rad/s].
     pub omega_body: Vector3<f64>,
+    /// Voltage of the bus that the motors are on [V], where it is measured.
+    pub bus_v: Option<f64>,
 }
 
 impl From<&BodyState> for Measurement {
-    /// The state itself: nothing is lost or delayed.
+    /// The state itself: nothing is lost or delayed. There is no voltage in it.
     fn from(body: &BodyState) -> Self {
-        Self { q_ned_from_body: body.q_ned_from_body, v_ned: body.v_ned, omega_body: body.omega_body }
+        let BodyState { q_ned_from_body, v_ned, omega_body, .. } = *body;
+        Self { q_ned_from_body, v_ned, omega_body, bus_v: None }
     }
 }
 

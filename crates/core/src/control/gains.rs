@@ -3,6 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::ControlError;
+use crate::model::MAX_ROTORS;
+use crate::real::Real;
 use crate::units::RAD_PER_DEG;
 
 /// Hands the table of gains to a macro: in Table 4's order the longitudinal gains `[..]`, then those of yaw
@@ -108,7 +110,29 @@ fn check(holds: bool, what: &'static str, expected: &'static str, value: f64) ->
     if holds { Ok(()) } else { Err(ControlError::OutOfRange { what, expected, value }) }
 }
 
-/// Limits of the cascade.
+/// What the velocity loop sets the wanted horizontal acceleration against, to get a tilt.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TiltFrom {
+    /// The thrust that is wanted upwards. Where that goes to zero the tilt jumps from level to its limit: the
+    /// cascade of the paper, as it is read here.
+    #[default]
+    Thrust,
+    /// Gravity, and the collective is what has the wanted part upwards at that tilt: PX4's law since v1.12
+    /// (`MPC_ACC_DECOUPLE`).
+    Gravity,
+}
+
+impl TiltFrom {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Thrust => "thrust",
+            Self::Gravity => "gravity",
+        }
+    }
+}
+
+/// Limits of the cascade, and the choices in its law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlLimits {
     /// Largest commanded tilt against the vertical [rad], below pi/2.
@@ -119,6 +143,11 @@ pub struct ControlLimits {
     pub yaw_rate_command_rad_s: f64,
     /// Bound of the rate loops' integrals [rad/s^2].
     pub rate_integral_rad_s2: f64,
+    /// What the tilt comes from.
+    pub tilt_from: TiltFrom,
+    /// Bus voltage [V] that throttles are made for: at another measured one they are scaled so that they give the
+    /// same speed of motors whose throttle is a duty cycle; `None`: they are not.
+    pub nominal_v: Option<f64>,
 }
 
 impl Default for ControlLimits {
@@ -128,11 +157,27 @@ impl Default for ControlLimits {
             rate_command_rad_s: 220.0 * RAD_PER_DEG,
             yaw_rate_command_rad_s: 45.0 * RAD_PER_DEG,
             rate_integral_rad_s2: 10.0,
+            tilt_from: TiltFrom::Thrust,
+            nominal_v: None,
         }
     }
 }
 
 impl ControlLimits {
+    /// Throttles at a measured bus voltage [V]: scaled where they are made for another one. Less than half of
+    /// that is taken for a half: a broken measurement shall not drive the motors to their ends.
+    #[inline(always)]
+    pub(super) fn at_voltage<S: Real>(&self, throttle: [S; MAX_ROTORS], bus_v: Option<S>) -> [S; MAX_ROTORS] {
+        let (Some(nominal_v), Some(bus_v)) = (self.nominal_v, bus_v) else { return throttle };
+        let (one, nominal) = (bus_v.of(1.0), bus_v.of(nominal_v));
+        let per_share = nominal / bus_v.at_least(bus_v.of(0.5 * nominal_v));
+        let mut scaled = throttle;
+        for throttle in &mut scaled {
+            *throttle = (*throttle * per_share).at_most(one);
+        }
+        scaled
+    }
+
     /// Checks that every limit is positive and finite and the tilt below a quarter turn.
     ///
     /// # Errors
@@ -146,6 +191,14 @@ impl ControlLimits {
         ];
         for (what, value) in all {
             check(value.is_finite() && value > 0.0, what, "positive and finite", value)?;
+        }
+        if let Some(nominal_v) = self.nominal_v {
+            check(
+                nominal_v.is_finite() && nominal_v > 0.0,
+                "nominal voltage",
+                "positive and finite",
+                nominal_v,
+            )?;
         }
         check(self.tilt_rad < FRAC_PI_2, "tilt limit", "below a quarter turn", self.tilt_rad)
     }

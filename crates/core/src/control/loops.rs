@@ -55,9 +55,9 @@ impl<S: Real> Loops<S> {
         dt_s: f64,
     ) -> Demand<S> {
         let ControlSettings { airframe, gains, limits } = settings;
-        let wanted = self.velocity.step(airframe, gains, limits.tilt_rad, motion.v_ned, setpoint, dt_s);
+        let wanted = self.velocity.step(airframe, gains, limits, motion.v_ned, setpoint, dt_s);
         let (roll, pitch) = wanted.roll_pitch(yaw_rad);
-        let collective_n = wanted.up_m_s2 * airframe.mass_kg;
+        let collective_n = wanted.collective_m_s2 * airframe.mass_kg;
         let q_sp = quaternion_from_euler(roll, pitch, yaw_rad);
         let demand = self.turn(settings, motion, q_sp, collective_n, dt_s);
         Demand { acceleration_sp_ned: wanted.acceleration_sp_ned, ..demand }
@@ -129,13 +129,13 @@ impl<S: Real> Cascades<S> {
         &self.throttle
     }
 
-    /// One step to a finite velocity at a heading [rad] of those that are asked for one; the motors of the
-    /// others stand. Where the motion is not finite, integrals and commands stay.
+    /// One step to a finite velocity at a heading [rad] of those that are asked for one, on buses of these
+    /// voltages [V] where they are measured; the motors of the others stand. Where the motion is not finite, integrals and commands stay.
     #[inline(always)]
     pub fn step(
         &mut self,
         asked: S::Mask,
-        motion: &Motion<S>,
+        (motion, bus_v): (&Motion<S>, Option<S>),
         setpoint: &VelocitySetpoint<S>,
         yaw_rad: S,
         dt_s: f64,
@@ -156,7 +156,8 @@ impl<S: Real> Cascades<S> {
         let demand = loops.track(&self.settings, motion, setpoint, yaw_rad, dt_s);
         self.loops.velocity.take(flies, &loops.velocity);
         self.loops.rate.take(flies, &loops.rate);
-        for (throttle, now) in self.throttle.iter_mut().zip(demand.throttle) {
+        let commanded = self.settings.limits.at_voltage(demand.throttle, bus_v);
+        for (throttle, now) in self.throttle.iter_mut().zip(commanded) {
             let held = S::select(asked, *throttle, zero);
             *throttle = S::select(flies, now, held);
         }

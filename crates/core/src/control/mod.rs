@@ -48,7 +48,7 @@ pub use controller::{
     WithVelocityError,
 };
 pub use free_fall::{Fall, FreeFallDetector, FreeFallSettings};
-pub use gains::{ControlLimits, Gains};
+pub use gains::{ControlLimits, Gains, TiltFrom};
 pub use position::{PositionGains, VelocityLimits};
 
 /// Why a controller cannot be built.

@@ -4,14 +4,15 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-use super::test_vehicles::{ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, cascade, lander};
-use super::{ControlLimits, Controller as _, Gains, Measurement, Setpoint};
+use super::test_vehicles::{ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, airframe, lander};
+use super::{Cascade, ControlLimits, Controller as _, Gains, Measurement, Setpoint, TiltFrom};
 use crate::frames::quaternion_from_euler;
 use crate::math;
 
 /// The planar controller with its integrals.
 #[derive(Default)]
 struct Planar {
+    tilt_from: TiltFrom,
     i_n: f64,
     i_d: f64,
     i_q: f64,
@@ -33,9 +34,22 @@ impl Planar {
         let up = GRAVITY_M_S2 - a_d;
         let up_max = 4.0 * THRUST_LIMIT_N / MASS_KG;
         let up_s = up.clamp(0.0, up_max);
+        // The most that the tilt and the rotors leave to the side of the thrust upwards.
         let m_x = (up_s * math::tan(limits.tilt_rad)).min((up_max * up_max - up_s * up_s).max(0.0).sqrt());
-        let a_ns = a_n.clamp(-m_x, m_x);
-        let theta_c = if up_s <= 1e-9 && a_ns == 0.0 { 0.0 } else { math::atan2(-a_ns, up_s) };
+        let (a_ns, theta_c, collective) = match self.tilt_from {
+            TiltFrom::Thrust => {
+                let a_ns = a_n.clamp(-m_x, m_x);
+                let theta_c = if up_s <= 1e-9 && a_ns == 0.0 { 0.0 } else { math::atan2(-a_ns, up_s) };
+                (a_ns, theta_c, up_s)
+            }
+            TiltFrom::Gravity => {
+                let steepest = if up_s > 0.0 { math::atan2(m_x, up_s) } else { limits.tilt_rad };
+                let theta = math::atan2(a_n, GRAVITY_M_S2).clamp(-steepest, steepest);
+                let clipped = theta.abs() == steepest;
+                let a_ns = if clipped { GRAVITY_M_S2 * math::tan(theta) } else { a_n };
+                (a_ns, -theta, up_s / math::cos(theta))
+            }
+        };
         if !((up > up_max && e_d < 0.0) || (up < 0.0 && e_d > 0.0)) {
             self.i_d += k.k_ivz * e_d * dt;
         }
@@ -48,7 +62,7 @@ impl Planar {
         self.i_q = (self.i_q + k.k_iq * e_q * dt).clamp(-10.0, 10.0);
         let half = THRUST_LIMIT_N / 2.0;
         let d = (J_YY * q_dot / (4.0 * ARM_M)).clamp(-half, half);
-        let mut b = MASS_KG * up_s / 4.0;
+        let mut b = MASS_KG * collective / 4.0;
         if b + d.abs() > THRUST_LIMIT_N {
             b = THRUST_LIMIT_N - d.abs();
         }
@@ -67,16 +81,20 @@ proptest! {
         gains in prop::array::uniform7(0.0f64..5.0),
         states in prop::collection::vec(
             (-12.0f64..12.0, -12.0f64..12.0, -1.5f64..1.5, -2.0f64..2.0, -8.0f64..8.0, -8.0f64..8.0), 20),
+        from_gravity in prop::bool::ANY,
     ) {
         let k = Gains::longitudinal(gains);
-        let mut cascade = cascade(&lander(false), k);
-        let mut planar = Planar::default();
+        let tilt_from = if from_gravity { TiltFrom::Gravity } else { TiltFrom::Thrust };
+        let limits = ControlLimits { tilt_from, ..ControlLimits::default() };
+        let mut cascade = Cascade::new(airframe(&lander(false)), k, limits);
+        let mut planar = Planar { tilt_from, ..Planar::default() };
         for (v_n, v_d, theta, q, r_n, r_d) in states {
             let s = PlanarState { v_n, v_d, theta, q };
             let m = Measurement {
                 q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
                 v_ned: Vector3::new(v_n, 0.0, v_d),
                 omega_body: Vector3::new(0.0, q, 0.0),
+                bus_v: None,
             };
             let [front, rear] = planar.step(&k, &s, r_n, r_d, 0.05);
             let v_ned = Vector3::new(r_n, 0.0, r_d);

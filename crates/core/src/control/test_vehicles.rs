@@ -109,5 +109,6 @@ pub(crate) fn at_rest(roll: f64, pitch: f64, yaw: f64) -> Measurement {
         q_ned_from_body: quaternion_from_euler(roll, pitch, yaw),
         v_ned: Vector3::zeros(),
         omega_body: Vector3::zeros(),
+        bus_v: None,
     }
 }

@@ -3,15 +3,24 @@
 //! ```text
 //! a = K_p e + I + a_ff ;  up = g - a_D ;  up_s = clip(up, 0, up_max)
 //! m = min(up_s tan(tilt), sqrt(max(up_max^2 - up_s^2, 0))) ;  horizontal part clipped to m
+//! thrust along (a_H, up_s), of the size m up_s
 //! I_D += K_ivz e_D dt unless (up > up_max and e_D < 0) or (up < 0 and e_D > 0)
 //! I_H += K_ivx e_H dt unless clipped and a_H . e_H > 0
+//! ```
+//!
+//! With the tilt from gravity ([`TiltFrom`]) the thrust is along `(a_H, g)`, its tilt so limited that it keeps
+//! `up_s` upwards:
+//!
+//! ```text
+//! horizontal part clipped to g min(tan(tilt), sqrt(max(up_max^2 - up_s^2, 0))/up_s)
+//! thrust along (a_H, g), of the size m up_s/cos(tilt)
 //! ```
 //!
 //! The vertical has priority. Integrals are used before their update. The horizontal gains are the same in
 //! every direction, so the loop works in NED; in the vertical plane the radial clip is the planar one.
 
 use super::attitude::within;
-use super::{Airframe, Gains};
+use super::{Airframe, ControlLimits, Gains, TiltFrom};
 use crate::math;
 use crate::real::{Real, straight};
 use crate::vector::V3;
@@ -36,8 +45,10 @@ pub struct VelocitySetpoint<S = f64> {
 pub struct ThrustVector<S = f64> {
     /// Acceleration after all limits, NED [m/s^2]; gravity is not part of it.
     pub acceleration_sp_ned: V3<S>,
-    /// Acceleration that the rotors shall give upwards, `up_s` [m/s^2].
-    pub up_m_s2: S,
+    /// Direction of the thrust, north, east and up; its size means nothing.
+    pub along: V3<S>,
+    /// Acceleration that the rotors shall give together [m/s^2].
+    pub collective_m_s2: S,
 }
 
 /// Bound of the integrals as a multiple of the rotors' largest acceleration. No flight comes near it (the
@@ -67,7 +78,7 @@ impl<S: Real> VelocityLoop<S> {
         &mut self,
         airframe: &Airframe,
         gains: &Gains,
-        tilt_rad: f64,
+        limits: &ControlLimits,
         v_ned: V3<S>,
         setpoint: &VelocitySetpoint<S>,
         dt_s: f64,
@@ -81,7 +92,11 @@ impl<S: Real> VelocityLoop<S> {
         let up = gravity - a.z;
         let up_s = up.at_most(up_max).at_least(zero);
         let rest = (up_max * up_max - up_s * up_s).at_least(zero).sqrt();
-        let level_max = (up_s * math::tan(tilt_rad)).at_most(rest);
+        let tan_max = math::tan(limits.tilt_rad);
+        let level_max = match limits.tilt_from {
+            TiltFrom::Thrust => (up_s * tan_max).at_most(rest),
+            TiltFrom::Gravity => (gravity * tan_max).at_most(gravity * (rest / up_s)),
+        };
         let length = (a.x * a.x + a.y * a.y).sqrt();
         let clipped = level_max.less(length);
         let share = S::select(clipped, level_max / length, zero.of(1.0));
@@ -94,22 +109,37 @@ impl<S: Real> VelocityLoop<S> {
         let x = S::select(held, old.x, within(old.x + e.x * gains.k_ivx * dt_s, bound));
         let y = S::select(held, old.y, within(old.y + e.y * gains.k_ivx * dt_s, bound));
         self.integral_ned = V3::new(x, y, z);
-        let acceleration_sp_ned = V3::new(level_x, level_y, gravity - up_s);
-        ThrustVector { acceleration_sp_ned, up_m_s2: up_s }
+        let down = gravity - up_s;
+        match limits.tilt_from {
+            TiltFrom::Thrust => ThrustVector {
+                acceleration_sp_ned: V3::new(level_x, level_y, down),
+                along: V3::new(level_x, level_y, up_s),
+                collective_m_s2: up_s,
+            },
+            TiltFrom::Gravity => {
+                let along = V3::new(level_x, level_y, gravity);
+                let part = up_s / gravity;
+                ThrustVector {
+                    acceleration_sp_ned: V3::new(level_x * part, level_y * part, down),
+                    along,
+                    collective_m_s2: along.norm() * part,
+                }
+            }
+        }
     }
 }
 
 impl<S: Real> ThrustVector<S> {
-    /// Roll and pitch [rad] that put the thrust along the wanted acceleration at the heading `yaw_rad`. In
-    /// the plane, `theta_c = atan2(-a_N, up)`; level when nothing is wanted.
+    /// Roll and pitch [rad] that put the thrust along its direction at the heading `yaw_rad`. In the plane,
+    /// `theta_c = atan2(-a_N, up)`; level when nothing is wanted.
     #[inline(always)]
     pub fn roll_pitch(&self, yaw_rad: S) -> (S, S) {
         let (sin, cos) = straight::sin_cos(yaw_rad);
-        let (a, zero) = (&self.acceleration_sp_ned, yaw_rad.of(0.0));
+        let (a, zero) = (&self.along, yaw_rad.of(0.0));
         let (ahead, right) = (cos * a.x + sin * a.y, cos * a.y - sin * a.x);
-        let wanted = zero.of(1e-9).less(self.up_m_s2) | zero.less(ahead.abs()) | zero.less(right.abs());
-        let roll = right.atan2(straight::hypot(ahead, self.up_m_s2));
-        let pitch = (-ahead).atan2(self.up_m_s2);
+        let wanted = zero.of(1e-9).less(a.z) | zero.less(ahead.abs()) | zero.less(right.abs());
+        let roll = right.atan2(straight::hypot(ahead, a.z));
+        let pitch = (-ahead).atan2(a.z);
         (S::select(wanted, roll, zero), S::select(wanted, pitch, zero))
     }
 }

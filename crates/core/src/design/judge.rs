@@ -203,6 +203,7 @@ impl<'a> DesignJudge<'a> {
             vehicle: self.problem.vehicle,
             environment: self.problem.environment,
             gains: &Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) },
+            tilt_from: self.flights.control_limits.tilt_from,
             period_s: control_period_s(plan),
         };
         loops_at(&setting, point).ok()

@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::linear_loop::{LinearLoop, Margins, sampled};
 use super::operating_point::rotor_speeds;
-use crate::control::{Airframe, ControlError, Gains};
+use crate::control::{Airframe, ControlError, Gains, TiltFrom};
 use crate::frames::{pitch, quaternion_from_euler};
 use crate::math;
 use crate::model::rigid_body::BodyState;
@@ -52,6 +52,8 @@ pub struct LoopSetting<'a> {
     pub environment: &'a Environment,
     /// Gains of the cascade.
     pub gains: &'a Gains,
+    /// What the cascade's tilt comes from.
+    pub tilt_from: TiltFrom,
     /// Control period [s].
     pub period_s: f64,
 }
@@ -149,8 +151,14 @@ fn linearised(
         sampled(&a, &b, period_s)
     };
 
-    let (plant, all) = (BODY + rotors, BODY + rotors + INTEGRALS);
+    let (plant, own) = (BODY + rotors, BODY + rotors + INTEGRALS);
     let (integral_n, integral_d, integral_q) = (plant, plant + 1, plant + 2);
+    // Commands of earlier periods, of which the last ones are on their way: lifts, then moments.
+    let periods = vehicle.latency_s / period_s;
+    let (whole, part) = (periods.floor(), periods.fract());
+    let earlier = if part > 0.0 { whole + 1.0 } else { whole } as usize;
+    let whole = whole as usize;
+    let all = own + 2 * earlier;
     // Rows over the states and, last, the signal at the cut.
     let row = |entries: &[(usize, f64)]| {
         let mut row = DVector::<f64>::zeros(all + 1);
@@ -169,23 +177,45 @@ fn linearised(
     };
     let limit_n = airframe.mixer.thrust_limit_n();
     let commanded_n: Vec<f64> = throttles[..rotors].iter().map(|u| u * u * limit_n).collect();
-    let up = commanded_n.iter().sum::<f64>() / vehicle.mass.mass_kg;
-    let level = -up * math::tan(pitch(point.body.q_ned_from_body));
+    let collective = commanded_n.iter().sum::<f64>() / vehicle.mass.mass_kg;
+    let (sin, cos) = math::sin_cos(pitch(point.body.q_ned_from_body));
+    let up = match setting.tilt_from {
+        TiltFrom::Thrust => collective,
+        TiltFrom::Gravity => environment.gravity_m_s2,
+    };
+    let level = -up * sin / cos;
 
     let a_n = broken(2, row(&[(0, -k.k_pvx), (integral_n, 1.0)]));
     let a_d = broken(3, row(&[(1, -k.k_pvz), (integral_d, 1.0)]));
-    // theta_c = atan2(-a_N, up), up = g - a_D
     let squares = up * up + level * level;
-    let theta_c = &a_n * (-up / squares) - &a_d * (level / squares);
+    let (theta_c, lift) = match setting.tilt_from {
+        // theta_c = atan2(-a_N, up), up = g - a_D
+        TiltFrom::Thrust => (&a_n * (-up / squares) - &a_d * (level / squares), -&a_d),
+        // theta_c = atan2(-a_N, g), collective = (g - a_D)/cos(theta_c)
+        TiltFrom::Gravity => {
+            let theta_c = &a_n * (-up / squares);
+            let lift = &theta_c * (collective * sin / cos) - &a_d / cos;
+            (theta_c, lift)
+        }
+    };
     let rate_c = broken(1, (theta_c - row(&[(2, 1.0)])) * k.k_ptheta);
     let error_q = &rate_c - row(&[(3, 1.0)]);
     let turn = broken(0, &error_q * k.k_pq + row(&[(integral_q, 1.0)]));
 
-    let lift = a_d * -airframe.mass_kg;
+    let lift = lift * airframe.mass_kg;
     let moment = turn * airframe.inertia_kg_m2[(1, 1)];
     let (per_lift, per_moment) = allocation(airframe);
     let mut a = DMatrix::zeros(all, all + 1);
     a.view_mut((0, 0), (plant, plant)).copy_from(&f);
+    let [lift, moment] = [(lift, own), (moment, own + earlier)].map(|(now, before)| {
+        let given = |back: usize| match back {
+            0 => now.clone(),
+            back if back <= earlier => row(&[(before + back - 1, 1.0)]),
+            _ => row(&[]),
+        };
+        (0..earlier).for_each(|back| a.set_row(before + back, &given(back).transpose()));
+        given(whole) * (1.0 - part) + given(whole + 1) * part
+    });
     for i in 0..rotors {
         let thrust = &lift * per_lift[i] + &moment * per_moment[i];
         // u = sqrt(T/T_lim)
@@ -305,10 +335,6 @@ mod tests {
     use crate::frames::LEVEL;
     use crate::model::VehicleOptions;
 
-    /// Hover without air: `J Q' = M` and `m v_D' = -T` behind rotors that follow with a lag of 0.15 s, the
-    /// inverse of the mean rate of speeding up and slowing down. `L = K_pq (s + K_ptheta)/s^2/(1 + 0.15 s)`
-    /// of the pitch rate and `L = K_pvz/s/(1 + 0.15 s)` downwards; sampling delays by half a period. The gain
-    /// of the velocity north is so small that it changes no loop, and lets that velocity die away.
     #[test]
     fn closed_form_steady_hover_carries_the_weight() {
         let vehicle = quadrotor([ARM_M, 1.1], [620.0, J_YY, 1160.0], [0.0; 3], VehicleOptions::default());
@@ -329,13 +355,28 @@ mod tests {
         assert!(found.thrust_n[..4].iter().all(|thrust| (thrust / wanted - 1.0).abs() < 1e-8), "{found:?}");
     }
 
+    /// Hover without air: `J Q' = M` and `m v_D' = -T` behind rotors that follow with a lag of 0.15 s, the
+    /// inverse of the mean rate of speeding up and slowing down. `L = K_pq (s + K_ptheta)/s^2/(1 + 0.15 s)`
+    /// of the pitch rate and `L = K_pvz/s/(1 + 0.15 s)` downwards; sampling delays by half a period, and the
+    /// latency comes on top. The gain
+    /// of the velocity north is so small that it changes no loop, and lets that velocity die away.
     #[test]
     fn closed_form_loops_of_a_hover_without_air() {
         let options = VehicleOptions { reaction_torque: false, rotor_momentum: false };
-        let vehicle = quadrotor([ARM_M, 1.1], [620.0, J_YY, 1160.0], [0.0; 3], options);
+        // Seven and a half periods.
+        for (tilt_from, latency_s) in
+            [(TiltFrom::Thrust, 0.0), (TiltFrom::Gravity, 0.0), (TiltFrom::Thrust, 0.015)]
+        {
+            let vehicle = quadrotor([ARM_M, 1.1], [620.0, J_YY, 1160.0], [0.0; 3], options);
+            let vehicle = Vehicle { latency_s, ..vehicle };
+            are_those_of_a_hover(&vehicle, tilt_from);
+        }
+    }
+
+    fn are_those_of_a_hover(vehicle: &Vehicle, tilt_from: TiltFrom) {
         let gains = Gains::longitudinal([4.0, 0.0, 1.5, 2.0, 0.0, 3e-4, 0.0]);
         let (environment, period_s) = (site(), 0.002);
-        let setting = LoopSetting { vehicle: &vehicle, environment: &environment, gains: &gains, period_s };
+        let setting = LoopSetting { vehicle, environment: &environment, gains: &gains, tilt_from, period_s };
         let body = BodyState {
             p_ned: Vector3::zeros(),
             q_ned_from_body: LEVEL,
@@ -347,7 +388,7 @@ mod tests {
         for omega in [0.5, 3.0, 20.0] {
             let s = Complex::new(0.0, omega);
             let one = Complex::new(1.0, 0.0);
-            let (sin, cos) = math::sin_cos(-0.5 * omega * period_s);
+            let (sin, cos) = math::sin_cos(-omega * (0.5 * period_s + vehicle.latency_s));
             let lag = Complex::new(cos, sin) / (one + s * 0.15);
             let wanted = [(0usize, (s + 1.5) * 4.0 / (s * s) * lag), (3, one * 2.0 / s * lag)];
             for (i, wanted) in wanted {

@@ -11,8 +11,7 @@
 //! voltages at which a constant power is met, it is the higher one. A DC motor takes `(K_e omega + R I) I` at
 //! the current I that its speed controller gives it, its voltage at most the bus'. A motor of first order has
 //! no current of its own: what its rotor takes at the shaft, `(Q + J omega_dot) omega`, over its efficiency,
-//! is its power, and its speed at full throttle goes with the bus voltage over the nominal one, up to what it
-//! is on a stiff supply ([`Throttle`]).
+//! is its power, and its speed at full throttle goes with the bus voltage over the nominal one ([`Throttle`]).
 //!
 //! Currents are limited at each speed controller, and in sum at the pack; what is above the pack's limit is
 //! taken by one ceiling on the current of all speed controllers. Beyond `E/(2 R_b)` a battery gives less
@@ -59,14 +58,15 @@ pub struct PackLimits {
     pub throttle: Throttle,
 }
 
-/// Meaning of the throttle of a motor of first order whose bus voltage is not the nominal one. The speed is
-/// never above the one at full throttle on a stiff supply.
+/// Meaning of the throttle of a motor of first order whose bus voltage is not the nominal one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Throttle {
-    /// A speed, which the speed controller holds as long as the voltage allows it.
+    /// A speed, which the speed controller holds as long as the voltage allows it; never above the one at full
+    /// throttle on a stiff supply.
     #[default]
     Speed,
-    /// A part of the bus voltage (a duty cycle): the speed goes with the voltage at any throttle.
+    /// A part of the bus voltage (a duty cycle): the speed goes with the voltage at any throttle, on a full
+    /// battery beyond the one at full throttle on a stiff supply.
     Duty,
 }
 
@@ -496,7 +496,7 @@ impl<S: Real> Supply<S> {
     fn speed_share(&self, throttle: S) -> S {
         match self.throttle {
             Throttle::Speed => throttle.at_most(self.voltage_share),
-            Throttle::Duty => (throttle * self.voltage_share).at_most(throttle.of(1.0)),
+            Throttle::Duty => throttle * self.voltage_share,
         }
     }
 

@@ -115,6 +115,9 @@ pub struct Vehicle {
     /// Rotors before their motors drive them, and their start; `None`: held at rest until t = 0, and driven
     /// from there on.
     pub start: Option<RotorStart>,
+    /// Time from a measurement to what the speed controllers do about it, beyond the control period [s]: of
+    /// filters, computer, bus and speed controllers.
+    pub latency_s: f64,
 }
 
 /// Every term of the balance of forces and moments at an instant.
@@ -308,7 +311,7 @@ impl Vehicle {
             }
         }
         super::check_positive("omega_max", motor.omega_max_rad_s())?;
-        Ok(Self { mass, rotors, aero, rotor, motor, options, start: None })
+        Ok(Self { mass, rotors, aero, rotor, motor, options, start: None, latency_s: 0.0 })
     }
 
     /// Thrust of a rotor at full throttle in still air, alone [N]: `T_static`, the scale of the control

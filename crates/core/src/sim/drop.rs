@@ -16,11 +16,13 @@ use self::hang::Hang;
 use super::electric_battery::ElectricBattery;
 use super::faults::{Fault, FaultCourse, FaultOrder};
 use super::integrator::PlantState;
+use super::latency::Latency;
 use super::plant::{Loads, Plant, PlantKind};
 use super::ring::Fluctuation;
 use super::rotor_start::StartCourse;
 use super::turning_over::TurningOver;
 use super::two_bodies::CanopyFlight;
+use crate::control::Measurement;
 use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::rigid_body::BodyState;
 use crate::model::rotor_start::BeforeStart;
@@ -60,6 +62,7 @@ pub struct DropSimulation {
     hang: Hang,
     state: PlantState,
     throttle: PerRotor,
+    latency: Latency<f64>,
     /// The wind where it changes, and when its t = 0 is [s].
     wind: Option<(WindCourse, f64)>,
     /// Faults of the flight; `None`: there are none.
@@ -120,6 +123,7 @@ impl DropSimulation {
             }
         }
         Self {
+            latency: Latency::of(vehicle.latency_s),
             plant: Plant::new(vehicle, environment, PlantKind::Actuator).with_start(),
             course: Course::hanging(hang_s, parachute.delay_s, start),
             hang: Hang::under(parachute),
@@ -217,6 +221,7 @@ impl DropSimulation {
         turning.observe(state.q_ned_from_body);
         let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
         Self {
+            latency: Latency::of(vehicle.latency_s),
             plant: Plant::new(vehicle, environment, kind),
             course: Course::powered(state),
             hang: Hang::under(Parachute {
@@ -259,6 +264,11 @@ impl DropSimulation {
     /// State of body and rotors.
     pub fn state(&self) -> &PlantState {
         &self.state
+    }
+
+    /// What a controller measures, without loss or delay.
+    pub fn measurement(&self) -> Measurement {
+        Measurement { bus_v: self.plant.bus_v(), ..Measurement::from(&self.state.body) }
     }
 
     /// The vehicle.
@@ -320,7 +330,7 @@ impl DropSimulation {
         self.powered_from_s().map(|t| self.course.clock.time_s - t)
     }
 
-    /// Advances by `dt_s` [s] under throttle commands that are held, and returns what acted on the vehicle at
+    /// Advances by `dt_s` [s] under throttle commands that are held, and act after the vehicle's latency, and returns what acted on the vehicle at
     /// the step's beginning. Commands that are not numbers count as zero; a time that is not positive does
     /// nothing.
     pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) -> Loads {
@@ -328,6 +338,7 @@ impl DropSimulation {
         let dt_s = if dt_s.is_finite() { dt_s } else { 0.0 };
         if dt_s > 0.0 {
             self.meet_wind(dt_s);
+            self.throttle = self.latency.arriving(&self.throttle, dt_s);
             if let Some(faults) = &mut self.faults {
                 self.throttle = faults.step_commands(&self.throttle, dt_s);
             }

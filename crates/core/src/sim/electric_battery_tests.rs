@@ -133,6 +133,23 @@ fn prop_a_stiff_battery_changes_no_motion() {
     }
 }
 
+/// A duty cycle of a battery above its nominal voltage gives a higher speed, `omega_max V/V_nom` at full
+/// throttle; of throttles that are scaled by the inverse the motion is that on a stiff supply.
+#[test]
+fn closed_form_a_duty_cycle_on_a_full_battery_is_faster() {
+    let of_duty = PackLimits { resistance_ohm: 0.0, throttle: Throttle::Duty, ..limits() };
+    let full = || Some(battery(&[(0.0, 16.8)], of_duty, 1.0));
+    let share = 16.8 / 14.8;
+    let mut sim = flying(vehicle(), full());
+    fly(&mut sim, 1.0, 2.0, DT_S);
+    assert!((sim.state().rotor_speed[0] / (1000.0 * share) - 1.0).abs() < 1e-9, "{:?}", sim.state());
+    let (mut scaled, mut stiff) = (flying(vehicle(), full()), flying(vehicle(), None));
+    fly(&mut scaled, HOVER / share, 0.5, DT_S);
+    fly(&mut stiff, HOVER, 0.5, DT_S);
+    let (scaled, stiff) = (scaled.state().body, stiff.state().body);
+    assert!((scaled.v_ned - stiff.v_ned).norm() < 1e-12, "{scaled:?} {stiff:?}");
+}
+
 /// From rest to full throttle the speed of a power-limited rotor is that of shorter steps: the bus is solved
 /// at each stage, so that the step of a drop, 4 ms, is as good as it is on a stiff supply.
 #[test]

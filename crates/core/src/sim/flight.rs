@@ -13,7 +13,7 @@ use super::drop::{DropSimulation, Phase};
 use super::record::Sample;
 use crate::control::px4::Law;
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
-use crate::control::{Controller, Measurement, Setpoint};
+use crate::control::{Controller, Setpoint};
 use crate::model::MAX_ROTORS;
 use crate::trajectory::Trajectory;
 
@@ -169,7 +169,7 @@ pub fn fly_by(
     for _ in 0..plan.steps() {
         let velocity = setpoint(sim);
         let asked = plan.asked(velocity);
-        throttle = controller.step(&Measurement::from(&sim.state().body), &asked, dt_s).throttle;
+        throttle = controller.step(&sim.measurement(), &asked, dt_s).throttle;
         let row = sim.row_start();
         let loads = sim.step(&throttle, dt_s);
         observe(&row.sample(loads, &throttle, velocity.map(|(v_ned, _)| v_ned)))?;

@@ -8,6 +8,7 @@
 //! | [`drop`](mod@drop), `drop/forces` | hang, release, fall, powered flight; what acts in each phase |
 //! | `drop/course`, `drop/hang` | when each phase ends; a hang that is prescribed |
 //! | [`drop_run`] | a drop under its mission's trigger, with log, record and events |
+//! | `latency` | throttle commands on their way to the speed controllers |
 //! | `ring` | what fluctuation in the vortex ring makes of thrusts, and they of the motion |
 //! | [`limits`], [`turning_over`] | safety limits, a state's share of them; turning over |
 //! | [`faults`] | faults by name: what fails, when, and what that makes of motors and release |
@@ -29,6 +30,7 @@ pub mod faults;
 pub mod flight;
 pub mod ground;
 pub mod integrator;
+mod latency;
 pub mod limits;
 pub mod many;
 pub mod planar;

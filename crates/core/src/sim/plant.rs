@@ -282,6 +282,11 @@ impl Plant {
         }
     }
 
+    /// Bus voltage that the last step ended with [V]; `None`: there is no battery.
+    pub(super) fn bus_v(&self) -> Option<f64> {
+        self.battery.as_ref().map(|battery| battery.near_v())
+    }
+
     /// Bus voltage from which the next one is searched [V].
     pub(super) fn near_v(&self) -> f64 {
         self.battery.as_ref().map_or(0.0, |battery| battery.near_v())

@@ -105,6 +105,7 @@ mod tests {
             q_ned_from_body: LEVEL,
             v_ned: Vector3::new(0.0, 0.0, v_down),
             omega_body: Vector3::new(rate, 0.0, 0.0),
+            bus_v: None,
         };
         let target = VelocityTarget { v_ned: Vector3::new(0.0, 0.0, v_sp_down), ..VelocityTarget::ZERO };
         let output = ControlOutput { collective_n: lift, ..ControlOutput::ZERO };
@@ -141,7 +142,12 @@ mod tests {
 
     #[test]
     fn closed_form_it_is_in_the_air_at_once() {
-        let m = Measurement { q_ned_from_body: LEVEL, v_ned: Vector3::zeros(), omega_body: Vector3::zeros() };
+        let m = Measurement {
+            q_ned_from_body: LEVEL,
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::zeros(),
+            bus_v: None,
+        };
         let mut detector = LandDetector::default();
         let mut look = |now_us, lift| {
             let output = ControlOutput { collective_n: lift, ..ControlOutput::ZERO };

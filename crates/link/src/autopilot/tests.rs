@@ -42,8 +42,12 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
-        let measurement =
-            Measurement { q_ned_from_body: LEVEL, v_ned: Vector3::zeros(), omega_body: Vector3::zeros() };
+        let measurement = Measurement {
+            q_ned_from_body: LEVEL,
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::zeros(),
+            bus_v: None,
+        };
         Self {
             autopilot: Autopilot::new(cascade().settings().clone()),
             now_us: 0,

@@ -79,7 +79,7 @@ struct SuppliedMotorJson {
 enum ThrottleJson {
     /// A speed over omega_max_rad_s: the speed controller holds it as long as the voltage allows it.
     Speed,
-    /// A part of the bus voltage: the speed goes with the voltage, up to omega_max_rad_s.
+    /// A part of the bus voltage: the speed goes with the voltage, on a full battery beyond omega_max_rad_s.
     DutyCycle,
 }
 

@@ -4,8 +4,10 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::gains_file::GainsFile;
-use crate::number::{Positive, TiltDeg};
-use samara_core::control::{ControlLimits, Gains};
+use crate::number::{NonNegative, Positive, TiltDeg};
+use samara_core::control::{ControlLimits, Gains, TiltFrom};
+use samara_core::model::supply::Throttle;
+use samara_core::sim::ElectricBattery;
 use samara_core::units::RAD_PER_DEG;
 
 /// Limits of the cascade.
@@ -26,6 +28,24 @@ pub(super) struct ControlJson {
     /// Whether the plan's acceleration is sent with its velocity, and fed forward; no when left out, as in
     /// the paper.
     feed_forward: Option<bool>,
+    /// Time from a measurement to what the speed controllers do about it, beyond the control period [s]; none
+    /// when left out.
+    latency_s: Option<NonNegative<1>>,
+    /// What the wanted horizontal acceleration is set against, to get a tilt; `thrust` when left out.
+    tilt_from: Option<TiltFromJson>,
+    /// Whether throttles are scaled by the measured voltage of a battery whose motors' throttle is a duty cycle;
+    /// no when left out.
+    battery_scaling: Option<bool>,
+}
+
+/// What the cascade's tilt comes from.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum TiltFromJson {
+    /// Gravity, as in PX4 since v1.12.
+    Gravity,
+    /// The thrust that is wanted upwards: near none the tilt jumps.
+    Thrust,
 }
 
 /// Gains and limits of the cascade that flies the mission.
@@ -41,14 +61,30 @@ pub struct Control {
     pub feed_forward: bool,
 }
 
+impl ControlJson {
+    /// Time from a measurement to what the speed controllers do about it, beyond the control period [s].
+    pub(super) fn latency_s(&self) -> f64 {
+        self.latency_s.map_or(0.0, NonNegative::get)
+    }
+}
+
 impl Control {
-    pub(super) fn from_json(json: &ControlJson, gains: GainsFile) -> Self {
+    /// `battery`: what the motors are on.
+    pub(super) fn from_json(json: &ControlJson, gains: GainsFile, battery: Option<&ElectricBattery>) -> Self {
+        let duty =
+            battery.map(|battery| battery.pack().limits()).filter(|pack| pack.throttle == Throttle::Duty);
+        let scales = json.battery_scaling.unwrap_or(false);
         Self {
             limits: ControlLimits {
                 tilt_rad: json.tilt_limit_deg.get() * RAD_PER_DEG,
                 rate_command_rad_s: json.rate_command_limit_deg_s.get() * RAD_PER_DEG,
                 yaw_rate_command_rad_s: json.yaw_rate_command_limit_deg_s.get() * RAD_PER_DEG,
                 rate_integral_rad_s2: json.rate_integral_limit_rad_s2.get(),
+                tilt_from: match json.tilt_from {
+                    Some(TiltFromJson::Gravity) => TiltFrom::Gravity,
+                    Some(TiltFromJson::Thrust) | None => TiltFrom::Thrust,
+                },
+                nominal_v: duty.filter(|_| scales).map(|pack| pack.nominal_v),
             },
             gains: gains.gains,
             gains_name: gains.name,

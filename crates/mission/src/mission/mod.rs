@@ -246,7 +246,8 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
         )
     };
     let vehicle_source = named(&json.vehicle, "vehicle file", vehicle)?;
-    let vehicle = vehicle_of(&vehicle_source, &mut hash)?;
+    let mut vehicle = vehicle_of(&vehicle_source, &mut hash)?;
+    vehicle.vehicle.latency_s = json.control.latency_s();
     let (target_v_ned, epoch_unix_us) =
         (Vector3::from(json.target_v_ned_m_s.get()), json.epoch_unix_us.get() as u64);
     let seed = json.seed.get() as u64;
@@ -296,7 +297,7 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
         seed,
         plan,
         limits,
-        control: Control::from_json(&json.control, gains),
+        control: Control::from_json(&json.control, gains, electric.as_ref()),
         study: Study::from_json(
             source,
             &json.tuning,

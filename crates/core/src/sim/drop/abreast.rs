@@ -10,6 +10,7 @@
 use nalgebra::Vector3;
 
 use super::super::integrator::{Craft, PlantState, Workspace};
+use super::super::latency::Latency;
 use super::super::plant::Loads;
 use super::super::record::{RowStart, Sample};
 use super::super::ring::Fluctuation;
@@ -45,6 +46,7 @@ pub struct Abreast {
     air: LocalAir<Lanes>,
     wind_ned: V3<Lanes>,
     throttle: [Lanes; MAX_ROTORS],
+    latency: Latency<Lanes>,
     fluctuation: Fluctuation<Lanes>,
     canopy: Option<(CanopyBody<Lanes>, LocalAir<Lanes>)>,
     /// Whether the last step's forces are those in the first of the room's stages.
@@ -144,6 +146,7 @@ impl Abreast {
             air,
             wind_ned: none,
             throttle: [zero; MAX_ROTORS],
+            latency: Latency::of(drops[0].vehicle().latency_s),
             fluctuation: Fluctuation::None,
             canopy: drops[0].canopy.map(|_| (CanopyBody::nowhere(zero), air)),
             is_of_room: false,
@@ -171,6 +174,11 @@ impl Abreast {
     /// Bodies and rotors.
     pub fn craft(&self) -> &Craft<Lanes> {
         &self.craft
+    }
+
+    /// Bus voltages [V]; `None`: there are no batteries.
+    pub fn bus_v(&self) -> Option<Lanes> {
+        self.drops[0].battery().map(|_| self.voltages()[1])
     }
 
     /// Time [s], time of powered flight [s] and phase of all drops, where they are the same.
@@ -253,7 +261,7 @@ impl Abreast {
 
     fn step_seen(&mut self, throttle: &[Lanes; MAX_ROTORS], dt_s: f64, is_seen: bool) {
         let dt_s = if dt_s.is_finite() { dt_s } else { 0.0 };
-        self.throttle = vectorised(Taken(throttle));
+        self.throttle = vectorised(Taken { throttle, latency: &mut self.latency, dt_s });
         if dt_s > 0.0 {
             self.meet_wind(dt_s);
         }
@@ -589,19 +597,23 @@ impl Kernel for Blow<'_> {
     }
 }
 
-/// Throttle commands as they are taken.
-struct Taken<'a>(&'a [Lanes; MAX_ROTORS]);
+/// Throttle commands as they are taken, and arrive.
+struct Taken<'a> {
+    throttle: &'a [Lanes; MAX_ROTORS],
+    latency: &'a mut Latency<Lanes>,
+    dt_s: f64,
+}
 
 impl Kernel for Taken<'_> {
     type Output = [Lanes; MAX_ROTORS];
 
     #[inline(always)]
     fn run(self) -> Self::Output {
-        let mut taken = *self.0;
+        let mut taken = *self.throttle;
         for throttle in &mut taken {
             *throttle = throttle.at_least(throttle.of(0.0)).at_most(throttle.of(1.0));
         }
-        taken
+        if self.dt_s > 0.0 { self.latency.arriving(&taken, self.dt_s) } else { taken }
     }
 }
 

@@ -7,9 +7,9 @@ use nalgebra::Vector3;
 use super::super::drop::abreast::Abreast;
 use super::super::integrator::Craft;
 use super::super::watch::{ABREAST, Flight, Watch};
+use crate::control::AsCascade;
 use crate::control::loops::{Cascades, finite};
 use crate::control::velocity::VelocitySetpoint;
-use crate::control::{AsCascade, Measurement};
 use crate::frames::yaw;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::real::Real as _;
@@ -160,14 +160,15 @@ impl Group<'_> {
     fn command(&mut self, asked: &Asked, period_s: f64) {
         match &mut self.pilots {
             Pilots::Cascades(heading) => {
-                heading.steer(self.abreast.craft(), &self.flights, asked, period_s);
+                let bus_v = self.abreast.bus_v();
+                heading.steer((self.abreast.craft(), bus_v), &self.flights, asked, period_s);
                 self.throttle = *heading.cascades.throttle();
             }
             Pilots::Each => {
                 let drops = self.abreast.drops();
                 for (i, flight) in self.flights.iter_mut().enumerate() {
                     let asked = flight.plan.asked(asked.of(i));
-                    let measured = Measurement::from(&drops[i].state().body);
+                    let measured = drops[i].measurement();
                     let commands = flight.controller.step(&measured, &asked, period_s).throttle;
                     for (throttle, now) in self.throttle.iter_mut().zip(commands) {
                         throttle.as_array_mut()[i] = now;
@@ -201,14 +202,28 @@ impl Pilots {
 impl Heading {
     /// Steers vehicles to velocities for a control period [s], each at its heading: that which its plan asks
     /// for, or that at which it was first asked for a velocity.
-    fn steer(&mut self, craft: &Craft<Lanes>, flights: &[Flight<'_>], asked: &Asked, period_s: f64) {
+    fn steer(
+        &mut self,
+        (craft, bus_v): (&Craft<Lanes>, Option<Lanes>),
+        flights: &[Flight<'_>],
+        asked: &Asked,
+        period_s: f64,
+    ) {
         let mut are_asked = [1.0; LANES];
         let setpoint = match (asked, &self.setpoint) {
             (Asked::All(all), Some(setpoint)) if *all == self.asked && all.is_some() => *setpoint,
             _ => self.take(craft, flights, asked, &mut are_asked),
         };
         let (cascades, yaw_rad) = (&mut self.cascades, self.yaw_rad);
-        vectorised(Steer { cascades, craft, setpoint: &setpoint, yaw_rad, asked: &are_asked, period_s });
+        vectorised(Steer {
+            cascades,
+            craft,
+            bus_v,
+            setpoint: &setpoint,
+            yaw_rad,
+            asked: &are_asked,
+            period_s,
+        });
     }
 
     /// Takes what is asked, and of whom something is.
@@ -255,6 +270,7 @@ impl Heading {
 struct Steer<'a> {
     cascades: &'a mut Cascades<Lanes>,
     craft: &'a Craft<Lanes>,
+    bus_v: Option<Lanes>,
     setpoint: &'a VelocitySetpoint<Lanes>,
     yaw_rad: Lanes,
     asked: &'a [f64; LANES],
@@ -266,10 +282,10 @@ impl Kernel for Steer<'_> {
 
     #[inline(always)]
     fn run(self) {
-        let Self { cascades, craft, setpoint, yaw_rad, asked, period_s } = self;
+        let Self { cascades, craft, bus_v, setpoint, yaw_rad, asked, period_s } = self;
         let mut number = yaw_rad;
         *number.as_array_mut() = *asked;
         let asked = number.of(0.5).less(number);
-        cascades.step(asked, &craft.motion, setpoint, yaw_rad, period_s);
+        cascades.step(asked, (&craft.motion, bus_v), setpoint, yaw_rad, period_s);
     }
 }

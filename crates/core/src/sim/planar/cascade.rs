@@ -8,7 +8,9 @@
 //! d = J_yy Q'_c/(4 l), |d| <= T_lim/2 ;  b = clip(m up_s/4, |d|, T_lim - |d|) ;  T = b +- d
 //! ```
 //!
-//! The last line is that of two pairs at `+-l`. Of other rotors a group has the thrust `g b + p d`, where `b`
+//! With the tilt from gravity ([`TiltFrom`]) `g` stands for `up_s` in the second and third line, `m` is `g
+//! min(tan(tilt), sqrt(up_max^2 - up_s^2)/up_s)`, and `up_s/cos(theta_c)` stands for it in the last. That line
+//! is that of two pairs at `+-l`. Of other rotors a group has the thrust `g b + p d`, where `b`
 //! and `d` are the shares of the first group in lift and pitch moment and `g`, `p` the group's as parts of
 //! those; `d` and then `b` are within what leaves every thrust in `[0, T_lim]`, as in
 //! [`crate::control::mixer`].
@@ -17,7 +19,7 @@ use super::flight::Flight;
 use super::groups::{MOST_GROUPS, RotorGroup, of_groups, share};
 use super::lanes::{LANES, Lanes, clip};
 use crate::control::mixer::ROUNDING;
-use crate::control::{Airframe, ControlLimits};
+use crate::control::{Airframe, ControlLimits, TiltFrom};
 use crate::math;
 use crate::real::straight::atan2;
 
@@ -29,6 +31,7 @@ pub(super) struct PlanarCascade {
     gravity_m_s2: f64,
     up_max_m_s2: f64,
     tan_tilt: f64,
+    tilt_from: TiltFrom,
     rate_max_rad_s: f64,
     rate_integral_max: f64,
     velocity_integral_max: f64,
@@ -65,6 +68,15 @@ pub(super) struct Integrals {
     q: Lanes,
 }
 
+/// What the velocity loop wants of the rotors, each lane.
+struct Wanted {
+    /// Acceleration that they shall give together [m/s^2].
+    collective: Lanes,
+    /// Direction of the thrust up and north; its size means nothing.
+    up: Lanes,
+    level: Lanes,
+}
+
 /// The measurement that the cascade gets, each lane.
 #[derive(Clone, Copy)]
 pub(super) struct Measured {
@@ -84,6 +96,7 @@ impl PlanarCascade {
             gravity_m_s2: airframe.gravity_m_s2,
             up_max_m_s2,
             tan_tilt: math::tan(limits.tilt_rad),
+            tilt_from: limits.tilt_from,
             rate_max_rad_s: limits.rate_command_rad_s,
             rate_integral_max: limits.rate_integral_rad_s2,
             velocity_integral_max: crate::control::velocity::INTEGRAL_BOUND * up_max_m_s2,
@@ -107,7 +120,8 @@ impl PlanarCascade {
         dt_s: f64,
         held: &mut Integrals,
     ) -> [Lanes; G] {
-        let (mut up_s, mut level) = ([0.0; LANES], [0.0; LANES]);
+        let mut wanted = Wanted { collective: [0.0; LANES], up: [0.0; LANES], level: [0.0; LANES] };
+        let from_gravity = self.tilt_from == TiltFrom::Gravity;
         let up_max = self.up_max_m_s2;
         let bound = self.velocity_integral_max;
         for i in 0..LANES {
@@ -117,7 +131,12 @@ impl PlanarCascade {
             let up_i = clip(up, 0.0, up_max);
             let room = up_max * up_max - up_i * up_i;
             let room = if room > 0.0 { room } else { 0.0 }.sqrt();
-            let tilted = up_i * self.tan_tilt;
+            let (upright, room) = if from_gravity {
+                (self.gravity_m_s2, self.gravity_m_s2 * (room / up_i))
+            } else {
+                (up_i, room)
+            };
+            let tilted = upright * self.tan_tilt;
             let m_n = if tilted < room { tilted } else { room };
             let a_ns = clip(a_n, -m_n, m_n);
             let stopped_d = ((up > up_max) & (e_d < 0.0)) | ((up < 0.0) & (e_d > 0.0));
@@ -126,10 +145,15 @@ impl PlanarCascade {
                 clip(held.d[i] + if stopped_d { 0.0 } else { k.k_ivz[i] * e_d * dt_s }, -bound, bound);
             held.n[i] =
                 clip(held.n[i] + if stopped_n { 0.0 } else { k.k_ivx[i] * e_n * dt_s }, -bound, bound);
-            up_s[i] = up_i;
-            level[i] = a_ns;
+            wanted.up[i] = upright;
+            wanted.level[i] = a_ns;
+            wanted.collective[i] = up_i;
+            if from_gravity {
+                let g = self.gravity_m_s2;
+                wanted.collective[i] = (a_ns * a_ns + g * g).sqrt() * (up_i / g);
+            }
         }
-        self.turn(k, m, &up_s, &level, dt_s, held)
+        self.turn(k, m, &wanted, dt_s, held)
     }
 
     /// From the acceleration setpoint to thrusts: attitude, rate and mixer.
@@ -138,8 +162,7 @@ impl PlanarCascade {
         &self,
         k: &LaneGains,
         m: &Measured,
-        up_s: &Lanes,
-        level: &Lanes,
+        wanted: &Wanted,
         dt_s: f64,
         held: &mut Integrals,
     ) -> [Lanes; G] {
@@ -150,14 +173,14 @@ impl PlanarCascade {
         for i in 0..LANES {
             let (cos, sin) = (m.q0[i] * m.q0[i] - m.q2[i] * m.q2[i], 2.0 * m.q0[i] * m.q2[i]);
             // Nothing wanted: level.
-            let idle = (up_s[i] <= 1e-9) & (level[i] == 0.0);
-            let (up, a) = (if idle { 1.0 } else { up_s[i] }, level[i]);
+            let idle = (wanted.up[i] <= 1e-9) & (wanted.level[i] == 0.0);
+            let (up, a) = (if idle { 1.0 } else { wanted.up[i] }, wanted.level[i]);
             let error = atan2(-(a * cos + up * sin), up * cos - a * sin);
             let e_q = clip(k.k_ptheta[i] * error, -self.rate_max_rad_s, self.rate_max_rad_s) - m.rate[i];
-            let wanted = k.k_pq[i] * e_q + held.q[i];
+            let turn = k.k_pq[i] * e_q + held.q[i];
             held.q[i] =
                 clip(held.q[i] + k.k_iq[i] * e_q * dt_s, -self.rate_integral_max, self.rate_integral_max);
-            let d = clip(self.thrust_per_turn * wanted, turn_min, turn_max);
+            let d = clip(self.thrust_per_turn * turn, turn_min, turn_max);
             let (mut lowest, mut highest) = (-d, limit - d);
             for group in 1..G {
                 let (turn, per_lift) = (self.turn_share[group] * d, self.per_lift_share[group]);
@@ -165,7 +188,7 @@ impl PlanarCascade {
                 lowest = if low > lowest { low } else { lowest };
                 highest = if high < highest { high } else { highest };
             }
-            let b = clip(self.thrust_per_up * up_s[i], lowest, highest);
+            let b = clip(self.thrust_per_up * wanted.collective[i], lowest, highest);
             let rounded = |thrust_n: f64| {
                 let thrust_n = clip(thrust_n, 0.0, limit);
                 if thrust_n < rounding { 0.0 } else { thrust_n }

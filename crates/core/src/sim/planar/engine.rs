@@ -1,5 +1,6 @@
 //! Eight flights from t = 0 to the end: control steps, and between them Runge-Kutta steps of the plant.
 
+use std::collections::VecDeque;
 use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
@@ -102,6 +103,7 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
         let mut seen = state.measured();
         let mut integrals = Integrals::ZERO;
         let mut thrust = [[0.0; LANES]; G];
+        let mut latency = Latency::of(model.latency_s, dt_s);
         for (step, setpoint) in setpoints.setpoints().iter().enumerate() {
             if observer.observe(step, &state).is_break() {
                 return;
@@ -113,9 +115,13 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
             air.blow(step as f64 * dt_s, dt_s, &state);
             air.fluctuate(model, dt_s, &state);
             match model.kind {
-                PlantKind::Ideal => step_ideal(model, &body, &air, &mut state, &mut thrust, &command, dt_s),
+                PlantKind::Ideal => {
+                    let command = latency.arriving_thrusts(command, model.cascade.thrust_max_n);
+                    step_ideal(model, &body, &air, &mut state, &mut thrust, &command, dt_s);
+                }
                 PlantKind::Actuator => {
                     let omega_c = model.rotors.commanded(&command, model.cascade.thrust_max_n);
+                    let omega_c = latency.arriving(omega_c);
                     for _ in 0..steps {
                         step_actuator(model, &body, &air, &mut state, &omega_c, dt_s / f64::from(steps));
                     }
@@ -123,6 +129,53 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
             }
         }
         let _ = observer.observe(setpoints.steps(), &state);
+    }
+}
+
+/// Commands on their way to the rotors, as `sim/latency.rs` has them: a part of what acts in a control period
+/// is of one command, the rest of the one before it.
+struct Latency<const G: usize> {
+    /// Whole control periods, and the part of a further one; `None`: commands act at once.
+    periods: Option<(usize, f64)>,
+    /// The newest last.
+    given: VecDeque<[Lanes; G]>,
+}
+
+impl<const G: usize> Latency<G> {
+    fn of(latency_s: f64, dt_s: f64) -> Self {
+        let periods = latency_s / dt_s;
+        let whole = periods.floor();
+        let periods = (latency_s > 0.0).then_some((whole as usize, periods - whole));
+        Self { periods, given: VecDeque::new() }
+    }
+
+    /// The mean of the commands that arrive in the control period that begins.
+    #[inline(always)]
+    fn arriving(&mut self, command: [Lanes; G]) -> [Lanes; G] {
+        let Some((whole, part)) = self.periods else { return command };
+        self.given.push_back(command);
+        let newest = self.given.len() - 1;
+        let given = |back: usize| newest.checked_sub(back).map_or([[0.0; LANES]; G], |i| self.given[i]);
+        let (mut mean, before) = (given(whole), given(whole + 1));
+        for (mean, before) in mean.iter_mut().zip(&before) {
+            for i in 0..LANES {
+                mean[i] = (1.0 - part) * mean[i] + part * before[i];
+            }
+        }
+        if newest > whole {
+            self.given.pop_front();
+        }
+        mean
+    }
+
+    /// The thrusts [N] of throttles that arrive, of which this thrust is commanded at full.
+    #[inline(always)]
+    fn arriving_thrusts(&mut self, command: [Lanes; G], full_n: f64) -> [Lanes; G] {
+        if self.periods.is_none() {
+            return command;
+        }
+        let throttle = command.map(|thrust| thrust.map(|thrust| (thrust / full_n).sqrt()));
+        self.arriving(throttle).map(|throttle| throttle.map(|throttle| full_n * throttle * throttle))
     }
 }
 

@@ -30,6 +30,8 @@ pub struct Model {
     pub(super) arm_m: f64,
     /// Distance of each group ahead of the centre of mass, as a share of the first's.
     pub(super) arm_share: [f64; MOST_GROUPS],
+    /// Time from a measurement to what the rotors do about it, beyond the control period [s].
+    pub(super) latency_s: f64,
     /// Longest step in which rotor speeds are integrated [s].
     pub(super) longest_step_s: f64,
     pub(super) aero: AeroTable,
@@ -77,6 +79,7 @@ impl Model {
             first: of_groups(&groups, |g| g.first),
             arm_m,
             arm_share: of_groups(&groups, |g| share(g.hub_m[0], arm_m)),
+            latency_s: vehicle.latency_s,
             longest_step_s: vehicle.longest_step_s(),
             aero: AeroTable::new(&vehicle.aero),
             rotors: Rotors::new(&vehicle.rotor, &vehicle.motor, &groups),

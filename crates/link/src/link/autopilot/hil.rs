@@ -95,7 +95,7 @@ impl HilInput {
         };
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
         let p_ned = vector([message.x, message.y, message.z]);
-        let measurement = Measurement { q_ned_from_body: q, v_ned, omega_body };
+        let measurement = Measurement { q_ned_from_body: q, v_ned, omega_body, bus_v: None };
         self.odometry = checked(message.time_usec, p_ned, measurement).or(self.odometry);
     }
 
@@ -104,8 +104,15 @@ impl HilInput {
         let v_ned = vector([message.vx, message.vy, message.vz].map(f32::from)) / 100.0;
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
         let q_ned_from_body = normalized(message.attitude_quaternion.map(f64::from));
-        let measurement = Measurement { q_ned_from_body, v_ned, omega_body };
+        let measurement = Measurement { q_ned_from_body, v_ned, omega_body, bus_v: None };
         self.coarse = checked(message.time_usec, p_ned, measurement).or(self.coarse);
+    }
+
+    /// Voltage of the battery's bus [V], where it is known.
+    pub(super) fn bus_v(&self) -> Option<f64> {
+        let known_mv = self.battery.as_ref()?.voltages.iter().take_while(|mv| **mv != u16::MAX);
+        let bus_v = known_mv.map(|mv| f64::from(*mv)).sum::<f64>() / 1e3;
+        (bus_v > 0.0).then_some(bus_v)
     }
 
     /// The state to fly by at `now`: the finer of those of this very time, else the newest that is young
@@ -137,7 +144,7 @@ impl HilInput {
 
 /// The state, if all of it is finite.
 fn checked(at: TimeUs, p_ned: Vector3<f64>, measurement: Measurement) -> Option<VehicleState> {
-    let Measurement { q_ned_from_body, v_ned, omega_body } = &measurement;
+    let Measurement { q_ned_from_body, v_ned, omega_body, .. } = &measurement;
     let vectors = p_ned.iter().chain(v_ned).chain(omega_body);
     // A zero quaternion has become NaN in `normalized`.
     let sound = vectors.chain(q_ned_from_body).all(|x| x.is_finite());

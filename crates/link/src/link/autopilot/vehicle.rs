@@ -7,6 +7,7 @@ use super::home::Home;
 use super::sensing::sense;
 use crate::autopilot::estimator::{Estimator, EstimatorSettings};
 use crate::autopilot::{Autopilot, FlightMode, Severity};
+use crate::control::Measurement;
 use crate::model::{Environment, PerRotor};
 use crate::time::TimeUs;
 
@@ -124,7 +125,8 @@ impl Vehicle {
         if let Some(home) = self.home.place_ned() {
             self.autopilot.set_home(home);
         }
-        (self.autopilot.step(now, &state.p_ned, &state.measurement), Some(state))
+        let measurement = Measurement { bus_v: self.hil.bus_v(), ..state.measurement };
+        (self.autopilot.step(now, &state.p_ned, &measurement), Some(state))
     }
 
     fn step_blind(&mut self, now: TimeUs) -> PerRotor {

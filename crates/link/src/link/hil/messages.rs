@@ -82,7 +82,7 @@ impl HilSensors {
             send(&MavMessage::BATTERY_STATUS(battery_status(battery)));
         }
         if let Some(battery) = sim.battery()
-            && rates.battery.due(at)
+            && rates.voltage.due(at)
         {
             let bus = sim.loads().bus.unwrap_or_default();
             send(&MavMessage::BATTERY_STATUS(electric_battery_status(battery, &bus)));

@@ -16,6 +16,8 @@ const HIL_STATE_QUATERNION_ID: f32 = HIL_STATE_QUATERNION_DATA::ID as f32;
 const ODOMETRY_ID: f32 = ODOMETRY_DATA::ID as f32;
 /// Period of BATTERY_STATUS, where there is a battery.
 const BATTERY_PERIOD_US: TimeUs = 500_000;
+/// The same of a battery with a voltage, by which an autopilot may scale its throttles.
+const VOLTAGE_PERIOD_US: TimeUs = 20_000;
 
 /// How often a message goes out.
 #[derive(Clone, Copy, Debug)]
@@ -52,6 +54,7 @@ pub(super) struct HilRates {
     pub(super) magnetometer: Rate,
     pub(super) barometer: Rate,
     pub(super) battery: Rate,
+    pub(super) voltage: Rate,
 }
 
 impl HilRates {
@@ -67,6 +70,7 @@ impl HilRates {
             magnetometer: every(sensors.magnetometer.period_us),
             barometer: every(sensors.barometer.period_us),
             battery: every(BATTERY_PERIOD_US),
+            voltage: every(VOLTAGE_PERIOD_US),
         }
     }
 
