@@ -230,25 +230,34 @@ fn reference_unknowns_are_those_of_robust_tuning() {
             DrawnQuantity::PitchingMoment => normal_of((variation.aero[2] - 1.0) / most.aero),
             DrawnQuantity::Density => normal_of((variation.density - 1.0) / most.density),
             DrawnQuantity::Wind => normal_of(variation.wind_m_s[0] / most.wind_m_s),
-            DrawnQuantity::Lateness => {
-                if variation.delayed {
-                    0.3
-                } else {
-                    -0.3
-                }
-            }
+            DrawnQuantity::Latency => normal_of(2.0 * variation.latency_s / most.latency_s - 1.0),
+            DrawnQuantity::Thrust => normal_of((variation.thrust - 1.0) / most.thrust),
+            DrawnQuantity::MotorLag => normal_of((variation.motor_lag - 1.0) / most.motor_lag),
             DrawnQuantity::Delay => normal_of((state.v_ned.z - still.v_ned.z) / most.fall_m_s),
             other => panic!("{other:?} is not drawn"),
         };
         let point: Vec<f64> = space.parts().iter().map(coordinate).collect();
         let drawn = space.drawn(&point);
         let numbers = |v: &Variation| {
-            [v.mass, v.inertia, v.aero[0], v.aero[1], v.aero[2], v.density, v.wind_m_s[0], v.wind_m_s[1]]
+            let [drag, lift, moment] = v.aero;
+            let [north, down] = v.wind_m_s;
+            [
+                v.mass,
+                v.inertia,
+                drag,
+                lift,
+                moment,
+                v.density,
+                v.thrust,
+                v.motor_lag,
+                north,
+                down,
+                v.latency_s,
+            ]
         };
         for (found, expected) in numbers(&drawn.variation).into_iter().zip(numbers(&variation)) {
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
-        assert_eq!(drawn.variation.delayed, variation.delayed);
         assert!((drawn.release.state.v_ned - state.v_ned).norm() < 1e-12);
     }
     let swung = space.drawn(&[1.0]).release.amplitude_rad;

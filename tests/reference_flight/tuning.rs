@@ -15,7 +15,9 @@ use samara::trajectory::Trajectory;
 use samara::tune::cma_es::CmaSettings;
 use samara::tune::gain_judge::{Loss, Setting};
 use samara::tune::near_hover::near_hover;
-use samara::tune::{CandidateSearch as _, Evaluation, GainJudge, Method, Objective, Search, SearchSettings};
+use samara::tune::{
+    CandidateSearch as _, Evaluation, GainJudge, GainSpace, Method, Objective, Search, SearchSettings,
+};
 use samara::units::RAD_PER_DEG;
 
 use super::data::{NUMBERS, TABLE_3, gains, number, numbers, plan, scenario};
@@ -143,7 +145,8 @@ fn a_search_without_a_start_that_flies_ends_at_once() {
         method: Method::CmaEs(cma),
         objectives: vec![Objective::Rms],
         iterations: 3,
-        start: Some(start),
+        space: GainSpace::of_all(1e-4, 5.0),
+        starts: vec![start],
         seed: 1,
     };
     for (start, judged, lost) in [(tumbling, 5, true), (gains("safety").as_longitudinal(), 13, false)] {

@@ -1,6 +1,6 @@
 //! The batch engine's states, step by step, against the code for flight in space with a vehicle and a site
 //! that are varied in the same way: Titan and the X500, with blades and without, also with other rotors,
-//! random gains and releases, gusts and a delayed measurement.
+//! random gains and releases, gusts and latency.
 
 use std::ops::ControlFlow;
 use std::sync::{Arc, LazyLock};
@@ -8,9 +8,7 @@ use std::sync::{Arc, LazyLock};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use samara::config::load_vehicle;
-use samara::control::{
-    Airframe, Cascade, ControlLimits, Controller, Gains, Measurement, Setpoint, TiltFrom, WithDelay,
-};
+use samara::control::{Airframe, Cascade, ControlLimits, Controller, Gains, Measurement, Setpoint, TiltFrom};
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
 use samara::model::wind::{Gust, GustLength, GustShape, RingFluctuation, Turbulence, TurbulenceScale, Wind};
@@ -124,6 +122,9 @@ fn varied(vehicle: &Vehicle, site: &Environment, v: &Variation) -> (Vehicle, Env
     let inertia = Matrix3::from(vehicle.mass.inertia_kg_m2) * v.inertia;
     vehicle.mass = MassProperties::new(vehicle.mass.mass_kg * v.mass, inertia).unwrap();
     vehicle.aero = vehicle.aero.scaled(v.aero);
+    vehicle.motor = vehicle.motor.with_lag(v.motor_lag);
+    vehicle.rotors.iter_mut().for_each(|rotor| rotor.interference.thrust *= v.thrust);
+    vehicle.latency_s += v.latency_s;
     site.density_kg_m3 *= v.density;
     site.wind_ned_m_s += Vector3::new(v.wind_m_s[0], 0.0, v.wind_m_s[1]);
     (vehicle, site)
@@ -140,10 +141,7 @@ fn in_space(
     let (vehicle, site) = varied(nominal.0, nominal.1, &flight.variation);
     let airframe = Airframe::new(nominal.0, nominal.1).unwrap();
     let cascade = Cascade::new(airframe, flight.gains, *limits);
-    let mut controller: Box<dyn Controller> = Box::new(cascade);
-    if flight.variation.delayed {
-        controller = Box::new(WithDelay::new(controller));
-    }
+    let mut controller = cascade;
     let r = &flight.release;
     let body = BodyState {
         p_ned: Vector3::zeros(),
@@ -178,7 +176,7 @@ fn in_space(
 
 /// Largest difference in velocity, attitude and rate of a flight that is flown in a lane among strangers, and
 /// what the flight in space makes of another last digit of the release: without thrust, with a late
-/// measurement, the loop on the ideal plant may chatter, and then it makes a million times more of it within
+/// command, the loop on the ideal plant may chatter, and then it makes a million times more of it within
 /// a second.
 fn difference(
     vehicle: &Vehicle,
@@ -230,16 +228,20 @@ fn wind() -> impl Strategy<Value = Wind> {
 fn variation() -> impl Strategy<Value = Variation> {
     let aero = prop::array::uniform3(0.5f64..1.5);
     let wind = prop::array::uniform2(-2.0f64..2.0);
-    (0.8f64..1.2, 0.8f64..1.2, aero, 0.8f64..1.2, wind, prop::option::of(0u64..1000), prop::bool::ANY)
-        .prop_map(|(mass, inertia, aero, density, wind_m_s, air, delayed)| Variation {
+    let rotors = (0.8f64..1.2, prop_oneof![Just(1.0), 0.7f64..1.5], prop_oneof![Just(0.0), 0.0f64..0.03]);
+    (0.8f64..1.2, 0.8f64..1.2, aero, 0.8f64..1.2, wind, prop::option::of(0u64..1000), rotors).prop_map(
+        |(mass, inertia, aero, density, wind_m_s, air, (thrust, motor_lag, latency_s))| Variation {
             mass,
             inertia,
             aero,
             density,
             wind_m_s,
             air,
-            delayed,
-        })
+            thrust,
+            motor_lag,
+            latency_s,
+        },
+    )
 }
 
 fn flight() -> impl Strategy<Value = Flight> {
@@ -303,8 +305,10 @@ fn regress_rotors_that_come_to_rest_within_a_step() {
         aero: [1.3152812884454543, 1.2699402937433864, 0.6238398474368645],
         density: 0.9602420773048317,
         wind_m_s: [0.5573892706612037, -0.25048722336724155],
+        thrust: 1.0,
+        motor_lag: 1.0,
         air: None,
-        delayed: true,
+        latency_s: PERIOD_S,
     };
     let flight = Flight { gains, release, variation };
     let vehicle = laid_out(&BLADES, 4);

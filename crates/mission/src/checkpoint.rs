@@ -41,11 +41,11 @@ impl Evaluated for Evaluation {
 }
 
 /// The judgement on a design: `[j_tpf, mean, worst, unsafe, unrest, steady_after_s, altitude_lost_m,
-/// tilt_deg, energy_j, modulus, flights]`.
+/// tilt_deg, energy_j, modulus, delay_s, flights]`.
 impl Evaluated for Judgement {
-    type Numbers = [f64; 11];
+    type Numbers = [f64; 12];
 
-    fn numbers(&self) -> Option<[f64; 11]> {
+    fn numbers(&self) -> Option<[f64; 12]> {
         let [steady_after_s, altitude_lost_m, tilt_deg] = self.most;
         self.is_planned().then_some([
             self.j_tpf,
@@ -58,14 +58,15 @@ impl Evaluated for Judgement {
             tilt_deg,
             self.energy_j,
             self.modulus,
+            self.delay_s,
             self.flights,
         ])
     }
 
-    fn of(numbers: Option<[f64; 11]>) -> Self {
+    fn of(numbers: Option<[f64; 12]>) -> Self {
         let Some(numbers) = numbers else { return Self::UNPLANNED };
         let [j_tpf, mean, worst, over_limit, unrest, steady_after_s, rest @ ..] = numbers;
-        let [altitude_lost_m, tilt_deg, energy_j, modulus, flights] = rest;
+        let [altitude_lost_m, tilt_deg, energy_j, modulus, delay_s, flights] = rest;
         Self {
             j_tpf,
             mean,
@@ -75,6 +76,7 @@ impl Evaluated for Judgement {
             most: [steady_after_s, altitude_lost_m, tilt_deg],
             energy_j,
             modulus,
+            delay_s,
             flights,
         }
     }

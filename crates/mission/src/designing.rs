@@ -6,6 +6,7 @@ use super::mission::Mission;
 use super::shipped;
 use samara_core::design::Design;
 use samara_core::plan::InputReference;
+use samara_core::tune::is_same_number;
 use samara_core::units::DEG_PER_RAD;
 
 /// Why a mission with a design cannot be written.
@@ -63,8 +64,20 @@ pub fn designed_mission_json(
     let mut problem = mission.plan_problem();
     design.plan.apply(&mut problem, &mission.limits.safety);
     let control = whole.get_mut("control").and_then(Value::as_object_mut).ok_or_else(no_plan)?;
-    if design.feed_forward != mission.control.feed_forward {
+    let (own, limits) = (&mission.control, &design.limits);
+    if design.feed_forward != own.feed_forward {
         control.insert("feed_forward".to_owned(), design.feed_forward.into());
+    }
+    if limits.tilt_from != own.limits.tilt_from {
+        control.insert("tilt_from".to_owned(), limits.tilt_from.name().into());
+    }
+    for (key, limit, own) in [
+        ("tilt_limit_deg", limits.tilt_rad, own.limits.tilt_rad),
+        ("rate_command_limit_deg_s", limits.rate_command_rad_s, own.limits.rate_command_rad_s),
+    ] {
+        if !is_same_number(limit, own) {
+            control.insert(key.to_owned(), (limit * DEG_PER_RAD).into());
+        }
     }
     let planned = whole.get_mut("plan").and_then(Value::as_object_mut).ok_or_else(no_plan)?;
     let reference = match problem.input_reference {
@@ -146,6 +159,7 @@ fn as_missions_are_written(value: &Value, depth: usize) -> String {
 mod tests {
     use super::*;
     use crate::{MissionText, mission_text, parse_mission};
+    use samara_core::control::TiltFrom;
     use samara_core::design::PlanDesign;
 
     /// The longest name that a mission may have makes one that a mission may have.
@@ -164,6 +178,7 @@ mod tests {
             plan: PlanDesign::of(&mission.plan_problem()),
             gains: mission.control.gains.as_longitudinal(),
             feed_forward: mission.control.feed_forward,
+            limits: mission.control.limits,
         };
         let mut design = of(&mission);
         let plan = &mut design.plan;
@@ -173,6 +188,7 @@ mod tests {
         plan.peak_weight = 20.0;
         plan.pitch_rad = Some(0.3);
         design.feed_forward = true;
+        (design.limits.tilt_rad, design.limits.tilt_from) = (0.3, TiltFrom::Gravity);
         let gains = "built-in:params/gains/safety.json";
         let before = mission_text(&mission.file).unwrap();
         let whole = |path: &std::path::Path| path.display().to_string();
@@ -186,6 +202,9 @@ mod tests {
             (read.plan.demands.motion.pitch_rad.unwrap() - 0.3).abs() < 1e-15 && read.control.feed_forward
         );
         assert_eq!(of(&read).plan.peak_weight, 20.0);
+        let limits = read.control.limits;
+        assert!((limits.tilt_rad - 0.3).abs() < 1e-15 && limits.tilt_from == TiltFrom::Gravity);
+        assert_eq!(limits.rate_command_rad_s, mission.control.limits.rate_command_rad_s);
         assert_eq!((read.control.gains_name.as_str(), read.vehicle_name), ("safety", mission.vehicle_name));
         assert_eq!((read.study.cases, read.duration_s), (mission.study.cases, mission.duration_s));
         assert!(text.contains("    \"cost_state\": [1.0, 1.0,"), "{text}");

@@ -14,7 +14,7 @@ use super::tune::records::stamp;
 use super::tune::{GainsObject, Standing, gains_grid};
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
 use samara_core::assess::{ChosenAmong, LEAST_DIFFERENCE};
-use samara_core::control::Gains;
+use samara_core::control::{ControlLimits, Gains};
 use samara_core::design::{
     CONDITIONS, Design, DesignJudge, DesignObjective, DesignSearch, DesignSearchSettings, DesignSpace,
     Finalist, FreshResults, Generation, Judgement, LOOPS, LoopsAt, Margins, TriedDesign, Unknown,
@@ -219,6 +219,13 @@ fn plan_cells(design: &Design) -> Vec<String> {
     cells
 }
 
+/// The cascade's limits as a line of a table.
+fn limit_cells(design: &Design) -> Vec<String> {
+    let ControlLimits { tilt_from, tilt_rad, rate_command_rad_s, .. } = design.limits;
+    let in_deg = [tilt_rad, rate_command_rad_s].map(|x| short(x * DEG_PER_RAD, 4));
+    std::iter::once(tilt_from.name().to_owned()).chain(in_deg).collect()
+}
+
 fn number(x: f64) -> String {
     if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() }
 }
@@ -232,7 +239,7 @@ pub fn document(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Do
         "{}: {} of J_TPF made small over {} numbers and choices: {} designs, {flights:.0} of {} flights each, in {:.1} s ({unplanned} \
          without a plan){}\n\
          on the search's flights: {} {}, mean {}, worst {}, {:.0} over a limit; release cases steady after {:.1} s, {:.1} m lost, tilt {:.1} \
-         deg, {:.0} J of the plan; loops at the target {:.2} from instability{}",
+         deg, {:.0} J of the plan; loops {:.2} from instability, by a delay {:.0} ms{}",
         mission.name,
         run.objective.name(),
         search.settings().space.searched(),
@@ -250,6 +257,7 @@ pub fn document(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Do
         judgement.most[2],
         judgement.energy_j,
         judgement.modulus,
+        1e3 * judgement.delay_s,
         if run.allowed { "" } else { ": A BOUND DOES NOT HOLD" },
     );
     let heads = [
@@ -257,10 +265,12 @@ pub fn document(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Do
         "deg/s", "ahead",
     ];
     let mut plans = Grid::new("Plan", heads);
+    let mut limits = Grid::new("Commands", ["commands", "tilt from", "tilt [deg]", "rate [deg/s]"]);
     let own = (OWN.to_owned(), search.settings().own);
     let shown = [own, (run.name.clone(), run.chosen.design)];
     for (name, design) in &shown {
         plans.row(name, plan_cells(design));
+        limits.row(name, limit_cells(design));
     }
     let factors = "(factors on the mission's own weights; reference of the input; weight of the peak and bounds, - for none; feed-forward)";
     let sets: Vec<_> = shown.iter().map(|(name, design)| (name.as_str(), design.gains)).collect();
@@ -268,6 +278,7 @@ pub fn document(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Do
         Passage::Table(plans),
         Passage::Remark(factors.to_owned()),
         Passage::Table(gains_grid(&sets)),
+        Passage::Table(limits),
         Passage::Table(loops(run)),
         Passage::Remark("(gain: factors to the limit of stability; delay beyond the control period's own; each loop broken while the others are closed)".to_owned()),
     ];
@@ -503,6 +514,12 @@ result_objects! {
         pitch_rate_deg_s: Option<f64> = plan.pitch_rate_rad_s.map(|x| x * DEG_PER_RAD),
         /// Whether the plan's accelerations are fed forward.
         feed_forward: bool = design.feed_forward,
+        /// What the tilt comes from: `gravity` or `thrust`.
+        tilt_from: String = design.limits.tilt_from.name().to_owned(),
+        /// Largest commanded tilt [deg].
+        tilt_limit_deg: f64 = design.limits.tilt_rad * DEG_PER_RAD,
+        /// Largest commanded roll and pitch rate [deg/s].
+        rate_command_limit_deg_s: f64 = design.limits.rate_command_rad_s * DEG_PER_RAD,
         /// The gains.
         gains: GainsObject = design.gains.into(),
     }
@@ -527,8 +544,11 @@ result_objects! {
         tilt_deg: Option<f64> = most[2],
         /// Energy that the plan takes of the rotors' shafts [J].
         energy_j: Option<f64> = finite(judgement.energy_j),
-        /// Least distance of a loop's response from -1 at the target; negative where the loop is unstable.
+        /// Least distance of a loop's response from -1 at the release, at the plan's peak and at the target, also
+        /// with motors and thrusts that are off; negative where a loop is unstable.
         modulus: Option<f64> = finite(judgement.modulus),
+        /// Least delay that takes a loop to the limit of stability [s], at the same; at most 10.
+        delay_margin_s: Option<f64> = finite(judgement.delay_s),
         /// Number of flights that were flown.
         flights: Option<f64> = finite(judgement.flights),
     }
@@ -646,6 +666,9 @@ fn with_design<R>(columns: Columns<R>, of: impl Fn(&R) -> &TriedDesign + Copy + 
         .numbers(MOST, "greatest among the release cases", move |row, i| of(row).judgement.most[i])
         .number("energy_j", "energy that the plan takes of the shafts", move |row| of(row).judgement.energy_j)
         .number("modulus", "least distance of a loop from -1", move |row| of(row).judgement.modulus)
+        .number("delay_margin_s", "least delay that makes a loop unstable", move |row| {
+            of(row).judgement.delay_s
+        })
         .numbers(WEIGHTS, FACTORS, move |row, i| of(row).design.plan.weights[i])
         .number("final_weight", FACTORS, move |row| of(row).design.plan.final_weight)
         .number("input_weight", FACTORS, move |row| of(row).design.plan.input_weight)
@@ -657,9 +680,17 @@ fn with_design<R>(columns: Columns<R>, of: impl Fn(&R) -> &TriedDesign + Copy + 
         .number("pitch_deg", BOUNDS, move |row| degrees(of(row).design.plan.pitch_rad))
         .number("pitch_rate_deg_s", BOUNDS, move |row| degrees(of(row).design.plan.pitch_rate_rad_s))
         .flag("feed_forward", "1: the plan's rates are fed forward", move |row| of(row).design.feed_forward)
+        .word("tilt_from", "what the tilt comes from: `gravity` or `thrust`", move |row| {
+            Some(of(row).design.limits.tilt_from.name().to_owned())
+        })
+        .number("tilt_limit_deg", COMMANDED, move |row| of(row).design.limits.tilt_rad * DEG_PER_RAD)
+        .number("rate_command_limit_deg_s", COMMANDED, move |row| {
+            of(row).design.limits.rate_command_rad_s * DEG_PER_RAD
+        })
         .numbers(Gains::LONGITUDINAL_KEYS, "the gains", move |row, i| of(row).design.gains[i])
 }
 const BOUNDS: &str = "bounds on the plan; empty: none";
+const COMMANDED: &str = "largest that is commanded";
 
 /// The columns of `design.csv`.
 pub(crate) fn convergence_columns<'a>() -> Columns<(u64, &'a Generation)> {

@@ -44,9 +44,9 @@ fn value(quantity: DrawnQuantity, drawn: &DrawnTrial) -> Option<String> {
         DrawnQuantity::PitchingMoment => percent(variation.aero[2]),
         DrawnQuantity::Density => percent(variation.density),
         DrawnQuantity::Wind => Some(format!("{:+.3} m/s", variation.wind_m_s[0])),
-        DrawnQuantity::Lateness => {
-            Some(if variation.delayed { "a period late" } else { "in time" }.to_owned())
-        }
+        DrawnQuantity::Latency => Some(format!("+{:.1} ms", 1e3 * variation.latency_s)),
+        DrawnQuantity::Thrust => percent(variation.thrust),
+        DrawnQuantity::MotorLag => percent(variation.motor_lag),
         _ => None,
     }
 }

@@ -1,19 +1,24 @@
 //! How plan and gains of a mission are designed together: judge and search of its settings.
 
 use samara_core::assess::Scenario;
+use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::design::{
     Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, FlyPortions, FreshResults,
-    NotJudged, PlanDesign, Unknown, judge_fresh,
+    LeastMargins, NotJudged, PlanDesign, Unknown, judge_fresh,
 };
 use samara_mission::Mission;
+
+use super::tuning::gain_space;
 
 /// Designs of a generation.
 const SAMPLES: usize = 16;
 /// Spread of the first generation, as a share of the ranges.
 const SPREAD: f64 = 0.08;
 
-/// Least distance of a loop's response from -1: a phase of 17 deg, a factor of 1.4 on the gain.
-const LEAST_MODULUS: f64 = 0.3;
+/// Least distance of a loop's response from -1: a phase of 29 deg, a factor of 2 on the gain.
+const LEAST_MODULUS: f64 = 0.5;
+/// Least delay that takes a loop to the limit of stability [s].
+const LEAST_DELAY_S: f64 = 0.02;
 
 /// The flights of a design of a mission.
 pub fn design_flights(mission: &Mission) -> DesignFlights {
@@ -22,7 +27,6 @@ pub fn design_flights(mission: &Mission) -> DesignFlights {
             wind: mission.design.wind(&mission.site.wind, mission.seed),
             ..mission.scenario()
         },
-        control_limits: mission.control.limits,
         yaw: mission.control.gains,
         settle_s: mission.design.settle_s.unwrap_or(mission.plan.horizon_s),
         delay_s: mission.release.parachute.delay_s,
@@ -46,13 +50,18 @@ pub fn design_judge(mission: &Mission) -> DesignJudge<'_> {
 }
 
 /// The bounds of a mission's designs: unless the mission says otherwise, flights are steady by the plan's
-/// end, and the loops at the target are some way from instability.
+/// end, and the loops are some way from instability: a modulus, and a delay of a control period and twice the
+/// latency.
 fn design_bounds(mission: &Mission) -> DesignBounds {
     let bounds = mission.design.bounds;
+    let delay_s = LEAST_DELAY_S.max(IMU_PERIOD_S + 2.0 * mission.vehicle.latency_s);
     let [steady_after_s, altitude_lost_m, tilt_deg] = bounds.most;
     DesignBounds {
         most: [steady_after_s.or(Some(mission.plan.horizon_s)), altitude_lost_m, tilt_deg],
-        modulus: bounds.modulus.or(Some(LEAST_MODULUS)),
+        margins: LeastMargins {
+            modulus: bounds.margins.modulus.or(Some(LEAST_MODULUS)),
+            delay_s: bounds.margins.delay_s.or(Some(delay_s)),
+        },
         ..bounds
     }
 }
@@ -63,6 +72,7 @@ pub fn own_design(mission: &Mission) -> Design {
         plan: PlanDesign::of(&mission.plan_problem()),
         gains: mission.control.gains.as_longitudinal(),
         feed_forward: mission.control.feed_forward,
+        limits: mission.control.limits,
     }
 }
 
@@ -70,7 +80,7 @@ pub fn own_design(mission: &Mission) -> Design {
 pub fn design_search(mission: &Mission, budget: usize) -> DesignSearchSettings {
     let own = own_design(mission);
     DesignSearchSettings {
-        space: mission.design.space(&own.plan),
+        space: mission.design.space(&own, &mission.limits.safety, gain_space(mission)),
         bounds: design_bounds(mission),
         own,
         samples: SAMPLES,

@@ -293,10 +293,7 @@ mod tests {
         let study = mission.safety_study(&plan);
         let entry = along_plan(&mission, "envelope").unwrap();
         let here = point(&envelope);
-        let starts: Vec<EnvelopeStart> = (0..6)
-            .map(|draw| envelope.start(&here, draw))
-            .map(|(state, off)| (state, samara_core::sim::planar::Variation { delayed: false, ..off }))
-            .collect();
+        let starts: Vec<EnvelopeStart> = (0..6).map(|draw| envelope.start(&here, draw)).collect();
         let costs: Vec<f64> = starts
             .iter()
             .map(|(state, off)| {

@@ -1,14 +1,16 @@
 //! How a mission's gains are tuned: the flights that judge them, what is made small, and how it is searched.
 
 use samara_core::control::ControlError;
+use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::sim::PlantKind;
 use samara_core::trajectory::Trajectory;
 use samara_core::tune::cma_es::{CmaSettings, Scale};
 use samara_core::tune::gain_judge::Setting;
+use samara_core::tune::gain_space::gains_of;
 use samara_core::tune::objective::PENALTY;
 use samara_core::tune::release_cases::{AMPLITUDES, swing_releases};
 use samara_core::tune::swarm::SwarmSettings;
-use samara_core::tune::{GainJudge, Method, Objective, ReleaseCase, SearchSettings};
+use samara_core::tune::{GainJudge, GainSpace, Longitudinal, Method, Objective, ReleaseCase, SearchSettings};
 use samara_mission::{ConfigError, Mission};
 
 /// Random flights with everything off at once, where it is not said how many.
@@ -21,6 +23,21 @@ const FRONT: [f64; 5] = [1.5, 1.25, 0.85, 0.92, 1.0];
 const SWARM_ITERATIONS: usize = 15;
 /// The strategy that takes over from the swarm. By the root, integral gains near zero can still grow.
 const POLISH: CmaSettings = CmaSettings { samples: 16, sigma: 0.1, scale: Scale::Root, tolerance: 1e-5 };
+
+/// The gains of a mission's vehicle by the rule for its lag, under the reference autopilot: about a speed of the
+/// rotors, and from their rest.
+pub fn rules(mission: &Mission) -> [Longitudinal; 2] {
+    gains_of(&mission.vehicle, mission.site.environment.density_kg_m3, IMU_PERIOD_S)
+}
+
+/// Where a mission's gains are searched: in the range that it names, or around the rule for its vehicle and
+/// its own gains.
+pub fn gain_space(mission: &Mission) -> GainSpace {
+    match mission.study.gain_range {
+        Some((least, most)) => GainSpace::of_all(least, most),
+        None => GainSpace::around(&rules(mission)).holding(&mission.control.gains.as_longitudinal()),
+    }
+}
 
 /// How to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -64,8 +81,8 @@ pub struct Tuning {
     /// Whether J_TPF is judged also with a vehicle and air that are not known, and then by how many random
     /// flights with everything off at once, beside those with one thing off at a time.
     pub robust: Option<usize>,
-    /// Gains to begin at, a name or a file; `None`: the mission's own for the evolution strategy, none for
-    /// swarms.
+    /// Gains to begin at, a name or a file; `None`: the mission's own, and for swarms those of the rule, unless
+    /// the mission names a range of the gains: then none for swarms.
     pub start: Option<String>,
     /// Candidates of an iteration; `None`: the method's usual number.
     pub candidates: Option<usize>,
@@ -191,15 +208,22 @@ impl Tuning {
             stall_iterations: self.stall_iterations,
             ..swarm
         };
-        let start = match (&self.start, self.method) {
+        let own = || mission.control.gains.as_longitudinal();
+        let starts = match (&self.start, self.method) {
             (Some(name), _) => {
                 let mut other = mission.clone();
                 other.use_gains(name)?;
-                Some(other.control.gains.as_longitudinal())
+                vec![other.control.gains.as_longitudinal()]
             }
-            (None, TuningMethod::CmaEs) => Some(mission.control.gains.as_longitudinal()),
-            (None, _) => None,
+            (None, TuningMethod::CmaEs) => vec![own()],
+            // The paper's search begins anywhere.
+            (None, _) if mission.study.gain_range.is_some() => Vec::new(),
+            (None, _) => [vec![own()], rules(mission).to_vec()].concat(),
         };
+        let mut space = gain_space(mission);
+        if mission.study.gain_range.is_none() {
+            space = starts.iter().fold(space, GainSpace::holding);
+        }
         Ok(SearchSettings {
             method: match self.method {
                 TuningMethod::CmaEs => Method::CmaEs(CmaSettings { samples: candidates(cma.samples), ..cma }),
@@ -210,7 +234,8 @@ impl Tuning {
             },
             objectives,
             iterations: self.iterations,
-            start,
+            space,
+            starts,
             seed: mission.seed,
         })
     }
@@ -220,7 +245,10 @@ impl Tuning {
         match (&self.start, self.method) {
             (Some(name), _) => name.clone(),
             (None, TuningMethod::CmaEs) => mission.control.gains_name.clone(),
-            (None, TuningMethod::SwarmThenCmaEs | TuningMethod::Swarm) => "none".to_owned(),
+            (None, TuningMethod::SwarmThenCmaEs | TuningMethod::Swarm) => {
+                let alone = mission.study.gain_range.is_some();
+                if alone { "none".to_owned() } else { format!("{}, the rule", mission.control.gains_name) }
+            }
         }
     }
 }

@@ -79,15 +79,17 @@ pub fn contest(
     Ok(contenders.map(|contenders| Contest { contenders, own, objective, robust: args.robust }))
 }
 
-/// Gains by name: near-hover's and the paper's, the warning, the mission's own, the ones found; and the place
-/// of the mission's own.
+/// Gains by name: beside the paper's study near-hover's and the paper's, and the warning; the mission's own, the
+/// ones found; and the place of the mission's own.
 fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> (Vec<(String, Longitudinal)>, usize) {
-    let mut named = vec![
-        ("near_hover".to_owned(), Gains::near_hover().as_longitudinal()),
-        ("paper_pso".to_owned(), Gains::paper_pso().as_longitudinal()),
-    ];
+    let mut named = Vec::new();
     let mut shelf = mission.clone();
-    let beside = shelf.gains_beside().iter().any(|name| name == IDEAL);
+    let is_the_papers = mission.is_the_papers_study();
+    if is_the_papers {
+        named.push(("near_hover".to_owned(), Gains::near_hover().as_longitudinal()));
+        named.push(("paper_pso".to_owned(), Gains::paper_pso().as_longitudinal()));
+    }
+    let beside = is_the_papers && shelf.gains_beside().iter().any(|name| name == IDEAL);
     if args.name != IDEAL && beside && shelf.use_gains(IDEAL).is_ok() {
         named.push((shelf.control.gains_name, shelf.control.gains.as_longitudinal()));
     }

@@ -63,9 +63,9 @@ pub fn identity(
             Objective::Rms | Objective::JTpf => None,
         })
         .collect();
-    let start = match settings.start {
-        Some(k) => format!("{} {k:?}", tuning(args).start_name(mission)),
-        None => "none".to_owned(),
+    let start = match &settings.starts[..] {
+        [] => "none".to_owned(),
+        starts => format!("{} {starts:?}", tuning(args).start_name(mission)),
     };
     let mut identity = identity_of(mission);
     identity.extend([
@@ -78,6 +78,7 @@ pub fn identity(
         ("robust", args.robust.to_string()),
         ("draws", tuning(args).robust.unwrap_or(0).to_string()),
         ("start", start),
+        ("ranges", format!("{:?}", settings.space.ranges())),
         ("particles", particles(args)),
         ("stall", args.stall.to_string()),
     ]);

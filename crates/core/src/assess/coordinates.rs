@@ -18,7 +18,7 @@ use super::outcome::Outcome;
 use super::releases::{RandomRelease, ReleaseDistribution};
 use super::safety::FlightWatch;
 use super::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
-use crate::control::{Gains, WithDelay};
+use crate::control::Gains;
 use crate::math;
 use crate::model::parachute::TipOff;
 use crate::model::wind::{FlightNoise, GivenNoise};
@@ -31,8 +31,7 @@ const SPAN_S: f64 = 0.2;
 /// Most such spans of a column.
 const SPANS_MOST: usize = 60;
 
-/// How far what the controller does not know may be off, each uniform between its ends; measurements are a
-/// control period late in every other trial.
+/// How far what the controller does not know may be off, each uniform between its ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnknownRanges {
     /// Mass, either way, as a fraction.
@@ -43,6 +42,12 @@ pub struct UnknownRanges {
     pub aero: f64,
     /// Density of the air, either way, as a fraction.
     pub density: f64,
+    /// Thrust of the rotors, either way, as a fraction.
+    pub thrust: f64,
+    /// Time constants of the motors, either way, as a fraction.
+    pub motor_lag: f64,
+    /// Latency in addition to the vehicle's, up to this [s].
+    pub latency_s: f64,
     /// Wind from t = 0 on, north, either way [m/s].
     pub wind_m_s: f64,
     /// Velocity down at t = 0, either way, of a release delay that is off [m/s].
@@ -81,8 +86,12 @@ pub enum DrawnQuantity {
     Density,
     /// Steady wind in addition.
     Wind,
-    /// Whether measurements come late.
-    Lateness,
+    /// Latency.
+    Latency,
+    /// Thrust of the rotors.
+    Thrust,
+    /// Time constants of the motors.
+    MotorLag,
     /// Delay of the release.
     Delay,
     /// A column of turbulence's white noise, 0 to 4.
@@ -105,7 +114,9 @@ impl DrawnQuantity {
             Self::PitchingMoment => "pitching moment of the air",
             Self::Density => "density of the air",
             Self::Wind => "steady wind",
-            Self::Lateness => "lateness of measurements",
+            Self::Latency => "latency",
+            Self::Thrust => "thrust of the rotors",
+            Self::MotorLag => "time constants of the motors",
             Self::Delay => "release delay",
             Self::Turbulence(0) => "turbulence along the wind",
             Self::Turbulence(1 | 2) => "turbulence across the wind",
@@ -127,7 +138,9 @@ impl DrawnQuantity {
             Self::PitchingMoment => "pitching_moment",
             Self::Density => "density",
             Self::Wind => "wind",
-            Self::Lateness => "lateness",
+            Self::Latency => "latency",
+            Self::Thrust => "thrust",
+            Self::MotorLag => "motor_lag",
             Self::Delay => "release_delay",
             Self::Turbulence(0) => "turbulence_along",
             Self::Turbulence(1 | 2) => "turbulence_across",
@@ -136,15 +149,17 @@ impl DrawnQuantity {
         }
     }
 
-    const UNKNOWNS: [Self; 8] = [
+    const UNKNOWNS: [Self; 10] = [
         Self::Mass,
         Self::Inertia,
         Self::Drag,
         Self::PitchingMoment,
         Self::Density,
         Self::Wind,
-        Self::Lateness,
+        Self::Latency,
         Self::Delay,
+        Self::Thrust,
+        Self::MotorLag,
     ];
 }
 
@@ -305,7 +320,12 @@ impl TrialSpace {
                 DrawnQuantity::PitchingMoment => variation.aero[2] += off(|most| most.aero),
                 DrawnQuantity::Density => variation.density += off(|most| most.density),
                 DrawnQuantity::Wind => variation.wind_m_s[0] += off(|most| most.wind_m_s),
-                DrawnQuantity::Lateness => variation.delayed = z > 0.0,
+                DrawnQuantity::Latency => {
+                    let most_s = self.unknowns.as_ref().map_or(0.0, |most| most.latency_s);
+                    variation.latency_s = 0.5 * most_s * (1.0 + uniform(z));
+                }
+                DrawnQuantity::Thrust => variation.thrust += off(|most| most.thrust),
+                DrawnQuantity::MotorLag => variation.motor_lag += off(|most| most.motor_lag),
                 DrawnQuantity::Delay => fall_m_s = off(|most| most.fall_m_s),
                 DrawnQuantity::Turbulence(k) => noise.turbulence[*k] = Arc::from(column),
                 DrawnQuantity::Ring(rotor) => noise.ring[*rotor] = Arc::from(column),
@@ -353,14 +373,11 @@ impl TrialSpace {
     /// The flight of a trial in six degrees of freedom: what flies it, and its beginning. A variation of
     /// which no vehicle can be made is left out.
     fn in_space(&self, trial: &DrawnTrial) -> (SafetyStudy, StudyEntry, StudyStart) {
-        let (mut study, mut entry) = (self.study.clone(), self.entry.clone());
+        let (mut study, entry) = (self.study.clone(), self.entry.clone());
         if let Some((vehicle, environment)) =
             trial.variation.applied(&study.scenario.vehicle, &study.scenario.environment)
         {
             (study.scenario.vehicle, study.scenario.environment) = (vehicle, environment);
-        }
-        if trial.variation.delayed {
-            entry.controller = Box::new(WithDelay::new(entry.controller));
         }
         study.scenario.wind.given = Some(GivenNoise(Arc::from([trial.noise.clone()])));
         (study, entry, StudyStart { state: trial.release.state, air: 0 })

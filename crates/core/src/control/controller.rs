@@ -213,33 +213,3 @@ impl Controller for WithVelocityError {
         self.controller.configure(settings);
     }
 }
-
-/// A controller whose measurements come a control period late; the first one comes in time.
-#[derive(Clone, Debug)]
-pub struct WithDelay {
-    controller: Box<dyn Controller>,
-    before: Option<Measurement>,
-}
-
-impl WithDelay {
-    /// The controller with its measurements a period late.
-    pub fn new(controller: Box<dyn Controller>) -> Self {
-        Self { controller, before: None }
-    }
-}
-
-impl Controller for WithDelay {
-    fn reset(&mut self) {
-        self.before = None;
-        self.controller.reset();
-    }
-
-    fn step(&mut self, measurement: &Measurement, setpoint: &Setpoint, dt_s: f64) -> ControlOutput {
-        let late = self.before.replace(*measurement).unwrap_or(*measurement);
-        self.controller.step(&late, setpoint, dt_s)
-    }
-
-    fn configure(&mut self, settings: &ControlSettings) {
-        self.controller.configure(settings);
-    }
-}

@@ -44,7 +44,7 @@ pub(crate) mod test_vehicles;
 pub use airframe::Airframe;
 pub use cascade::Cascade;
 pub use controller::{
-    AsCascade, CloneController, ControlOutput, ControlSettings, Controller, Measurement, Setpoint, WithDelay,
+    AsCascade, CloneController, ControlOutput, ControlSettings, Controller, Measurement, Setpoint,
     WithVelocityError,
 };
 pub use free_fall::{Fall, FreeFallDetector, FreeFallSettings};

@@ -220,7 +220,7 @@ fn results(
     fly: &FlyPortions<'_>,
 ) -> Result<FreshResults, NotJudged> {
     let plan = judge.plan(&design.plan).ok_or(NotJudged::NoPlan)?;
-    let pilot = judge.flights().pilot(&plan.trajectory, design.feed_forward);
+    let pilot = judge.flights().pilot(&plan.trajectory, design);
     let pilot = pilot.map_err(|_| NotJudged::NoPlan)?;
     let begin = numbers.clone().step_by(PORTION as usize);
     let portions: Vec<_> = begin.map(|first| first..(first + PORTION).min(numbers.end)).collect();

@@ -2,6 +2,7 @@
 //! everything that the controller does not know of.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -10,11 +11,11 @@ use super::objective::{BOUNDED, DesignBounds, DesignObjective, JudgedFlight, Jud
 use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
 use crate::assess::Scenario;
-use crate::assess::tracking::control_period_s;
 use crate::assess::{Objection, Outcome, ReleaseDistribution, StateCost, judge_trial};
-use crate::control::{ControlError, ControlLimits, Gains};
+use crate::control::px4::timing::IMU_PERIOD_S;
+use crate::control::{ControlError, Gains};
 use crate::model::rigid_body::BodyState;
-use crate::model::{MAX_ROTORS, trim};
+use crate::model::{MAX_ROTORS, Vehicle, trim};
 use crate::plan::{Guess, Plan, PlanProblem, SolverOptions, Status, plan};
 use crate::random::Trials;
 use crate::sim::PlantKind;
@@ -29,8 +30,6 @@ use crate::tune::{GainJudge, Longitudinal, ReleaseCase};
 pub struct DesignFlights {
     /// Vehicle, site, air, target and limits.
     pub scenario: Scenario,
-    /// Limits of the cascade.
-    pub control_limits: ControlLimits,
     /// Gains whose yaw part is used.
     pub yaw: Gains,
     /// How long a flight goes on after the plan's end [s].
@@ -67,18 +66,18 @@ impl DesignFlights {
         (release, Variation { air, ..variation })
     }
 
-    /// Pilot of the flights along a plan, whose acceleration may be fed forward.
+    /// Pilot of the flights along the plan of a design.
     ///
     /// # Errors
     /// [`ControlError`] for a vehicle that cannot be controlled.
-    pub fn pilot<'p>(&self, plan: &'p Trajectory, feed_forward: bool) -> Result<GainJudge<'p>, ControlError> {
+    pub fn pilot<'p>(&self, plan: &'p Trajectory, design: &Design) -> Result<GainJudge<'p>, ControlError> {
         GainJudge::new(Setting {
             scenario: self.scenario.clone(),
-            control_limits: self.control_limits,
+            control_limits: design.limits,
             plant: PlantKind::Actuator,
             yaw: self.yaw,
             plan,
-            feed_forward,
+            feed_forward: design.feed_forward,
             settle_s: self.settle_s,
         })
     }
@@ -106,6 +105,9 @@ impl DesignFlights {
     }
 }
 
+/// Delay beyond which no margin is told [s].
+const DELAY_MOST_S: f64 = 10.0;
+
 /// Flights between two looks at whether a design is beaten.
 const PORTION: usize = 32;
 
@@ -121,6 +123,8 @@ pub struct DesignJudge<'a> {
     draws: Vec<(BodyState, Variation)>,
     /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
     target: Option<OperatingPoint>,
+    /// The vehicle as it is known, and others near it, whose loops must be stable too.
+    vehicles: Vec<Arc<Vehicle>>,
 }
 
 impl<'a> DesignJudge<'a> {
@@ -139,7 +143,8 @@ impl<'a> DesignJudge<'a> {
         let draws =
             (Trials::Search.first()..).take(draws).map(|number| flights.draw(number, unknown)).collect();
         let target = steady_at_target(&problem, &flights);
-        Self { problem, flights, objective, bounds, cases, draws, target }
+        let vehicles = vehicles_near(&problem);
+        Self { problem, flights, objective, bounds, cases, draws, target, vehicles }
     }
 
     /// The flights.
@@ -169,14 +174,19 @@ impl<'a> DesignJudge<'a> {
     /// Why flights are not flown in the vertical plane; `None` where they are.
     pub fn one_at_a_time(&self, design: &Design) -> Option<NotPlanar> {
         let plan = self.plan(&design.plan)?;
-        let pilot = self.flights.pilot(&plan.trajectory, design.feed_forward).ok()?;
+        let pilot = self.flights.pilot(&plan.trajectory, design).ok()?;
         pilot.one_at_a_time().cloned()
     }
 
     /// The loops of a design, linearised at the release, at the plan's greatest J_state and at the target.
     /// `None` when it has no plan.
     pub fn loops(&self, design: &Design) -> Option<Vec<LoopsAt>> {
-        let plan = self.plan(&design.plan)?.trajectory;
+        let points = self.operating_points(&self.plan(&design.plan)?.trajectory)?;
+        points.iter().map(|point| self.loops_at(point, self.problem.vehicle, design)).collect()
+    }
+
+    /// Where loops are linearised: at the release, at the plan's greatest J_state and at the target.
+    fn operating_points(&self, plan: &Trajectory) -> Option<[OperatingPoint; 3]> {
         let problem = &self.problem;
         let peak = plan.nodes().iter().max_by(|a, b| {
             let j_state = |node| StateCost::of(&body_of(node), &self.flights.scenario.limits.safety).max();
@@ -184,7 +194,7 @@ impl<'a> DesignJudge<'a> {
         })?;
         let of_weight_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2
             / problem.vehicle.rotors.len().max(1) as f64;
-        let points = [
+        Some([
             // Rotors at rest answer to nothing: they carry the weight here.
             OperatingPoint {
                 name: "release",
@@ -193,39 +203,48 @@ impl<'a> DesignJudge<'a> {
             },
             OperatingPoint { name: "plan's peak", body: body_of(peak), thrust_n: peak.thrust_n },
             self.target?,
-        ];
-        points.iter().map(|point| self.loops_at(point, &plan, &design.gains)).collect()
+        ])
     }
 
-    fn loops_at(&self, point: &OperatingPoint, plan: &Trajectory, k: &Longitudinal) -> Option<LoopsAt> {
+    fn loops_at(&self, point: &OperatingPoint, vehicle: &Vehicle, design: &Design) -> Option<LoopsAt> {
         let yaw = &self.flights.yaw;
         let setting = LoopSetting {
-            vehicle: self.problem.vehicle,
+            vehicle,
+            known: self.problem.vehicle,
             environment: self.problem.environment,
-            gains: &Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(*k) },
-            tilt_from: self.flights.control_limits.tilt_from,
-            period_s: control_period_s(plan),
+            gains: &Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(design.gains) },
+            tilt_from: design.limits.tilt_from,
+            period_s: IMU_PERIOD_S,
         };
         loops_at(&setting, point).ok()
     }
 
-    /// Least distance of the loops at the target from instability, [`Judgement::modulus`].
-    fn modulus(&self, plan: &Trajectory, k: &Longitudinal) -> f64 {
-        let at_target = self.target.and_then(|target| self.loops_at(&target, plan, k));
-        let loops = at_target.map(|at| at.loops).unwrap_or_default();
-        let least = loops.iter().fold(1.0f64, |least, (_, margins)| least.min(margins.modulus));
-        if loops.iter().all(|(_, margins)| margins.stable) { least } else { -least }
+    /// What the loops keep to instability, of each vehicle at each state: [`Judgement::modulus`] and
+    /// [`Judgement::delay_s`].
+    fn least_margins(&self, plan: &Trajectory, design: &Design) -> (f64, f64) {
+        let (mut modulus, mut delay_s, mut stable) = (1.0f64, DELAY_MOST_S, true);
+        for point in self.operating_points(plan).iter().flatten() {
+            for vehicle in &self.vehicles {
+                let loops = self.loops_at(point, vehicle, design).map(|at| at.loops).unwrap_or_default();
+                for (_, margins) in &loops {
+                    modulus = modulus.min(margins.modulus);
+                    delay_s = margins.delay_s.map_or(delay_s, |found| delay_s.min(found));
+                    stable &= margins.stable;
+                }
+            }
+        }
+        if stable { (modulus, delay_s) } else { (-modulus, 0.0) }
     }
 
     /// Plans and flies a design, until it is known to cost more than `ceiling`.
     pub fn judge(&self, design: &Design, ceiling: f64) -> Judgement {
         let Some(plan) = self.plan(&design.plan) else { return Judgement::UNPLANNED };
-        let Ok(pilot) = self.flights.pilot(&plan.trajectory, design.feed_forward) else {
+        let Ok(pilot) = self.flights.pilot(&plan.trajectory, design) else {
             return Judgement::UNPLANNED;
         };
         let energy_j = shaft_energy_j(&self.problem, &plan.trajectory);
-        let modulus = self.modulus(&plan.trajectory, &design.gains);
-        let in_cases = self.judge_cases(&pilot, &design.gains, (energy_j, modulus));
+        let (modulus, delay_s) = self.least_margins(&plan.trajectory, design);
+        let in_cases = Judgement { energy_j, modulus, delay_s, ..self.judge_cases(&pilot, &design.gains) };
         let mut judged = in_cases.with_draws(self.objective, &[], self.draws.len());
         let mut drawn = Vec::with_capacity(self.draws.len());
         for portion in self.draws.chunks(PORTION) {
@@ -240,12 +259,7 @@ impl<'a> DesignJudge<'a> {
         judged
     }
 
-    fn judge_cases(
-        &self,
-        pilot: &GainJudge<'_>,
-        k: &Longitudinal,
-        (energy_j, modulus): (f64, f64),
-    ) -> Judgement {
+    fn judge_cases(&self, pilot: &GainJudge<'_>, k: &Longitudinal) -> Judgement {
         let flown = pilot.measure_others(k, &self.cases);
         let end_s = pilot.duration_s();
         let mut judged = Judgement {
@@ -255,8 +269,9 @@ impl<'a> DesignJudge<'a> {
             over_limit: 0.0,
             unrest: 0.0,
             most: [0.0; BOUNDED.len()],
-            energy_j,
-            modulus,
+            energy_j: 0.0,
+            modulus: 0.0,
+            delay_s: 0.0,
             flights: flown.len() as f64,
         };
         for (i, ((start, _), flight)) in self.cases.iter().zip(&flown).enumerate() {
@@ -279,6 +294,19 @@ impl<'a> DesignJudge<'a> {
         }
         judged
     }
+}
+
+/// How far the motors' time constants and the rotors' thrusts may be off what is known, one at a time, with the
+/// loops where they must be.
+const MOTOR_LAGS: [f64; 2] = [0.7, 1.5];
+const THRUSTS: [f64; 2] = [0.85, 1.15];
+
+/// The vehicle as it is known, and others near it.
+fn vehicles_near(problem: &PlanProblem<'_>) -> Vec<Arc<Vehicle>> {
+    let lags = MOTOR_LAGS.map(|motor_lag| Variation { motor_lag, ..Variation::NONE });
+    let thrusts = THRUSTS.map(|thrust| Variation { thrust, ..Variation::NONE });
+    let all = std::iter::once(Variation::NONE).chain(lags).chain(thrusts);
+    all.filter_map(|off| Some(off.applied(problem.vehicle, problem.environment)?.0)).collect()
 }
 
 /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.

@@ -33,7 +33,7 @@ pub use fresh::{
 pub use judge::{DesignFlights, DesignJudge, Unknown};
 pub use linear_loop::{LinearLoop, Margins};
 pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, loops_at};
-pub use objective::{BOUNDED, DesignBounds, DesignObjective, Judgement};
+pub use objective::{BOUNDED, DesignBounds, DesignObjective, Judgement, LeastMargins};
 pub use plan_design::{PlanDesign, WEIGHT_GROUPS};
 pub use search::{DesignSearch, DesignSearchSettings, Generation, TriedDesign};
 pub use settings::{DesignSettings, LightTurbulence};

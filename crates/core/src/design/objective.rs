@@ -56,8 +56,19 @@ pub struct DesignBounds {
     pub most: [Option<f64>; BOUNDED.len()],
     /// Energy that the plan takes of the rotors' shafts from t = 0 to its end [J].
     pub energy_j: Option<f64>,
-    /// Least distance of each loop's response from -1 at the target.
+    /// Least distance of each loop's response from -1, and least delay that takes a loop to the limit of
+    /// stability [s].
+    pub margins: LeastMargins,
+}
+
+/// What each loop keeps to instability, at the release, at the plan's peak and at the target, of the vehicle as
+/// it is known and of others near it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LeastMargins {
+    /// Least distance of each loop's response from -1; `None`: not asked for.
     pub modulus: Option<f64>,
+    /// Least delay that takes a loop to the limit of stability [s]; `None`: not asked for.
+    pub delay_s: Option<f64>,
 }
 
 /// What counts of a drawn flight.
@@ -89,9 +100,10 @@ pub struct Judgement {
     pub most: [f64; BOUNDED.len()],
     /// Energy that the plan takes of the rotors' shafts [J].
     pub energy_j: f64,
-    /// Least distance of a loop's response from -1 at the target, at most 1; negative where the loop is
-    /// unstable.
+    /// Least distance of a loop's response from -1, at most 1; negative where a loop is unstable.
     pub modulus: f64,
+    /// Least delay that takes a loop to the limit of stability [s], at most 10 s; zero where a loop is unstable.
+    pub delay_s: f64,
     /// Flights that were flown.
     pub flights: f64,
 }
@@ -107,6 +119,7 @@ impl Judgement {
         most: [f64::INFINITY; BOUNDED.len()],
         energy_j: f64::INFINITY,
         modulus: f64::NEG_INFINITY,
+        delay_s: 0.0,
         flights: 0.0,
     };
 
@@ -151,11 +164,28 @@ impl Judgement {
             && self.shares(bounds).all(|share| share <= 1.0)
     }
 
-    /// Shares of the bounds that are used; of the modulus 1 at its bound, and more by what is missing.
+    /// Order among judged designs, the best first: what keeps all bounds, by its cost; what keeps them but for
+    /// the margins, by how far its loops are from instability; the rest by their cost.
+    pub fn rank(&self, bounds: &DesignBounds) -> (bool, bool, f64) {
+        let without = DesignBounds { margins: LeastMargins::default(), ..*bounds };
+        let (broken, lacking) = (!self.is_allowed(&without), !self.has_margins(bounds));
+        let number = if lacking && !broken { -self.modulus } else { self.cost(bounds) };
+        (broken, lacking, number)
+    }
+
+    /// Whether each loop keeps what it must.
+    pub fn has_margins(&self, bounds: &DesignBounds) -> bool {
+        let LeastMargins { modulus, delay_s } = bounds.margins;
+        modulus.is_none_or(|least| self.modulus >= least) && delay_s.is_none_or(|least| self.delay_s >= least)
+    }
+
+    /// Shares of the bounds that are used; of modulus and delay 1 at their bounds, and more by what is missing.
     fn shares(&self, bounds: &DesignBounds) -> impl Iterator<Item = f64> + use<> {
-        let margin = bounds.modulus.map(|least| 1.0 + least - self.modulus);
+        let LeastMargins { modulus, delay_s } = bounds.margins;
+        let modulus = modulus.map(|least| 1.0 + least - self.modulus);
+        let delay = delay_s.map(|least| 2.0 - self.delay_s / least);
         let used = self.most.into_iter().zip(bounds.most).chain([(self.energy_j, bounds.energy_j)]);
-        used.filter_map(|(x, bound)| bound.map(|most| x / most)).chain(margin)
+        used.filter_map(|(x, bound)| bound.map(|most| x / most)).chain(modulus).chain(delay)
     }
 }
 
@@ -176,6 +206,7 @@ mod tests {
         most: [10.0, 50.0, 12.0],
         energy_j: 100.0,
         modulus: 0.2,
+        delay_s: 0.03,
         flights: 0.0,
     };
 
@@ -192,10 +223,15 @@ mod tests {
         assert!((judged.cost(&bounds) - free - 0.4).abs() < 1e-12 && !judged.is_allowed(&bounds));
         assert!(judged.is_allowed(&DesignBounds { energy_j: Some(100.0), ..DesignBounds::default() }));
         // A modulus a tenth below its bound; unstable by two tenths it costs five times as much.
-        let margin = DesignBounds { modulus: Some(0.3), ..DesignBounds::default() };
+        let margins = LeastMargins { modulus: Some(0.3), delay_s: None };
+        let margin = DesignBounds { margins, ..DesignBounds::default() };
         assert!((judged.cost(&margin) - free - 0.1 * PENALTY).abs() < 1e-12 && !judged.is_allowed(&margin));
         let unstable = Judgement { modulus: -0.2, ..judged };
         assert!((unstable.cost(&margin) - free - 0.5 * PENALTY).abs() < 1e-12);
+        // A delay margin of three quarters of what is asked for.
+        let margins = LeastMargins { modulus: None, delay_s: Some(0.04) };
+        let late = DesignBounds { margins, ..DesignBounds::default() };
+        assert!((judged.cost(&late) - free - 0.25 * PENALTY).abs() < 1e-12 && !judged.is_allowed(&late));
         assert_eq!(Judgement::UNPLANNED.cost(&bounds), f64::INFINITY);
         let tilted = [JudgedFlight { j_tpf: 0.5, safe: false, within_limits: false }];
         let judged = NOTHING.with_draws(DesignObjective::Worst, &tilted, 1);

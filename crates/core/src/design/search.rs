@@ -5,6 +5,8 @@
 //! of their flights: what they cost up to then is known not to be more than the whole, and only the better
 //! half of a generation decides how it goes on.
 
+use std::cmp::Ordering;
+
 use super::objective::{DesignBounds, Judgement};
 use super::space::{DIMENSIONS, Design, DesignSpace, Place};
 use crate::tune::cma_es::{CmaSettings, Scale};
@@ -100,7 +102,7 @@ impl DesignSearch {
         self.ceiling
     }
 
-    /// The design of least cost so far, of those that keep all bounds if there is one; the first of equals.
+    /// The best design so far, [`Judgement::rank`]; the first of equals.
     /// `None` before the first has been judged, or when none has a plan.
     pub fn best(&self) -> Option<TriedDesign> {
         best_of(&self.tried, &self.settings.bounds)
@@ -111,12 +113,8 @@ impl DesignSearch {
     pub fn finalists(&self, count: usize) -> Vec<TriedDesign> {
         let mut whole: Vec<TriedDesign> =
             self.tried.iter().filter(|t| !t.beaten && t.judgement.is_planned()).copied().collect();
-        let bounds = &self.settings.bounds;
         // A stable sort: equals stay in their order.
-        whole.sort_by(|a, b| {
-            let broken = |t: &TriedDesign| !t.judgement.is_allowed(bounds);
-            broken(a).cmp(&broken(b)).then(a.cost.total_cmp(&b.cost))
-        });
+        whole.sort_by(|a, b| in_order(a, b, &self.settings.bounds));
         whole.dedup_by(|a, b| a.design == b.design);
         whole.truncate(count);
         whole
@@ -242,20 +240,24 @@ impl CandidateSearch for DesignSearch {
 
 fn best_of(tried: &[TriedDesign], bounds: &DesignBounds) -> Option<TriedDesign> {
     let planned = tried.iter().filter(|t| t.judgement.is_planned() && !t.beaten);
-    let broken = |t: &TriedDesign| !t.judgement.is_allowed(bounds);
-    planned.copied().reduce(|best, t| {
-        let better = broken(&t).cmp(&broken(&best)).then(t.cost.total_cmp(&best.cost)).is_lt();
-        if better { t } else { best }
-    })
+    planned.copied().reduce(|best, t| if in_order(&t, &best, bounds).is_lt() { t } else { best })
+}
+
+/// Order of two designs, the better one first.
+fn in_order(a: &TriedDesign, b: &TriedDesign, bounds: &DesignBounds) -> Ordering {
+    let [(broken, lacking, number), other] = [a, b].map(|tried| tried.judgement.rank(bounds));
+    (broken, lacking).cmp(&(other.0, other.1)).then(number.total_cmp(&other.2))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::{ControlLimits, TiltFrom};
     use crate::design::objective::DesignObjective;
     use crate::design::objective::JudgedFlight;
     use crate::design::{PlanDesign, Range};
     use crate::plan::InputReference;
+    use crate::tune::GainSpace;
 
     fn settings(budget: usize) -> DesignSearchSettings {
         let weight = Range { least: 0.01, most: 100.0 };
@@ -280,10 +282,14 @@ mod tests {
                 pitch_rad: vec![None],
                 pitch_rate_rad_s: vec![None],
                 feed_forward: vec![false, true],
-                gains: [Range { least: 1e-4, most: 5.0 }; 7],
+                tilt_from: vec![TiltFrom::Thrust],
+                tilt_rad: Range::fixed(0.5),
+                rate_command_rad_s: Range::fixed(2.0),
+                limits: ControlLimits::default(),
+                gains: GainSpace::of_all(1e-4, 5.0),
             },
             bounds: DesignBounds::default(),
-            own: Design { plan, gains: [1.0; 7], feed_forward: false },
+            own: Design { plan, gains: [1.0; 7], feed_forward: false, limits: ControlLimits::default() },
             samples: 12,
             spread: 0.2,
             budget,
@@ -309,6 +315,7 @@ mod tests {
             most: [0.0, design.gains[0], 0.0],
             energy_j: 0.0,
             modulus: 1.0,
+            delay_s: f64::INFINITY,
             flights: 0.0,
         };
         let j_tpf = 1e-3 * (weights + gains + choices);

@@ -1,11 +1,13 @@
 //! What a mission says of its design, with what is taken where it says nothing.
 
 use super::objective::{DesignBounds, DesignObjective};
-use super::plan_design::{PlanDesign, WEIGHT_GROUPS};
-use super::space::{DesignSpace, Range};
+use super::plan_design::WEIGHT_GROUPS;
+use super::space::{Design, DesignSpace, Range};
+use crate::control::TiltFrom;
 use crate::model::wind::{Turbulence, Wind};
 use crate::plan::InputReference;
-use crate::tune;
+use crate::sim::SafetyLimits;
+use crate::tune::GainSpace;
 
 /// A mission's design.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,8 +42,14 @@ pub struct DesignSettings {
     pub pitch_rate_rad_s: Vec<Option<f64>>,
     /// Whether the plan's acceleration is fed forward, to choose among.
     pub feed_forward: Vec<bool>,
-    /// Range of the gains.
-    pub gains: Range,
+    /// What the cascade's tilt comes from, to choose among.
+    pub tilt_from: Vec<TiltFrom>,
+    /// Largest commanded tilt [rad]; `None`: below the judged limit of pitch.
+    pub tilt_rad: Option<Range>,
+    /// Largest commanded rate [rad/s]; `None`: below the judged limit of pitch rate.
+    pub rate_command_rad_s: Option<Range>,
+    /// Range of every gain; `None`: around the vehicle's rule, as gains are tuned.
+    pub gains: Option<Range>,
 }
 
 /// Turbulence in Dryden's form, alike in all directions.
@@ -52,6 +60,9 @@ pub struct LightTurbulence {
     /// Scale length of each component [m].
     pub scale_m: f64,
 }
+
+/// Limits of commands, as shares of what is judged.
+const COMMANDS: Range = Range { least: 0.2, most: 0.8 };
 
 /// Factors from a hundredth to a hundredfold.
 const FACTORS: Range = Range { least: 0.01, most: 100.0 };
@@ -75,26 +86,42 @@ impl Default for DesignSettings {
             pitch_rad: Vec::new(),
             pitch_rate_rad_s: Vec::new(),
             feed_forward: vec![false, true],
-            gains: Range { least: tune::BOUNDS.0, most: tune::BOUNDS.1 },
+            tilt_from: vec![TiltFrom::Gravity, TiltFrom::Thrust],
+            tilt_rad: None,
+            rate_command_rad_s: None,
+            gains: None,
         }
     }
 }
 
 impl DesignSettings {
-    /// The space that is searched for a mission with this plan of its own.
-    pub fn space(&self, own: &PlanDesign) -> DesignSpace {
-        let halved = vec![own.nodes, (2 * own.nodes).saturating_sub(1).max(own.nodes)];
+    /// The space that is searched for a mission with this design of its own, which is judged by these limits;
+    /// `gains` is where gains are searched.
+    pub fn space(&self, own: &Design, judged: &SafetyLimits, gains: GainSpace) -> DesignSpace {
+        let Design { plan, limits, .. } = own;
+        let halved = vec![plan.nodes, (2 * plan.nodes).saturating_sub(1).max(plan.nodes)];
+        // A command at its limit shall not be at the judged one.
+        let below = |judged: f64, own: f64| Range {
+            least: (COMMANDS.least * judged).min(own),
+            most: (COMMANDS.most * judged).max(own),
+        };
         DesignSpace {
             weights: self.weights,
             final_weight: self.final_weight,
             input_weight: self.input_weight,
             input_references: self.input_references.clone(),
             nodes: or_own(&self.nodes, &halved),
-            peak_weights: or_own(&self.peak_weights, &[own.peak_weight]),
-            pitch_rad: or_own(&self.pitch_rad, &[own.pitch_rad]),
-            pitch_rate_rad_s: or_own(&self.pitch_rate_rad_s, &[own.pitch_rate_rad_s]),
+            peak_weights: or_own(&self.peak_weights, &[plan.peak_weight]),
+            pitch_rad: or_own(&self.pitch_rad, &[plan.pitch_rad]),
+            pitch_rate_rad_s: or_own(&self.pitch_rate_rad_s, &[plan.pitch_rate_rad_s]),
             feed_forward: self.feed_forward.clone(),
-            gains: [self.gains; 7],
+            tilt_from: self.tilt_from.clone(),
+            tilt_rad: self.tilt_rad.unwrap_or_else(|| below(judged.pitch_rad, limits.tilt_rad)),
+            rate_command_rad_s: self
+                .rate_command_rad_s
+                .unwrap_or_else(|| below(judged.pitch_rate_rad_s, limits.rate_command_rad_s)),
+            limits: *limits,
+            gains: self.gains.map_or(gains, |Range { least, most }| GainSpace::of_all(least, most)),
         }
     }
 

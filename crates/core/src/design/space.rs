@@ -3,14 +3,16 @@
 
 use super::PlanDesign;
 use super::plan_design::WEIGHT_GROUPS;
-use crate::control::Gains;
+use crate::control::{ControlLimits, TiltFrom};
 use crate::math;
 use crate::plan::InputReference;
-use crate::tune::{Longitudinal, RangeEnds, SearchedNumber, are_same_gains, is_same_number};
+use crate::tune::{GainSpace, Longitudinal, RangeEnds, SearchedNumber, are_same_gains, is_same_number};
+use crate::units::DEG_PER_RAD;
 
 /// Coordinates of the cube: weights by group, of the final state and of the input; the choices of reference,
-/// nodes, peak, pitch, pitch rate and feed-forward; gains.
-pub const DIMENSIONS: usize = WEIGHT_GROUPS.len() + 2 + 6 + 7;
+/// nodes, peak, pitch, pitch rate, feed-forward and what the tilt comes from; the limits of commanded tilt and
+/// rate; gains.
+pub const DIMENSIONS: usize = WEIGHT_GROUPS.len() + 2 + 7 + 2 + 7;
 
 /// A point of the cube: every coordinate from 0 to 1.
 pub type Place = [f64; DIMENSIONS];
@@ -24,6 +26,8 @@ pub struct Design {
     pub gains: Longitudinal,
     /// Whether the plan's acceleration is fed forward.
     pub feed_forward: bool,
+    /// Limits of the cascade.
+    pub limits: ControlLimits,
 }
 
 impl Design {
@@ -45,6 +49,9 @@ impl Design {
             && weights(a).iter().zip(weights(b)).all(|(a, b)| is_same_number(*a, b))
             && are_same_gains(&self.gains, &other.gains)
             && self.feed_forward == other.feed_forward
+            && self.limits.tilt_from == other.limits.tilt_from
+            && is_same_number(self.limits.tilt_rad, other.limits.tilt_rad)
+            && is_same_number(self.limits.rate_command_rad_s, other.limits.rate_command_rad_s)
     }
 }
 
@@ -120,14 +127,24 @@ pub struct DesignSpace {
     pub pitch_rate_rad_s: Vec<Option<f64>>,
     /// Whether the plan's acceleration is fed forward, to choose among.
     pub feed_forward: Vec<bool>,
+    /// What the tilt comes from, to choose among.
+    pub tilt_from: Vec<TiltFrom>,
+    /// Largest commanded tilt [rad]; positive.
+    pub tilt_rad: Range,
+    /// Largest commanded roll and pitch rate [rad/s]; positive.
+    pub rate_command_rad_s: Range,
+    /// The cascade's limits that are not searched.
+    pub limits: ControlLimits,
     /// The gains.
-    pub gains: [Range; 7],
+    pub gains: GainSpace,
 }
 
 impl DesignSpace {
     /// The design at a point of the cube.
     pub fn design(&self, place: &Place) -> Design {
-        let [w0, w1, w2, w3, last, input, reference, nodes, peak, pitch, rate, ahead, gains @ ..] = *place;
+        let [w0, w1, w2, w3, last, input, reference, nodes, peak, pitch, rate, ahead, from, rest @ ..] =
+            *place;
+        let [tilt, rate_command, gains @ ..] = rest;
         let weights = [w0, w1, w2, w3];
         let plan = PlanDesign {
             weights: std::array::from_fn(|i| self.weights[i].by_logarithm(weights[i])),
@@ -139,16 +156,23 @@ impl DesignSpace {
             pitch_rad: choice(&self.pitch_rad, pitch).flatten(),
             pitch_rate_rad_s: choice(&self.pitch_rate_rad_s, rate).flatten(),
         };
+        let coordinates = std::array::from_fn(|i| self.range_of_gain(i).by_root(gains[i]));
         Design {
             plan,
-            gains: std::array::from_fn(|i| self.gains[i].by_root(gains[i])),
+            gains: self.gains.gains(&coordinates),
             feed_forward: choice(&self.feed_forward, ahead).unwrap_or(false),
+            limits: ControlLimits {
+                tilt_from: choice(&self.tilt_from, from).unwrap_or(self.limits.tilt_from),
+                tilt_rad: self.tilt_rad.by_logarithm(tilt),
+                rate_command_rad_s: self.rate_command_rad_s.by_logarithm(rate_command),
+                ..self.limits
+            },
         }
     }
 
     /// The point of the cube where a design is, or the nearest one within the ranges.
     pub fn place(&self, design: &Design) -> Place {
-        let Design { plan, gains, feed_forward } = design;
+        let Design { plan, gains, feed_forward, limits } = design;
         let mut place = [0.5; DIMENSIONS];
         let (numbers, gain_places) = place.split_at_mut(DIMENSIONS - gains.len());
         let weights = self.weights.iter().zip(plan.weights).map(|(range, x)| range.place_by_logarithm(x));
@@ -161,12 +185,21 @@ impl DesignSpace {
             place_of(&self.pitch_rad, &plan.pitch_rad),
             place_of(&self.pitch_rate_rad_s, &plan.pitch_rate_rad_s),
             place_of(&self.feed_forward, feed_forward),
+            place_of(&self.tilt_from, &limits.tilt_from),
+            self.tilt_rad.place_by_logarithm(limits.tilt_rad),
+            self.rate_command_rad_s.place_by_logarithm(limits.rate_command_rad_s),
         ];
         numbers.iter_mut().zip(weights.chain(others)).for_each(|(s, x)| *s = x);
-        for (s, (range, x)) in gain_places.iter_mut().zip(self.gains.iter().zip(gains)) {
-            *s = range.place_by_root(*x);
+        let coordinates = self.gains.coordinates(gains);
+        for (i, (s, x)) in gain_places.iter_mut().zip(coordinates).enumerate() {
+            *s = self.range_of_gain(i).place_by_root(x);
         }
         place
+    }
+
+    fn range_of_gain(&self, i: usize) -> Range {
+        let (least, most) = self.gains.ranges()[i];
+        Range { least, most }
     }
 
     /// Designs to begin at: the one given, and with each reference and number of nodes, once as they are and
@@ -191,7 +224,7 @@ impl DesignSpace {
     }
 
     /// The design with each other choice in turn that the starts leave as it is: a peak that costs, bounds on
-    /// pitch and pitch rate, feed-forward. A spread of numbers seldom leads from one choice to another.
+    /// pitch and pitch rate, feed-forward, what the tilt comes from. A spread of numbers seldom leads from one choice to another.
     pub fn alternatives(&self, to: &Design) -> Vec<Design> {
         let with = |put: &dyn Fn(&mut Design)| {
             let mut design = *to;
@@ -202,7 +235,9 @@ impl DesignSpace {
         let pitches = self.pitch_rad.iter().map(|&x| with(&|d| d.plan.pitch_rad = x));
         let rates = self.pitch_rate_rad_s.iter().map(|&x| with(&|d| d.plan.pitch_rate_rad_s = x));
         let ahead = self.feed_forward.iter().map(|&x| with(&|d| d.feed_forward = x));
-        peaks.chain(pitches).chain(rates).chain(ahead).filter(|design| design != to).collect()
+        let tilts = self.tilt_from.iter().map(|&x| with(&|d| d.limits.tilt_from = x));
+        let all = peaks.chain(pitches).chain(rates).chain(ahead).chain(tilts);
+        all.filter(|design| design != to).collect()
     }
 
     /// Which numbers of a design stand at an end of their range; choices have none.
@@ -214,16 +249,23 @@ impl DesignSpace {
             ("final_weight", self.final_weight, plan.final_weight),
             ("input_weight", self.input_weight, plan.input_weight),
         ];
-        let gains = Gains::LONGITUDINAL_KEYS.into_iter().zip(self.gains).zip(design.gains);
-        let gains = gains.map(|((name, range), value)| (name, range, value));
-        RangeEnds::of(weights.chain(others).chain(gains).map(|(name, Range { least, most }, value)| {
+        let degrees = |Range { least, most }| Range { least: least * DEG_PER_RAD, most: most * DEG_PER_RAD };
+        let limits = [
+            ("tilt_limit_deg", self.tilt_rad, design.limits.tilt_rad),
+            ("rate_command_limit_deg_s", self.rate_command_rad_s, design.limits.rate_command_rad_s),
+        ];
+        let limits = limits.map(|(name, range, value)| (name, degrees(range), value * DEG_PER_RAD));
+        let numbers = weights.chain(others).chain(limits).map(|(name, Range { least, most }, value)| {
             SearchedNumber { name: name.into(), value, least, most }
-        }))
+        });
+        RangeEnds::of(numbers.chain(self.gains.searched(&design.gains)))
     }
 
     /// How many numbers and choices are searched.
     pub fn searched(&self) -> usize {
-        let ranges = self.weights.iter().chain([&self.final_weight, &self.input_weight]).chain(&self.gains);
+        let gains: [Range; 7] = std::array::from_fn(|i| self.range_of_gain(i));
+        let others = [&self.final_weight, &self.input_weight, &self.tilt_rad, &self.rate_command_rad_s];
+        let ranges = self.weights.iter().chain(others).chain(&gains);
         let choices = [
             self.input_references.len(),
             self.nodes.len(),
@@ -231,6 +273,7 @@ impl DesignSpace {
             self.pitch_rad.len(),
             self.pitch_rate_rad_s.len(),
             self.feed_forward.len(),
+            self.tilt_from.len(),
         ];
         ranges.filter(|range| !range.is_fixed()).count() + choices.iter().filter(|n| **n > 1).count()
     }
@@ -275,7 +318,11 @@ mod tests {
             pitch_rad: vec![None, Some(0.3)],
             pitch_rate_rad_s: vec![None],
             feed_forward: vec![false, true],
-            gains: [Range { least: 0.0, most: 4.0 }; 7],
+            tilt_from: vec![TiltFrom::Thrust, TiltFrom::Gravity],
+            tilt_rad: Range { least: 0.2, most: 0.6 },
+            rate_command_rad_s: Range { least: 0.5, most: 4.0 },
+            limits: ControlLimits::default(),
+            gains: GainSpace::of_all(0.0, 4.0),
         }
     }
 
@@ -305,11 +352,12 @@ mod tests {
             let near = |a: f64, b: f64| (a - b).abs() <= 1e-12 * (1.0 + b.abs());
             assert!((0..7).all(|k| near(back.gains[k], design.gains[k])));
             assert!((0..4).all(|k| near(back.plan.weights[k], design.plan.weights[k])));
-            let chosen = |Design { plan, feed_forward, .. }: &Design| {
+            let chosen = |Design { plan, feed_forward, limits, .. }: &Design| {
                 let PlanDesign { nodes, input_reference, peak_weight, pitch_rad, .. } = *plan;
-                (nodes, input_reference, peak_weight, pitch_rad, *feed_forward)
+                (nodes, input_reference, peak_weight, pitch_rad, *feed_forward, limits.tilt_from)
             };
             assert_eq!(chosen(&back), chosen(&design));
+            assert!(near(back.limits.tilt_rad, design.limits.tilt_rad));
         }
     }
 
@@ -320,7 +368,7 @@ mod tests {
         let space = space();
         let mut design = space.design(&[0.4; DIMENSIONS]);
         let searched = space.range_ends(&design);
-        assert_eq!((searched.searched, searched.at_end.len()), (12, 0));
+        assert_eq!((searched.searched, searched.at_end.len()), (14, 0));
         (design.plan.weights[0], design.plan.input_weight, design.gains[3]) = (0.0105, 96.0, 3.8);
         let ends = space.range_ends(&design);
         let names: Vec<&str> = ends.at_end.iter().map(|number| &*number.name).collect();
@@ -340,8 +388,8 @@ mod tests {
         let plan = PlanDesign { weights: [1.0; 4], ..own.plan };
         let starts = space().starts(&Design { plan, ..own });
         assert_eq!(starts.len(), 8);
-        // A peak that costs, a bound on the pitch, feed-forward.
-        assert_eq!(space().alternatives(&starts[0]).len(), 3);
+        // A peak that costs, a bound on the pitch, feed-forward, the tilt from gravity.
+        assert_eq!(space().alternatives(&starts[0]).len(), 4);
         assert_eq!((starts[0].plan.nodes, starts[0].plan.input_reference), (38, InputReference::Zero));
     }
 }

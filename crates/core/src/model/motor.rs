@@ -99,6 +99,18 @@ impl Motor {
         }
     }
 
+    /// The motor with its time constants longer by a factor: of a speed controller on a DC motor the moment of
+    /// inertia that it turns.
+    pub fn with_lag(self, factor: f64) -> Self {
+        match self {
+            Self::EscDc(m) => Self::EscDc(EscDc { rotor_inertia_kg_m2: factor * m.rotor_inertia_kg_m2, ..m }),
+            Self::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => {
+                let [tau_up_s, tau_down_s] = [tau_up_s, tau_down_s].map(|tau_s| factor * tau_s);
+                Self::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 }
+            }
+        }
+    }
+
     /// The motor as its law is evaluated.
     pub fn law(&self) -> MotorLaw {
         match *self {

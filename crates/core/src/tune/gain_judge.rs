@@ -18,7 +18,7 @@ use crate::assess::flights::Outcomes;
 use crate::assess::safety::FlightWatch;
 use crate::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S, control_period_s};
 use crate::assess::{BatchFlight, BatchMeasure, Outcome, ReleaseDistribution, TrackingError, judge_flights};
-use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains, WithDelay};
+use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains};
 use crate::frames::pitch;
 use crate::model::rigid_body::BodyState;
 use crate::random::Trials;
@@ -106,12 +106,13 @@ impl fmt::Display for LostFlight {
             self.start.omega_body.y * DEG_PER_RAD,
         )?;
         if self.variation != Variation::NONE {
-            let Variation { mass, inertia, aero, density, wind_m_s, delayed, air } = &self.variation;
+            let Variation { mass, inertia, aero, density, thrust, motor_lag, wind_m_s, latency_s, air } =
+                &self.variation;
             write!(
                 f,
                 "unknown to the controller mass x {mass:.2}, inertia x {inertia:.2}, air loads x {aero:.2?}, \
-                 density x {density:.2}, wind {wind_m_s:.1?} m/s{}{}, ",
-                if *delayed { ", a period of delay" } else { "" },
+                 density x {density:.2}, thrust x {thrust:.2}, motor lag x {motor_lag:.2}, wind {wind_m_s:.1?} m/s, \
+                 latency {latency_s:.3} s{}, ",
                 if air.is_some() { ", gusts and turbulence" } else { "" },
             )?;
         }
@@ -374,11 +375,11 @@ impl<'a> GainJudge<'a> {
             air.and_then(|number| setting.scenario.wind.uniform(&environment).course(&environment, number));
         let simulation =
             DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant).in_wind(course);
-        let mut controller = controller.clone_controller();
-        if trial.variation.delayed {
-            controller = Box::new(WithDelay::new(controller));
-        }
-        Some(sim::Flight { simulation, controller, plan: flight_plan(setting) })
+        Some(sim::Flight {
+            simulation,
+            controller: controller.clone_controller(),
+            plan: flight_plan(setting),
+        })
     }
 
     /// What watches a flight from a state.
@@ -408,8 +409,9 @@ impl<'a> GainJudge<'a> {
 /// The places of trials by what is flown, those of one vehicle together, which may fly side by side.
 fn beside_each_other(trials: &[Trial]) -> Vec<Vec<usize>> {
     let alike = |trial: &Trial| {
-        let Variation { mass, inertia, aero, density, wind_m_s: _, air, delayed } = trial.variation;
-        (mass, inertia, aero, density, air.is_some(), delayed)
+        let Variation { mass, inertia, aero, density, thrust, motor_lag, wind_m_s: _, air, latency_s } =
+            trial.variation;
+        ([mass, inertia, density, thrust, motor_lag, latency_s], aero, air.is_some())
     };
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (i, trial) in trials.iter().enumerate() {

@@ -5,6 +5,7 @@
 //! | [`release_cases`] | states at t = 0: the mission's cases, a sampled swing | Table 3, (40)-(44) |
 //! | [`gain_judge`] | what a set of gains costs: its flights | (45)-(46), (51) |
 //! | [`unknowns`] | what the controller does not know of | |
+//! | [`gain_space`] | ranges of the gains, around a rule for the vehicle's lag |
 //! | [`objective`] | the costs of flights, and the number to be made small | (46) |
 //! | [`swarm`] | particle swarm | IV.C |
 //! | [`cma_es`] | evolution strategy that learns the shape of the valley | |
@@ -19,6 +20,7 @@
 
 pub mod cma_es;
 pub mod gain_judge;
+pub mod gain_space;
 pub mod near_hover;
 
 pub mod objective;
@@ -31,6 +33,7 @@ pub mod unknowns;
 
 pub use cma_es::CmaEs;
 pub use gain_judge::GainJudge;
+pub use gain_space::GainSpace;
 pub use objective::{Evaluation, Objective};
 pub use range_ends::{RangeEnds, SearchedNumber};
 pub use release_cases::ReleaseCase;
@@ -39,9 +42,6 @@ pub use swarm::ParticleSwarm;
 
 /// The seven longitudinal gains in Table 4's order, as [`crate::control::Gains::longitudinal`] takes them.
 pub type Longitudinal = [f64; 7];
-
-/// The space Y of (46): every gain from 0.0001 to 5.
-pub const BOUNDS: (f64, f64) = (0.0001, 5.0);
 
 /// An optimiser in `N` dimensions: it gives candidates and takes their costs. A cost that is not a number
 /// counts as infinite.

@@ -3,7 +3,7 @@
 use super::cma_es::{CmaSettings, Scale};
 use super::search::{Method, Search, SearchSettings};
 use super::swarm::SwarmSettings;
-use super::{CandidateSearch, CmaEs, Evaluation, Objective, Optimiser, ParticleSwarm};
+use super::{CandidateSearch, CmaEs, Evaluation, GainSpace, Objective, Optimiser, ParticleSwarm};
 use crate::math;
 
 type Point = [f64; 5];
@@ -102,7 +102,14 @@ fn a_cost_that_is_no_number_counts_as_infinite() {
 
 fn settings(method: Method) -> SearchSettings {
     let bounds = [0.5, 0.3].map(|rms_bound| Objective::Safety { rms_bound, penalty: 10.0 });
-    SearchSettings { method, objectives: bounds.to_vec(), iterations: 12, start: None, seed: 5 }
+    SearchSettings {
+        method,
+        objectives: bounds.to_vec(),
+        iterations: 12,
+        space: GainSpace::of_all(1e-4, 5.0),
+        starts: Vec::new(),
+        seed: 5,
+    }
 }
 
 /// RMS falls and J_TPF rises with the first gain; a sixth of the space diverges.

@@ -6,10 +6,7 @@
 
 use super::cma_es::{CmaEs, CmaSettings};
 use super::swarm::{ParticleSwarm, SwarmSettings};
-use super::{
-    BOUNDS, CandidateSearch, Evaluation, Longitudinal, Objective, Optimiser, RangeEnds, SearchedNumber,
-};
-use crate::control::Gains;
+use super::{CandidateSearch, Evaluation, GainSpace, Longitudinal, Objective, Optimiser, RangeEnds};
 
 /// Which optimiser.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,8 +36,10 @@ pub struct SearchSettings {
     pub objectives: Vec<Objective>,
     /// Most iterations for each.
     pub iterations: usize,
-    /// Where the evolution strategy begins, and one particle of the swarm if it is given one.
-    pub start: Option<Longitudinal>,
+    /// Ranges of the gains.
+    pub space: GainSpace,
+    /// Particles of a swarm; where an evolution strategy begins, the first.
+    pub starts: Vec<Longitudinal>,
     /// Seed.
     pub seed: u64,
 }
@@ -80,6 +79,8 @@ pub struct Search {
     iteration: usize,
     polishing: bool,
     optimiser: AnyOptimiser,
+    /// The gains of the optimiser's candidates.
+    candidates: Vec<Longitudinal>,
     /// The first candidate of all: where the evolution strategy begins, which it does not try itself.
     /// What is found is never worse.
     first: Option<Longitudinal>,
@@ -97,11 +98,13 @@ impl std::fmt::Debug for Search {
 impl Search {
     /// Begins.
     pub fn new(settings: SearchSettings) -> Self {
-        let optimiser = optimiser(&settings, 0, settings.start);
-        let first = settings.start.filter(|_| matches!(settings.method, Method::CmaEs(_)));
+        let optimiser = optimiser(&settings, 0, &settings.starts);
+        let candidates = candidates_of(&settings.space, &optimiser);
+        let is_strategy = matches!(settings.method, Method::CmaEs(_));
+        let first = settings.starts.first().copied().filter(|_| is_strategy);
         let (tried, history) = (Vec::new(), Vec::new());
         let (objective, iteration, polishing, lost) = (0, 0, false, false);
-        Self { settings, objective, iteration, polishing, optimiser, first, tried, history, lost }
+        Self { settings, objective, iteration, polishing, optimiser, candidates, first, tried, history, lost }
     }
 
     /// The objective of the candidates to be judged next, and what each must cost at most: the rest of a
@@ -116,6 +119,11 @@ impl Search {
     /// Iterations made of this objective, and how many there are at most.
     pub fn iterations(&self) -> (usize, usize) {
         (self.iteration, self.settings.iterations)
+    }
+
+    fn set_optimiser(&mut self, optimiser: AnyOptimiser) {
+        self.candidates = candidates_of(&self.settings.space, &optimiser);
+        self.optimiser = optimiser;
     }
 
     /// Whether the swarm has done its part and the strategy has one to do.
@@ -151,9 +159,7 @@ impl Search {
 
     /// Which of these gains stand at an end of the range that is searched.
     pub fn range_ends(&self, k: &Longitudinal) -> RangeEnds {
-        let (least, most) = BOUNDS;
-        let named = Gains::LONGITUDINAL_KEYS.into_iter().zip(*k);
-        RangeEnds::of(named.map(|(name, value)| SearchedNumber { name: name.into(), value, least, most }))
+        self.settings.space.range_ends(k)
     }
 
     /// Whether it ended after its first iteration because each candidate lost a flight: there is nothing to
@@ -203,7 +209,7 @@ impl CandidateSearch for Search {
     fn candidates(&self) -> Option<&[Longitudinal]> {
         let first = self.first.as_ref().map(std::slice::from_ref);
         (self.objective < self.settings.objectives.len() && !self.lost)
-            .then(|| first.unwrap_or_else(|| self.optimiser.candidates()))
+            .then(|| first.unwrap_or(&self.candidates))
     }
 
     fn update(&mut self, evaluations: &[Evaluation]) {
@@ -215,12 +221,13 @@ impl CandidateSearch for Search {
             return;
         }
         let to_beat = |i: usize| self.to_beat(i).map_or(f64::INFINITY, |(_, cost)| cost);
-        let candidates = self.optimiser.candidates().iter().zip(evaluations).enumerate();
+        let candidates = self.candidates.iter().zip(evaluations).enumerate();
         let tried: Vec<Tried> = candidates
             .map(|(i, (&k, &evaluation))| Tried { k, evaluation, beaten: costs[i] > to_beat(i) })
             .collect();
         self.tried.extend(tried);
         self.optimiser.update(&costs);
+        self.candidates = candidates_of(&self.settings.space, &self.optimiser);
         self.note(&objective, costs);
         self.iteration += 1;
         self.lost = self.objective == 0
@@ -228,7 +235,7 @@ impl CandidateSearch for Search {
             && self.tried.iter().all(|t| objective.cost(&t.evaluation).is_infinite());
         if self.begins_to_polish() {
             if let Some(best) = best_of(&self.tried, &objective) {
-                self.optimiser = polish(&self.settings, self.objective, best.k);
+                self.set_optimiser(polish(&self.settings, self.objective, best.k));
             }
             self.polishing = true;
             return;
@@ -241,7 +248,7 @@ impl CandidateSearch for Search {
         self.polishing = false;
         if let Some(next) = self.settings.objectives.get(self.objective) {
             let start = best_of(&self.tried, next).map(|t| t.k);
-            self.optimiser = optimiser(&self.settings, self.objective, start);
+            self.set_optimiser(optimiser(&self.settings, self.objective, start.as_slice()));
         }
     }
 }
@@ -251,18 +258,24 @@ fn best_of(tried: &[Tried], objective: &Objective) -> Option<Tried> {
     tried.iter().copied().reduce(|best, t| if cost(&t) < cost(&best) { t } else { best })
 }
 
+/// Gains of what an optimiser will try next.
+fn candidates_of(space: &GainSpace, optimiser: &AnyOptimiser) -> Vec<Longitudinal> {
+    optimiser.candidates().iter().map(|at| space.gains(at)).collect()
+}
+
 type AnyOptimiser = Box<dyn Optimiser<7> + Send + Sync>;
 
-fn optimiser(settings: &SearchSettings, objective: usize, start: Option<Longitudinal>) -> AnyOptimiser {
+fn optimiser(settings: &SearchSettings, objective: usize, starts: &[Longitudinal]) -> AnyOptimiser {
     match settings.method {
         Method::Swarm(swarm) | Method::SwarmThenCmaEs { swarm, .. } => {
-            let mut swarm = ParticleSwarm::new([BOUNDS; 7], swarm, seed(settings, objective));
-            if let Some(start) = start {
-                swarm.place(0, start);
+            let space = &settings.space;
+            let mut swarm = ParticleSwarm::new(*space.ranges(), swarm, seed(settings, objective));
+            for (i, start) in starts.iter().enumerate() {
+                swarm.place(i, space.coordinates(start));
             }
             Box::new(swarm)
         }
-        Method::CmaEs(_) => polish(settings, objective, start.unwrap_or([1.0; 7])),
+        Method::CmaEs(_) => polish(settings, objective, starts.first().copied().unwrap_or([1.0; 7])),
     }
 }
 
@@ -272,7 +285,8 @@ fn polish(settings: &SearchSettings, objective: usize, start: Longitudinal) -> A
         Method::CmaEs(cma) | Method::SwarmThenCmaEs { polish: cma, .. } => cma,
         Method::Swarm(_) => CmaSettings::default(),
     };
-    Box::new(CmaEs::new([BOUNDS; 7], start, cma, seed(settings, objective)))
+    let space = &settings.space;
+    Box::new(CmaEs::new(*space.ranges(), space.coordinates(&start), cma, seed(settings, objective)))
 }
 
 /// Each objective of a front has random numbers of its own.

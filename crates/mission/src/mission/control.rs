@@ -41,7 +41,7 @@ pub(super) struct ControlJson {
 /// What the cascade's tilt comes from.
 #[derive(Clone, Copy, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-enum TiltFromJson {
+pub(super) enum TiltFromJson {
     /// Gravity, as in PX4 since v1.12.
     Gravity,
     /// The thrust that is wanted upwards: near none the tilt jumps.
@@ -59,6 +59,15 @@ pub struct Control {
     pub gains_name: String,
     /// Whether the plan's acceleration is fed forward.
     pub feed_forward: bool,
+}
+
+impl From<TiltFromJson> for TiltFrom {
+    fn from(json: TiltFromJson) -> Self {
+        match json {
+            TiltFromJson::Gravity => Self::Gravity,
+            TiltFromJson::Thrust => Self::Thrust,
+        }
+    }
 }
 
 impl ControlJson {
@@ -80,10 +89,7 @@ impl Control {
                 rate_command_rad_s: json.rate_command_limit_deg_s.get() * RAD_PER_DEG,
                 yaw_rate_command_rad_s: json.yaw_rate_command_limit_deg_s.get() * RAD_PER_DEG,
                 rate_integral_rad_s2: json.rate_integral_limit_rad_s2.get(),
-                tilt_from: match json.tilt_from {
-                    Some(TiltFromJson::Gravity) => TiltFrom::Gravity,
-                    Some(TiltFromJson::Thrust) | None => TiltFrom::Thrust,
-                },
+                tilt_from: json.tilt_from.map_or(TiltFrom::Thrust, TiltFrom::from),
                 nominal_v: duty.filter(|_| scales).map(|pack| pack.nominal_v),
             },
             gains: gains.gains,

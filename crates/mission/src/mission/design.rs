@@ -4,11 +4,14 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::error::ConfigError;
-use crate::number::{Count, Exactly, NonNegative, Positive, SpanS, Within};
+use crate::number::{Count, Exactly, NonNegative, Positive, SpanS, TiltDeg, Within};
 use crate::source::Source;
-use samara_core::design::{DesignBounds, DesignObjective, DesignSettings, LightTurbulence, Range};
+use samara_core::design::{
+    DesignBounds, DesignObjective, DesignSettings, LeastMargins, LightTurbulence, Range,
+};
 use samara_core::units::RAD_PER_DEG;
 
+use super::control::TiltFromJson;
 use super::plan::InputReferenceJson;
 
 /// How `samara design` searches plan and gains together. What is left out has a default; drops, plans and
@@ -73,8 +76,12 @@ struct BoundsJson {
     tilt_deg: Option<Positive<180>>,
     /// Energy that the plan takes of the rotors' shafts [J].
     energy_j: Option<Positive<1_000_000_000>>,
-    /// Distance of each loop's response from -1 at the target, at least; 0.3 when left out.
+    /// Distance of each loop's response from -1, at least: at the release, at the plan's peak and at the target,
+    /// also with motors and thrusts that are off; 0.5 when left out.
     modulus: Option<Positive<1>>,
+    /// Delay that takes a loop to the limit of stability, at least [s], at the same; 0.02, or a control period and
+    /// twice control.latency_s, when left out.
+    delay_margin_s: Option<NonNegative<10>>,
 }
 
 /// Ranges of a search: least and greatest. Equal numbers are not searched.
@@ -112,7 +119,16 @@ struct SearchJson {
     /// Values of control.feed_forward to choose among; both when left out.
     #[schemars(length(min = 1, max = 2))]
     feed_forward: Option<Vec<bool>>,
-    /// The seven longitudinal gains; 0.0001 to 5 when left out.
+    /// Values of control.tilt_from to choose among; both when left out.
+    #[schemars(length(min = 1, max = 2))]
+    tilt_from: Option<Vec<TiltFromJson>>,
+    /// control.tilt_limit_deg; from a fifth to four fifths of limits.pitch_deg, or up to the mission's own, when
+    /// left out.
+    tilt_limit_deg: Option<Exactly<TiltDeg, 2>>,
+    /// control.rate_command_limit_deg_s; from a fifth to four fifths of limits.pitch_rate_deg_s, or up to the
+    /// mission's own, when left out.
+    rate_command_limit_deg_s: Option<Exactly<Positive<100_000>, 2>>,
+    /// Each of the seven longitudinal gains; around the rule for the vehicle's lag when left out.
     gains: Option<Exactly<NonNegative<1_000_000>, 2>>,
 }
 
@@ -142,6 +158,8 @@ pub(super) fn design(source: &Source, json: Option<&DesignJson>) -> Result<Desig
     let factor = |key: &str, given: &Option<Exactly<Positive<1_000_000>, 2>>, usual: Range| {
         given.as_ref().map_or(Ok(usual), |two| ordered(key, two.0.map(Positive::get)))
     };
+    let range = |key: &str, given: Option<[f64; 2]>| given.map(|two| ordered(key, two)).transpose();
+    let in_radians = |Range { least, most }| Range { least: least * RAD_PER_DEG, most: most * RAD_PER_DEG };
     let search = &json.search;
     let [attitude, horizontal, vertical, rates] = usual.weights;
     Ok(DesignSettings {
@@ -160,7 +178,10 @@ pub(super) fn design(source: &Source, json: Option<&DesignJson>) -> Result<Desig
                 json.bounds.tilt_deg.map(|tilt| tilt.get()),
             ],
             energy_j: json.bounds.energy_j.map(Positive::get),
-            modulus: json.bounds.modulus.map(Positive::get),
+            margins: LeastMargins {
+                modulus: json.bounds.modulus.map(Positive::get),
+                delay_s: json.bounds.delay_margin_s.map(NonNegative::get),
+            },
         },
         weights: [
             factor("attitude_weight", &search.attitude_weight, attitude)?,
@@ -186,10 +207,16 @@ pub(super) fn design(source: &Source, json: Option<&DesignJson>) -> Result<Desig
         .unwrap_or_default(),
         feed_forward: choices(source, "feed_forward", &search.feed_forward, |ahead| *ahead)?
             .unwrap_or(usual.feed_forward),
-        gains: match &search.gains {
-            None => usual.gains,
-            Some(two) => ordered("gains", two.0.map(NonNegative::get))?,
-        },
+        tilt_from: choices(source, "tilt_from", &search.tilt_from, |json| (*json).into())?
+            .unwrap_or(usual.tilt_from),
+        tilt_rad: range("tilt_limit_deg", search.tilt_limit_deg.as_ref().map(|two| two.0.map(TiltDeg::get)))?
+            .map(in_radians),
+        rate_command_rad_s: range(
+            "rate_command_limit_deg_s",
+            search.rate_command_limit_deg_s.as_ref().map(|two| two.0.map(Positive::get)),
+        )?
+        .map(in_radians),
+        gains: range("gains", search.gains.as_ref().map(|two| two.0.map(NonNegative::get)))?,
     })
 }
 

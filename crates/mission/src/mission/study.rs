@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 
 use crate::error::ConfigError;
-use crate::number::{AngleDeg, Count, Exactly, Name, NonNegative, Within};
+use crate::number::{AngleDeg, Count, Exactly, Name, NonNegative, Positive, Within};
 use crate::source::Source;
 use samara_core::assess::ReleaseDistribution;
 use samara_core::model::parachute::{Pendulum, TipOff};
@@ -25,6 +25,9 @@ pub(super) struct TuningJson {
     /// that table, a swing of three standard deviations of monte_carlo at the phases 0, 36 .. 180 deg.
     #[serde(default)]
     cases: Vec<CaseJson>,
+    /// Least and greatest value of each gain that is searched, the space Y of (46); around a rule for the
+    /// vehicle's lag when left out.
+    gains: Option<Exactly<Positive<1_000_000>, 2>>,
 }
 
 /// A state at t = 0, rotors at rest.
@@ -82,6 +85,8 @@ struct TipOffSigmaJson {
 pub struct Study {
     /// Releases that the gains are tuned on, Table 3, at least one; each has a name of its own.
     pub cases: Vec<ReleaseCase>,
+    /// Range of every gain that is searched, the space Y of (46); `None`: around a rule for the vehicle's lag.
+    pub gain_range: Option<(f64, f64)>,
     /// Random releases.
     pub monte_carlo: MonteCarlo,
 }
@@ -126,11 +131,18 @@ impl Study {
             wind_sigma_m_s: monte_carlo.wind_sigma_m_s.map_or(0.0, NonNegative::get),
             tip_off_sigma: monte_carlo.tip_off.as_ref().map_or_else(TipOff::default, tip_off_sigma),
         };
+        let gain_range = match tuning.gains.as_ref().map(|two| two.0.map(Positive::get)) {
+            Some([least, most]) if least > most => {
+                let message = format!("expected the least number first, found {least} before {most}");
+                return Err(source.refuse("tuning.gains", message));
+            }
+            two => two.map(|[least, most]| (least, most)),
+        };
         let mut cases: Vec<ReleaseCase> = tuning.cases.iter().map(case).collect();
         if cases.is_empty() {
             cases = cases_of_swing(&monte_carlo.releases(parachute, site));
         }
-        Ok(Self { cases, monte_carlo })
+        Ok(Self { cases, gain_range, monte_carlo })
     }
 }
 

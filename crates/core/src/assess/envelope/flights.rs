@@ -12,7 +12,7 @@ use std::ops::ControlFlow;
 
 use crate::assess::Scenario;
 use crate::assess::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
-use crate::control::{Gains, WithDelay};
+use crate::control::Gains;
 use crate::math;
 use crate::model::rigid_body::BodyState;
 use crate::model::wind::Wind;
@@ -105,13 +105,9 @@ impl EnvelopeFlights {
             scenario: Scenario { vehicle, environment, ..study.scenario.clone() },
             ..study.clone()
         };
-        let mut entry = self.entry.clone();
-        if variation.delayed {
-            entry.controller = Box::new(WithDelay::new(entry.controller));
-        }
         let start = StudyStart { state: *state, air: variation.air.unwrap_or_default() };
         let mut safe = true;
-        varied.fly(&entry, start, CONTROL_PERIOD_S, &mut |sample| {
+        varied.fly(&self.entry, start, CONTROL_PERIOD_S, &mut |sample| {
             safe = StateCost::of_sample(sample, &study.scenario.limits.safety).max() < limit;
             if safe { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });

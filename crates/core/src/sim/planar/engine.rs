@@ -100,18 +100,14 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
         let dt_s = setpoints.period_s();
         let steps = steps_in(dt_s, model.longest_step_s);
         let mut state = State::at_release(flights);
-        let mut seen = state.measured();
         let mut integrals = Integrals::ZERO;
         let mut thrust = [[0.0; LANES]; G];
-        let mut latency = Latency::of(model.latency_s, dt_s);
+        let mut latency = Latency::of(flights.map(|f| model.latency_s + f.variation.latency_s), dt_s);
         for (step, setpoint) in setpoints.setpoints().iter().enumerate() {
             if observer.observe(step, &state).is_break() {
                 return;
             }
-            let measured = state.measured();
-            let measurement = body.measurement(&measured, &seen);
-            seen = measured;
-            let command = model.cascade.step(&gains, &measurement, setpoint, dt_s, &mut integrals);
+            let command = model.cascade.step(&gains, &state.measured(), setpoint, dt_s, &mut integrals);
             air.blow(step as f64 * dt_s, dt_s, &state);
             air.fluctuate(model, dt_s, &state);
             match model.kind {
@@ -135,35 +131,46 @@ impl<O: Observer, const G: usize> Kernel for Grouped<'_, O, G> {
 /// Commands on their way to the rotors, as `sim/latency.rs` has them: a part of what acts in a control period
 /// is of one command, the rest of the one before it.
 struct Latency<const G: usize> {
-    /// Whole control periods, and the part of a further one; `None`: commands act at once.
-    periods: Option<(usize, f64)>,
+    /// Part of each lane that a command has of what acts so many control periods after it was given; none:
+    /// commands act at once.
+    parts: Vec<Lanes>,
     /// The newest last.
     given: VecDeque<[Lanes; G]>,
 }
 
 impl<const G: usize> Latency<G> {
-    fn of(latency_s: f64, dt_s: f64) -> Self {
-        let periods = latency_s / dt_s;
-        let whole = periods.floor();
-        let periods = (latency_s > 0.0).then_some((whole as usize, periods - whole));
-        Self { periods, given: VecDeque::new() }
+    fn of(latency_s: Lanes, dt_s: f64) -> Self {
+        let longest_s = latency_s.into_iter().fold(0.0, f64::max);
+        let mut parts = Vec::new();
+        if longest_s > 0.0 {
+            parts = vec![[0.0; LANES]; (longest_s / dt_s) as usize + 2];
+            for (i, latency_s) in latency_s.into_iter().enumerate() {
+                let periods = latency_s.max(0.0) / dt_s;
+                let whole = periods.floor();
+                parts[whole as usize][i] = 1.0 - (periods - whole);
+                parts[whole as usize + 1][i] = periods - whole;
+            }
+        }
+        Self { parts, given: VecDeque::new() }
     }
 
     /// The mean of the commands that arrive in the control period that begins.
     #[inline(always)]
     fn arriving(&mut self, command: [Lanes; G]) -> [Lanes; G] {
-        let Some((whole, part)) = self.periods else { return command };
-        self.given.push_back(command);
-        let newest = self.given.len() - 1;
-        let given = |back: usize| newest.checked_sub(back).map_or([[0.0; LANES]; G], |i| self.given[i]);
-        let (mut mean, before) = (given(whole), given(whole + 1));
-        for (mean, before) in mean.iter_mut().zip(&before) {
-            for i in 0..LANES {
-                mean[i] = (1.0 - part) * mean[i] + part * before[i];
-            }
+        if self.parts.is_empty() {
+            return command;
         }
-        if newest > whole {
+        self.given.push_back(command);
+        if self.given.len() > self.parts.len() {
             self.given.pop_front();
+        }
+        let mut mean = [[0.0; LANES]; G];
+        for (given, part) in self.given.iter().rev().zip(&self.parts) {
+            for group in 0..G {
+                for i in 0..LANES {
+                    mean[group][i] += part[i] * given[group][i];
+                }
+            }
         }
         mean
     }
@@ -171,7 +178,7 @@ impl<const G: usize> Latency<G> {
     /// The thrusts [N] of throttles that arrive, of which this thrust is commanded at full.
     #[inline(always)]
     fn arriving_thrusts(&mut self, command: [Lanes; G], full_n: f64) -> [Lanes; G] {
-        if self.periods.is_none() {
+        if self.parts.is_empty() {
             return command;
         }
         let throttle = command.map(|thrust| thrust.map(|thrust| (thrust / full_n).sqrt()));
@@ -198,9 +205,16 @@ impl<const G: usize> Air<G> {
     fn new(model: &Model, flights: &[Flight; LANES]) -> Self {
         let wind = |k: usize| flights.map(|f| model.wind_m_s[k] + f.variation.wind_m_s[k]);
         let density_kg_m3 = flights.map(|f| f.variation.density * model.density_kg_m3);
+        let mut rotor_scale = model.rotors.scale(&density_kg_m3);
+        for LaneLoad { thrust, forward, .. } in &mut rotor_scale {
+            for (i, flight) in flights.iter().enumerate() {
+                thrust[i] *= flight.variation.thrust;
+                forward[i] *= flight.variation.thrust;
+            }
+        }
         Self {
             density_kg_m3,
-            rotor_scale: model.rotors.scale(&density_kg_m3),
+            rotor_scale,
             wind_n: wind(0),
             wind_d: wind(1),
             course: course(model, flights),
@@ -262,8 +276,8 @@ struct Body<const G: usize> {
     /// Thrust that a rotor of each group of the ideal plant gives per thrust commanded: that of the air's
     /// density and of other rotors' wakes.
     thrust_ratio: [Lanes; G],
-    delayed: [bool; LANES],
-    any_delayed: bool,
+    /// Inverse factors on the motors' time constants, where there are any.
+    per_lag: Option<Lanes>,
 }
 
 impl<const G: usize> Body<G> {
@@ -278,29 +292,13 @@ impl<const G: usize> Body<G> {
             arm_share: std::array::from_fn(|group| model.arm_share[group]),
             scale: AirScale::new(std::array::from_fn(scale)),
             thrust_ratio: std::array::from_fn(|group| {
-                flights.map(|f| model.rotors.thrust_share(group) * f.variation.density)
+                flights.map(|f| model.rotors.thrust_share(group) * f.variation.density * f.variation.thrust)
             }),
-            delayed: flights.map(|f| f.variation.delayed),
-            any_delayed: flights.iter().any(|f| f.variation.delayed),
+            per_lag: flights
+                .iter()
+                .any(|f| f.variation.motor_lag != 1.0)
+                .then(|| flights.map(|f| 1.0 / f.variation.motor_lag)),
         }
-    }
-
-    /// The state that the controller gets: the present one, or that of a control period ago.
-    #[inline(always)]
-    fn measurement(&self, now: &Measured, before: &Measured) -> Measured {
-        let mut measured = *now;
-        if self.any_delayed {
-            for i in 0..LANES {
-                if self.delayed[i] {
-                    measured.v_n[i] = before.v_n[i];
-                    measured.v_d[i] = before.v_d[i];
-                    measured.q0[i] = before.q0[i];
-                    measured.q2[i] = before.q2[i];
-                    measured.rate[i] = before.rate[i];
-                }
-            }
-        }
-        measured
     }
 
     /// Derivative of `[v_n, v_d, q0, q2, Q]` under the thrusts of a rotor of each group [N].
@@ -513,16 +511,21 @@ fn step_actuator<const G: usize>(
                     }
                 }
             }
-            let body = body.derivative(x, &load, &turn, &thrust);
+            let rates = body.derivative(x, &load, &turn, &thrust);
             let mut speed_rate = [[0.0; LANES]; G];
             unrolled::<G>(
                 #[inline(always)]
                 |group| {
                     speed_rate[group] =
                         model.rotors.acceleration(&omega_c[group], &speed[group], &torque[group]);
+                    if let Some(per_lag) = &body.per_lag {
+                        for i in 0..LANES {
+                            speed_rate[group][i] *= per_lag[i];
+                        }
+                    }
                 },
             );
-            Whole { body, speed: speed_rate }
+            Whole { body: rates, speed: speed_rate }
         },
     );
     state.take_body(x.body);

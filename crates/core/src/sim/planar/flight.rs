@@ -52,7 +52,7 @@ impl Release {
     }
 }
 
-/// Factors on vehicle and air, wind and delay of one flight; the controller keeps the nominal numbers.
+/// Factors on vehicle and air, wind and latency of one flight; the controller keeps the nominal numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Variation {
     /// Factor on the mass.
@@ -63,13 +63,17 @@ pub struct Variation {
     pub aero: [f64; 3],
     /// Factor on the density of the air, for body and rotors.
     pub density: f64,
+    /// Factor on the rotors' thrusts, with their torques as they are.
+    pub thrust: f64,
+    /// Factor on the motors' time constants.
+    pub motor_lag: f64,
     /// Wind in addition to the site's, north and down [m/s].
     pub wind_m_s: [f64; 2],
     /// Number of the flight whose gusts and turbulence it meets ([`Model::in_wind`](super::Model::in_wind));
     /// `None`: the mean wind alone.
     pub air: Option<u64>,
-    /// Whether the controller gets the state of one control period ago (at t = 0 the state itself).
-    pub delayed: bool,
+    /// Latency in addition to the vehicle's [s].
+    pub latency_s: f64,
 }
 
 impl Variation {
@@ -79,9 +83,11 @@ impl Variation {
         inertia: 1.0,
         aero: [1.0; 3],
         density: 1.0,
+        thrust: 1.0,
+        motor_lag: 1.0,
         wind_m_s: [0.0; 2],
         air: None,
-        delayed: false,
+        latency_s: 0.0,
     };
 
     /// The vehicle and the site as they are flown; `None` when there is no such vehicle.
@@ -96,6 +102,9 @@ impl Variation {
         environment.wind_ned_m_s.z += self.wind_m_s[1];
         let mut vehicle = vehicle.clone();
         vehicle.aero = vehicle.aero.scaled(self.aero);
+        vehicle.motor = vehicle.motor.with_lag(self.motor_lag);
+        vehicle.rotors.iter_mut().for_each(|rotor| rotor.interference.thrust *= self.thrust);
+        vehicle.latency_s += self.latency_s;
         let of = &vehicle.mass;
         vehicle.mass = MassProperties::new(self.mass * of.mass_kg, self.inertia * of.inertia_kg_m2).ok()?;
         Some((Arc::new(vehicle), environment))

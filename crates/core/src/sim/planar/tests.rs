@@ -99,7 +99,7 @@ fn plan(duration_s: f64) -> FlightPlan<'static> {
 
 fn flight() -> impl Strategy<Value = Flight> {
     let numbers = prop::array::uniform12(0.0f64..1.0);
-    (numbers, prop::bool::ANY, prop::bool::ANY).prop_map(|(x, delayed, gusty)| Flight {
+    (numbers, prop::bool::ANY, prop::bool::ANY).prop_map(|(x, late, gusty)| Flight {
         gains: Gains::longitudinal([5.0 * x[0], x[1], 2.0 * x[2], 5.0 * x[3], x[4], 3.0 * x[5], 0.1 * x[6]]),
         release: Release {
             v_north_m_s: 4.0 * x[7] - 2.0,
@@ -110,7 +110,9 @@ fn flight() -> impl Strategy<Value = Flight> {
         variation: Variation {
             mass: 0.5 + x[11],
             density: 1.5 - x[11],
-            delayed,
+            thrust: if late { 1.5 - x[11] } else { 1.0 },
+            motor_lag: if late { 0.5 + x[10] } else { 1.0 },
+            latency_s: if late { 0.03 * x[11] } else { 0.0 },
             air: gusty.then_some((1e6 * x[11]) as u64),
             ..Variation::NONE
         },
