@@ -11,6 +11,7 @@ use samara::frames::{Quaternion, normalized};
 use samara::link::{HilConfig, HilSession, StreamerConfig, StreamerSession};
 use samara::model::drives::{Motors, OnBus};
 use samara::model::environment::Ambient;
+use samara::model::factors::Factors;
 use samara::model::rigid_body::{Motion, MotionRate};
 use samara::model::supply::Bus;
 use samara::model::vehicle::FlightRate;
@@ -18,7 +19,8 @@ use samara::model::{MAX_ROTORS, PerRotor, Vehicle};
 use samara::plan::SolverOptions;
 use samara::real::{Dual, Real};
 use samara::sim::{
-    DropRunConfig, Flight, FlightPlan, Ground, Reference, ReleaseTrigger, Sample, fly, fly_many,
+    DropRunConfig, DropSimulation, Flight, FlightPlan, Ground, Reference, ReleaseTrigger, Sample, fly,
+    fly_many,
 };
 use samara::study::controller::{KeepsHeading, controller};
 use samara::study::effects::{EffectFlights, EffectsOn};
@@ -33,8 +35,8 @@ const MISSIONS: [&str; 6] =
     ["titan_drop", "titan_real_air", "x500_drop", "x500_real_air", "octo_drop", "balloon_drop"];
 
 /// A vehicle's state with commands, air and battery: attitude, velocity, body rates, rotor speeds, throttles,
-/// gravity, density, wind, voltage without load, deviations of thrusts.
-const NUMBERS: usize = 4 + 3 + 3 + 8 + 8 + 2 + 3 + 1 + 8;
+/// gravity, density, wind, voltage without load, deviations of thrusts, factors on what is known.
+const NUMBERS: usize = 4 + 3 + 3 + 8 + 8 + 2 + 3 + 1 + 8 + 8;
 
 /// What a flight's numbers make of the vehicle, the bus with it.
 fn derived<S: Real>(mission: &Mission, x: [S; NUMBERS]) -> Vec<S> {
@@ -51,6 +53,8 @@ fn derived<S: Real>(mission: &Mission, x: [S; NUMBERS]) -> Vec<S> {
     let ambient = Ambient { gravity_m_s2, density_kg_m3, wind_ned_m_s: V3::new(next(), next(), next()) };
     let open_v = next();
     let deviations: [S; MAX_ROTORS] = std::array::from_fn(|_| next());
+    let factors = Factors::from_array(std::array::from_fn(|_| next()));
+    let around = (&ambient, Some(&factors));
 
     let motion = Motion { q_ned_from_body, v_ned, omega_body };
     let law = vehicle.motor.law();
@@ -62,9 +66,9 @@ fn derived<S: Real>(mission: &Mission, x: [S; NUMBERS]) -> Vec<S> {
         let mut near_v = open_v;
         let pack = battery.pack();
         let drives = OnBus { motors, pack, open_v, near_v: &mut near_v, bus: &mut bus };
-        vehicle.derive(&ambient, &motion, speed, &mut Some(deviations), drives, &mut rate);
+        vehicle.derive(around, &motion, speed, &mut Some(deviations), drives, &mut rate);
     } else {
-        vehicle.derive(&ambient, &motion, speed, &mut Some(deviations), motors, &mut rate);
+        vehicle.derive(around, &motion, speed, &mut Some(deviations), motors, &mut rate);
     }
     let MotionRate { q_dot, v_dot_ned: v, omega_dot_body: w } = rate.motion;
     let mut all = vec![v.x, v.y, v.z, w.x, w.y, w.z, rate.weight_n];
@@ -108,6 +112,7 @@ fn numbers(mission: &Mission, unit: [f64; NUMBERS]) -> [f64; NUMBERS] {
     let share = next(0.55, 1.05);
     x.push(if share < 0.6 { 0.0 } else { share * full_v });
     x.extend((0..MAX_ROTORS).map(|_| next(-0.3, 0.3)));
+    x.extend((0..8).map(|_| next(0.8, 1.2)));
     x.try_into().unwrap()
 }
 
@@ -226,9 +231,22 @@ fn drops<'a>(mission: &Mission, plan: &'a Trajectory, count: u64, duration_s: f6
 /// Flies five drops of a mission side by side, and the last two of them alone: each of their samples is the
 /// same in every number. Both last to so long after the rotors are freed at the nominal time [s].
 fn are_those_of_each_alone(mission: &Mission, past_s: f64) {
+    are_those_of_each_alone_of(mission, past_s, |_, simulation| simulation);
+}
+
+/// The same of drops whose simulations are made of the mission's, by the number of the trial.
+fn are_those_of_each_alone_of(
+    mission: &Mission,
+    past_s: f64,
+    varied: impl Fn(u64, DropSimulation) -> DropSimulation,
+) {
     let (release, name) = (&mission.release, &mission.name);
     let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
-    let flights = drops(mission, &plan.trajectory, 5, release.hang_s + release.parachute.delay_s + past_s);
+    let duration_s = release.hang_s + release.parachute.delay_s + past_s;
+    let mut flights = drops(mission, &plan.trajectory, 5, duration_s);
+    for (trial, flight) in (0..).zip(&mut flights) {
+        flight.simulation = varied(trial, flight.simulation.clone());
+    }
     let mut alone: Vec<Vec<Sample>> = Vec::new();
     for flight in flights.iter().skip(3) {
         let (mut samples, mut flight) = (Vec::new(), flight.clone());
@@ -269,6 +287,22 @@ fn prop_drops_with_latency_and_a_known_voltage_are_those_of_each_alone() {
     let limits = &mut mission.control.limits;
     (limits.tilt_from, limits.nominal_v) = (TiltFrom::Gravity, Some(14.8));
     are_those_of_each_alone(&mission, 1.0);
+}
+
+/// So are those of vehicles that each are off by factors of their own, with latencies of their own.
+#[test]
+fn prop_varied_drops_are_those_of_each_alone() {
+    for name in ["x500_real_air", "titan_real_air"] {
+        let mission = Mission::shipped(name).unwrap();
+        let varied = |trial: u64, simulation: DropSimulation| {
+            let factors = Factors::from_array(std::array::from_fn(|k| {
+                0.8 + 0.05 * ((trial * 7 + 3 * k as u64) % 9) as f64
+            }));
+            // One of them is as it is known.
+            simulation.varied((trial != 4).then_some(factors), 0.003 * (trial % 4) as f64)
+        };
+        are_those_of_each_alone_of(&mission, 1.0, varied);
+    }
 }
 
 /// So are drops that come to the ground under their canopies, which is when each is cut loose, at times of

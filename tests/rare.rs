@@ -264,7 +264,7 @@ fn reference_unknowns_are_those_of_robust_tuning() {
     assert!((swung - 3.0 * RAD_PER_DEG).abs() < 1e-15, "{swung}");
 }
 
-/// What was drawn is what flies: read back from the vehicle and the site of the flight in space; and each
+/// What was drawn is what flies: read back from the simulation of the flight in space; and each
 /// quantity by itself changes the flight of the batch engine.
 #[test]
 fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
@@ -277,34 +277,38 @@ fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
     for part in space.parts() {
         let mut point = nominal.clone();
         point[part.range.start] = -1.3;
-        let (flown, air) = space.vehicle_flown(&space.drawn(&point));
+        let flown = space.simulation(&space.drawn(&point));
         // A uniform quantity is 2 Phi(z) - 1 of its range away.
         let off = |quantity: DrawnQuantity, most: f64| {
             let z = if quantity == part.quantity { -1.3 } else { 0.1f64 };
             most * (1.0 - erfc(z * std::f64::consts::FRAC_1_SQRT_2))
         };
         let most = unknowns::ranges(g, speed);
-        let load = |v: &samara::model::Vehicle| v.aero.load(samara::vector::V3::new(5.0, 0.0, 2.0), 1.0);
-        let drag = |v: &samara::model::Vehicle| v.aero.coefficients()[0].eval(0.3);
+        let factors = flown.factors().unwrap();
         for (found, expected) in [
-            (flown.mass.mass_kg / vehicle.mass.mass_kg, 1.0 + off(DrawnQuantity::Mass, most.mass)),
+            (factors.mass, 1.0 + off(DrawnQuantity::Mass, most.mass)),
+            (factors.inertia, 1.0 + off(DrawnQuantity::Inertia, most.inertia)),
+            (factors.aero[0], 1.0 + off(DrawnQuantity::Drag, most.aero)),
+            (factors.aero[1], 1.0),
+            (factors.aero[2], 1.0 + off(DrawnQuantity::PitchingMoment, most.aero)),
+            (factors.density, 1.0 + off(DrawnQuantity::Density, most.density)),
+            (factors.thrust, 1.0 + off(DrawnQuantity::Thrust, most.thrust)),
+            (factors.motor_lag, 1.0 + off(DrawnQuantity::MotorLag, most.motor_lag)),
             (
-                flown.mass.inertia_kg_m2[(1, 1)] / vehicle.mass.inertia_kg_m2[(1, 1)],
-                1.0 + off(DrawnQuantity::Inertia, most.inertia),
+                flown.environment().wind_ned_m_s.x - site.wind_ned_m_s.x,
+                off(DrawnQuantity::Wind, most.wind_m_s),
             ),
-            (drag(&flown) / drag(&vehicle), 1.0 + off(DrawnQuantity::Drag, most.aero)),
             (
-                load(&flown).moment_body.y,
-                load(&vehicle).moment_body.y * (1.0 + off(DrawnQuantity::PitchingMoment, most.aero)),
+                flown.latency_s() - vehicle.latency_s,
+                0.5 * (most.latency_s + off(DrawnQuantity::Latency, most.latency_s)),
             ),
-            (air.density_kg_m3 / site.density_kg_m3, 1.0 + off(DrawnQuantity::Density, most.density)),
-            (air.wind_ned_m_s.x - site.wind_ned_m_s.x, off(DrawnQuantity::Wind, most.wind_m_s)),
         ] {
             assert!((found - expected).abs() < 1e-12, "{part:?}: {found} {expected}");
         }
         let moved = space.fly(&[point])[0];
         // A vehicle without a pitching moment of the air has none at any factor.
-        let idle = part.quantity == DrawnQuantity::PitchingMoment && load(&vehicle).moment_body.y == 0.0;
+        let load = vehicle.aero.load(samara::vector::V3::new(5.0, 0.0, 2.0), 1.0);
+        let idle = part.quantity == DrawnQuantity::PitchingMoment && load.moment_body.y == 0.0;
         assert!(idle || moved.final_v_ned() != unmoved.final_v_ned(), "{part:?} changes nothing");
     }
 }

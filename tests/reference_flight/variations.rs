@@ -279,6 +279,39 @@ proptest! {
     }
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(100))]
+
+    /// A vehicle that is off by factors flies as one that is built so, on any layout of rotors.
+    #[test]
+    fn prop_factors_are_those_of_a_vehicle_built_so(
+        v in variation(), airframe in 0usize..4, layout in 0usize..6, throttle in prop::array::uniform8(0.0f64..1.0),
+        v_ned in prop::array::uniform3(-6.0f64..6.0), tilt in prop::array::uniform3(-1.0f64..1.0),
+    ) {
+        let vehicle = laid_out([&*X500, &*X500_BLADES, &*TITAN, &*BLADES][airframe], layout);
+        let site = if airframe < 2 { earth() } else { site() };
+        let [roll, pitch, yaw] = tilt;
+        let body = BodyState {
+            p_ned: Vector3::zeros(),
+            q_ned_from_body: quaternion_from_euler(roll, pitch, yaw),
+            v_ned: v_ned.into(),
+            omega_body: Vector3::new(pitch, roll, yaw),
+        };
+        let (built, blown) = v.applied(&vehicle, &site).unwrap();
+        let mut built = DropSimulation::at_t0(built, blown, body, PlantKind::Actuator);
+        let mut off = DropSimulation::at_t0(Arc::new(vehicle), v.blown(&site), body, PlantKind::Actuator)
+            .varied(v.factors(), v.latency_s);
+        for _ in 0..100 {
+            built.step(&throttle, PERIOD_S);
+            off.step(&throttle, PERIOD_S);
+        }
+        let (a, b) = (built.state(), off.state());
+        prop_assert!((a.body.v_ned - b.body.v_ned).norm() < 1e-9, "{a:?} {b:?}");
+        prop_assert!((a.body.omega_body - b.body.omega_body).norm() < 1e-8, "{a:?} {b:?}");
+        prop_assert!((a.rotor_speed[0] - b.rotor_speed[0]).abs() < 1e-8 * (1.0 + a.rotor_speed[0]));
+    }
+}
+
 /// A strong controller stops the lander's rotors in flight, first those in front, within a step: its stages
 /// have speeds below zero, at which the load is that at rest in the plane and in space. They once had loads
 /// of their own there, 1e-6 m/s apart after 4 s.

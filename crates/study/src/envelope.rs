@@ -221,7 +221,7 @@ impl RayFlights for Along<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use samara_core::assess::{SafetyStudy, StudyStart};
+    use samara_core::assess::StudyStart;
     use samara_core::plan::{Guess, SolverOptions, plan};
     use samara_core::sim::nominal_state_at_t0;
 
@@ -297,13 +297,8 @@ mod tests {
         let costs: Vec<f64> = starts
             .iter()
             .map(|(state, off)| {
-                let (vehicle, environment) =
-                    off.applied(&study.scenario.vehicle, &study.scenario.environment).unwrap();
-                let varied = SafetyStudy {
-                    scenario: Scenario { vehicle, environment, ..study.scenario.clone() },
-                    ..study.clone()
-                };
-                varied.outcome(&entry, StudyStart { state: *state, air: off.air.unwrap() }).j_tpf
+                let start = StudyStart { state: *state, air: off.air.unwrap(), variation: *off };
+                study.outcome(&entry, start).j_tpf
             })
             .collect();
         for (start, cost) in starts.iter().zip(&costs) {

@@ -20,11 +20,11 @@ use super::safety::FlightWatch;
 use super::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
 use crate::control::Gains;
 use crate::math;
+use crate::model::MAX_ROTORS;
 use crate::model::parachute::TipOff;
 use crate::model::wind::{FlightNoise, GivenNoise};
-use crate::model::{Environment, MAX_ROTORS, Vehicle};
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
-use crate::sim::{self, Sample, fly_many};
+use crate::sim::{self, DropSimulation, Sample, fly_many};
 
 /// White noise over this time [s] counts as one number where a whole span moves; longer in long flights.
 const SPAN_S: f64 = 0.2;
@@ -276,10 +276,10 @@ impl TrialSpace {
         self.study.plan.end_s() + self.study.settle_s
     }
 
-    /// The vehicle and the site of a trial's flight in space, with what was drawn applied.
-    pub fn vehicle_flown(&self, trial: &DrawnTrial) -> (Arc<Vehicle>, Environment) {
-        let (study, ..) = self.in_space(trial);
-        (study.scenario.vehicle, study.scenario.environment)
+    /// The simulation of a trial in space, which has not begun.
+    pub fn simulation(&self, trial: &DrawnTrial) -> DropSimulation {
+        let (study, _, start) = self.in_space(trial);
+        study.simulation(start)
     }
 
     /// Why the trials are not flown in the vertical plane; `None` where they are.
@@ -370,17 +370,12 @@ impl TrialSpace {
         judged.iter().zip(&drawn).map(whole).collect()
     }
 
-    /// The flight of a trial in six degrees of freedom: what flies it, and its beginning. A variation of
-    /// which no vehicle can be made is left out.
+    /// The flight of a trial in six degrees of freedom: what flies it, and its beginning.
     fn in_space(&self, trial: &DrawnTrial) -> (SafetyStudy, StudyEntry, StudyStart) {
         let (mut study, entry) = (self.study.clone(), self.entry.clone());
-        if let Some((vehicle, environment)) =
-            trial.variation.applied(&study.scenario.vehicle, &study.scenario.environment)
-        {
-            (study.scenario.vehicle, study.scenario.environment) = (vehicle, environment);
-        }
         study.scenario.wind.given = Some(GivenNoise(Arc::from([trial.noise.clone()])));
-        (study, entry, StudyStart { state: trial.release.state, air: 0 })
+        let DrawnTrial { release, variation, .. } = trial;
+        (study, entry, StudyStart { state: release.state, air: 0, variation: *variation })
     }
 
     /// Flies trials in six degrees of freedom, side by side where [`fly_many`] does.

@@ -118,17 +118,19 @@ pub struct StudyStart {
     pub state: BodyState,
     /// Number of the flight whose turbulence it meets: 0 of a release case, trial k's is k + 1.
     pub air: u64,
+    /// How far vehicle and air are off what the controller knows.
+    pub variation: Variation,
 }
 
 impl From<&RandomRelease> for StudyStart {
     fn from(release: &RandomRelease) -> Self {
-        Self { state: release.state, air: release.trial + 1 }
+        Self { state: release.state, air: release.trial + 1, variation: Variation::NONE }
     }
 }
 
 impl From<&BodyState> for StudyStart {
     fn from(state: &BodyState) -> Self {
-        Self { state: *state, air: 0 }
+        Self { state: *state, air: 0, variation: Variation::NONE }
     }
 }
 
@@ -173,9 +175,12 @@ impl SafetyStudy {
 
     /// A flight from t = 0 that has not begun.
     pub(super) fn simulation(&self, start: StudyStart) -> DropSimulation {
-        let (vehicle, environment) = (self.scenario.vehicle.clone(), self.scenario.environment.clone());
-        let course = self.scenario.wind.uniform(&environment).course(&environment, start.air);
-        DropSimulation::at_t0(vehicle, environment, start.state, PlantKind::Actuator)
+        let StudyStart { state, air, variation } = start;
+        let (vehicle, environment) =
+            (self.scenario.vehicle.clone(), variation.blown(&self.scenario.environment));
+        let course = self.scenario.wind.uniform(&environment).course(&environment, air);
+        DropSimulation::at_t0(vehicle, environment, state, PlantKind::Actuator)
+            .varied(variation.factors(), variation.latency_s)
             .in_wind(course)
             .with_faults(&self.faults)
     }

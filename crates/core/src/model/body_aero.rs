@@ -141,11 +141,17 @@ impl BodyAero {
     /// Force and moment at the air-relative body velocity [m/s] and density [kg/m^3].
     #[inline(always)]
     pub fn load<S: Real>(&self, v_air_body: V3<S>, density: S) -> AeroLoad<S> {
+        self.load_off(v_air_body, density, None)
+    }
+
+    /// Force and moment as [`Self::load`] has them, with factors on C_D (and the side force), C_L and C_M.
+    #[inline(always)]
+    pub fn load_off<S: Real>(&self, v_air_body: V3<S>, density: S, factors: Option<&[S; 3]>) -> AeroLoad<S> {
         let V3 { x: u, y: v, z: w } = v_air_body;
         let zero = density.of(0.0);
         let in_plane = u * u + w * w;
         let squared = in_plane + v * v;
-        let side = match self.side_area_m2 {
+        let mut side = match self.side_area_m2 {
             Some(area_m2) => {
                 let side = -(density * 0.5 * area_m2 * squared.sqrt() * v);
                 S::select(zero.less(squared), side, zero)
@@ -162,7 +168,10 @@ impl BodyAero {
         let qs = density * 0.5 * self.area_m2 * pressure;
         // All three have the same knots.
         let place = self.c_drag.place(alpha);
-        let (cd, cl, cm) = (self.c_drag.at(place), self.c_lift.at(place), self.c_pitch.at(place));
+        let (mut cd, mut cl, mut cm) = (self.c_drag.at(place), self.c_lift.at(place), self.c_pitch.at(place));
+        if let Some([drag, lift, pitch]) = factors {
+            (cd, cl, cm, side) = (cd * *drag, cl * *lift, cm * *pitch, side * *drag);
+        }
         // Without flow in the plane of symmetry alpha is undefined. At rest all loads vanish; so do, in a
         // purely lateral flow, all but the side force.
         let flows = !in_plane.less(zero.of(f64::MIN_POSITIVE));

@@ -37,6 +37,7 @@ pub mod coefficient_table;
 pub mod disk_state;
 pub mod drives;
 pub mod environment;
+pub mod factors;
 pub mod inflow;
 pub mod magnetic_field;
 pub mod motor;

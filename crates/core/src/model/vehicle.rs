@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 use super::body_aero::AeroLoad;
 use super::drives::{Drives, Held, Motors};
 use super::environment::Ambient;
+use super::factors::Factors;
 use super::rigid_body::{BodyRate, BodyState, MassProperties, Motion, MotionRate, derivative};
 use super::rotor::{HubMotion, Rotor, RotorLoad};
 use super::{BodyAero, Environment, MAX_ROTORS, ModelError, Motor, PerRotor, RotorStart};
@@ -459,22 +460,23 @@ impl Vehicle {
         let mut rate = FlightRate::nothing(0.0);
         let (ambient, motion) = (environment.ambient(), state.motion());
         if locked {
-            self.derive(&ambient, &motion, rotor_speed, &mut None, Held, &mut rate);
+            self.derive((&ambient, None), &motion, rotor_speed, &mut None, Held, &mut rate);
         } else {
             let (law, count) = (&self.motor.law(), self.rotors.len());
             let motors = Motors { law, count, conditions: None, throttle, speed: rotor_speed };
-            self.derive(&ambient, &motion, rotor_speed, &mut None, motors, &mut rate);
+            self.derive((&ambient, None), &motion, rotor_speed, &mut None, motors, &mut rate);
         }
         let FlightRate { motion, rotor_acceleration, .. } = rate;
         VehicleRate { body: state.rate(&motion), rotor_acceleration, balance: rate.balance() }
     }
 
     /// Derivative of motion and rotors, which are driven so, their thrusts off what the rotors' model has by
-    /// a fluctuation. What the ground and a canopy do is not in it.
+    /// a fluctuation; of a vehicle that may be off what this one has, in air whose density is so already. What
+    /// the ground and a canopy do is not in it.
     #[inline(always)]
     pub fn derive<S: Real>(
         &self,
-        ambient: &Ambient<S>,
+        (ambient, factors): (&Ambient<S>, Option<&Factors<S>>),
         motion: &Motion<S>,
         rotor_speed: &[S; MAX_ROTORS],
         fluctuation: &mut impl Fluctuates<S>,
@@ -486,12 +488,16 @@ impl Vehicle {
         let (density, omega) = (ambient.density_kg_m3, motion.omega_body);
         let turn = Turn::of(motion.q_ned_from_body);
         let v_air_body = turn.to_body(motion.v_ned - ambient.wind_ned_m_s);
-        let aero = self.aero.load(v_air_body, density);
+        let aero = self.aero.load_off(v_air_body, density, factors.map(|factors| &factors.aero));
         let mut drag_per_speed = [zero; MAX_ROTORS];
         let mut in_disk_body_m_s = [none; MAX_ROTORS];
         for (i, rotor) in self.rotors.iter().enumerate() {
             let hub = HubMotion::of(rotor.hub_body_m_s(v_air_body, omega), &rotor.axis_body);
-            let load = self.rotor_load(rotor, &hub, rotor_speed[i], density);
+            let mut load = self.rotor_load(rotor, &hub, rotor_speed[i], density);
+            if let Some(Factors { thrust, .. }) = factors {
+                load.thrust_n = load.thrust_n * *thrust;
+                load.in_plane_n = load.in_plane_n * *thrust;
+            }
             rate.thrust_n[i] = load.thrust_n;
             rate.torque_nm[i] = load.torque_nm;
             in_disk_body_m_s[i] = hub.in_disk_body_m_s;
@@ -504,6 +510,12 @@ impl Vehicle {
             }
         }
         rate.rotor_acceleration = drives.accelerations(&rate.torque_nm);
+        if let Some(Factors { motor_lag, .. }) = factors {
+            let per_lag = zero.of(1.0) / *motor_lag;
+            for rate in &mut rate.rotor_acceleration {
+                *rate = *rate * per_lag;
+            }
+        }
         let inertia = self.motor.rotor_inertia_kg_m2();
         let (mut force, mut moment) = (none, none);
         let (mut reaction, mut momentum, mut momentum_rate) = (none, none, none);
@@ -528,11 +540,16 @@ impl Vehicle {
         rate.aero_moment_body = aero.moment_body;
         rate.reaction_moment_body = reaction;
         rate.gyro_moment_body = -(momentum_rate + omega.cross(momentum));
-        let force = rate.rotor_force_body + rate.aero_force_body;
-        let moment = rate.rotor_moment_body
+        let mut force = rate.rotor_force_body + rate.aero_force_body;
+        let mut moment = rate.rotor_moment_body
             + rate.aero_moment_body
             + rate.reaction_moment_body
             + rate.gyro_moment_body;
+        if let Some(Factors { mass, inertia, .. }) = factors {
+            // `J^-1 (M - omega x J omega)` with J off by a factor: the second term stays.
+            (force, moment) = (force / *mass, moment / *inertia);
+            rate.weight_n = rate.weight_n * *mass;
+        }
         rate.motion = derivative(&self.mass, ambient.gravity_m_s2, motion, &turn, force, moment);
     }
 

@@ -23,6 +23,7 @@ use super::rotor_start::StartCourse;
 use super::turning_over::TurningOver;
 use super::two_bodies::CanopyFlight;
 use crate::control::Measurement;
+use crate::model::factors::Factors;
 use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::rigid_body::BodyState;
 use crate::model::rotor_start::BeforeStart;
@@ -166,6 +167,26 @@ impl DropSimulation {
     pub fn on_battery(mut self, battery: Option<ElectricBattery>) -> Self {
         self.plant.set_battery(battery);
         self
+    }
+
+    /// The simulation with a vehicle and air that are so far off what it was made of, from its beginning on, and
+    /// with so much more latency [s]. An ideal plant is what it was made of.
+    pub fn varied(mut self, factors: Option<Factors>, more_latency_s: f64) -> Self {
+        if let Some(factors) = factors {
+            self.plant.set_factors(factors);
+        }
+        self.latency = Latency::of(self.latency.latency_s() + more_latency_s);
+        self
+    }
+
+    /// How far vehicle and air are off what they were made of; `None`: not at all.
+    pub fn factors(&self) -> Option<&Factors> {
+        self.plant.factors()
+    }
+
+    /// Time from a command to the speed controllers [s].
+    pub fn latency_s(&self) -> f64 {
+        self.latency.latency_s()
     }
 
     /// The battery that the motors are on, where there is one.

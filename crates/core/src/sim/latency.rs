@@ -9,50 +9,66 @@ use std::collections::VecDeque;
 
 use crate::model::MAX_ROTORS;
 use crate::real::Real;
+#[cfg(target_arch = "x86_64")]
+use crate::simd::lanes::{LANES, Lanes};
 
 /// Commands on their way.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Latency<S> {
-    latency_s: f64,
+    latency_s: S,
+    longest_s: f64,
     /// Commands with the time for which each is given [s], the newest last.
     given: VecDeque<([S; MAX_ROTORS], f64)>,
 }
 
-impl<S: Real> Latency<S> {
+impl Latency<f64> {
     /// A way that takes this time [s], on which nothing is.
     pub(super) fn of(latency_s: f64) -> Self {
-        Self { latency_s, given: VecDeque::new() }
+        Self { latency_s, longest_s: latency_s, given: VecDeque::new() }
     }
 
-    /// Whether commands arrive at once.
-    pub(super) fn is_none(&self) -> bool {
-        !(self.latency_s > 0.0)
+    /// The time that it takes [s].
+    pub(super) fn latency_s(&self) -> f64 {
+        self.latency_s
     }
+}
 
+#[cfg(target_arch = "x86_64")]
+impl Latency<Lanes> {
+    /// Ways side by side that take these times [s], on which nothing is; a number of their kind is given.
+    pub(super) fn abreast(latency_s: [f64; LANES], kind: Lanes) -> Self {
+        let mut all = kind;
+        *all.as_array_mut() = latency_s;
+        Self { latency_s: all, longest_s: latency_s.into_iter().fold(0.0, f64::max), given: VecDeque::new() }
+    }
+}
+
+impl<S: Real> Latency<S> {
     /// The mean of the commands that arrive in the `dt_s` [s] for which this one is given; zero before the
     /// first has arrived.
     #[inline(always)]
     pub(super) fn arriving(&mut self, command: &[S; MAX_ROTORS], dt_s: f64) -> [S; MAX_ROTORS] {
-        if self.is_none() {
+        if !(self.longest_s > 0.0) {
             return *command;
         }
         self.given.push_back((*command, dt_s));
-        let mut mean = [command[0].of(0.0); MAX_ROTORS];
-        // Times from now on, at which a command begins to arrive and has arrived.
-        let (mut begins_s, mut arrived) = (self.latency_s + dt_s, 0);
+        let (zero, step_s) = (command[0].of(0.0), command[0].of(dt_s));
+        let mut mean = [zero; MAX_ROTORS];
+        // Times from now on at which a command was given until, and the latest at which one may still arrive.
+        let (mut given_until_s, mut arrived) = (dt_s, 0);
         for (given, lasts_s) in self.given.iter().rev() {
-            let ends_s = begins_s;
-            begins_s -= lasts_s;
-            if ends_s <= 0.0 {
+            let given_from_s = given_until_s - lasts_s;
+            if given_until_s + self.longest_s <= 0.0 {
                 arrived += 1;
-                continue;
-            }
-            let share = (ends_s.min(dt_s) - begins_s.max(0.0)) / dt_s;
-            if share > 0.0 {
+            } else {
+                let begins_s = (self.latency_s + zero.of(given_from_s)).at_least(zero);
+                let ends_s = (self.latency_s + zero.of(given_until_s)).at_most(step_s);
+                let share = ((ends_s - begins_s) / step_s).at_least(zero);
                 for (mean, given) in mean.iter_mut().zip(given) {
                     *mean += *given * share;
                 }
             }
+            given_until_s = given_from_s;
         }
         self.given.drain(..arrived);
         mean

@@ -22,6 +22,7 @@ use super::rotor_start::{EscState, StartCourse};
 use super::stage::{Acting, Commanded, FreeStep, SeenBus, Stage, Stages, Surroundings, Turning};
 use crate::frames::normalized;
 use crate::model::environment::{Ambient, LocalAir};
+use crate::model::factors::Factors;
 use crate::model::motor::MotorLaw;
 use crate::model::rigid_body::BodyState;
 use crate::model::rotor_start::Drive;
@@ -76,6 +77,8 @@ pub struct Plant {
     battery: Option<Box<ElectricBattery>>,
     /// Fluctuation of free rotors' thrusts in the vortex ring.
     fluctuation: Fluctuation<f64>,
+    /// How far vehicle and air are off what is known of them; `None`: not at all.
+    factors: Option<Factors>,
 }
 
 impl Plant {
@@ -99,6 +102,7 @@ impl Plant {
             start: None,
             battery: None,
             fluctuation: Fluctuation::None,
+            factors: None,
         }
     }
 
@@ -138,6 +142,16 @@ impl Plant {
     /// The site.
     pub fn environment(&self) -> &Environment {
         &self.environment
+    }
+
+    /// How far vehicle and air are off what is known of them.
+    pub fn factors(&self) -> Option<&Factors> {
+        self.factors.as_ref()
+    }
+
+    /// Flies a vehicle and air that are so far off these. The ideal plant's are known.
+    pub fn set_factors(&mut self, factors: Factors) {
+        self.factors = Some(factors);
     }
 
     /// Ground below, if there is one.
@@ -234,6 +248,7 @@ impl Plant {
             air: &self.air,
             wind_ned: self.environment.wind_ned_m_s.into(),
             ground: self.ground.as_ref(),
+            factors: self.factors.as_ref(),
         }
     }
 

@@ -10,6 +10,7 @@ use super::ring::Fluctuation;
 use crate::model::canopy::Pull;
 use crate::model::drives::{Drives, Held, Motors, OnBus};
 use crate::model::environment::{Ambient, LocalAir};
+use crate::model::factors::Factors;
 use crate::model::motor::MotorLaw;
 use crate::model::rigid_body::MassProperties;
 use crate::model::supply::{Bus, Pack};
@@ -28,13 +29,19 @@ pub(super) struct Surroundings<'a, S> {
     /// Wind, NED [m/s].
     pub(super) wind_ned: V3<S>,
     pub(super) ground: Option<&'a Ground>,
+    /// How far vehicle and air are off these.
+    pub(super) factors: Option<&'a Factors<S>>,
 }
 
 impl<S: Real> Surroundings<'_, S> {
     /// Gravity, air and wind at a place, NED [m].
     #[inline(always)]
     pub(super) fn ambient(&self, p_ned: V3<S>) -> Ambient<S> {
-        self.air.at(self.site, self.wind_ned, p_ned.z)
+        let mut ambient = self.air.at(self.site, self.wind_ned, p_ned.z);
+        if let Some(factors) = self.factors {
+            ambient.density_kg_m3 = ambient.density_kg_m3 * factors.density;
+        }
+        ambient
     }
 }
 
@@ -144,29 +151,37 @@ impl<S: Real> Stage<S> {
         fluctuation: &mut Fluctuation<S>,
         near_v: &mut S,
     ) {
-        let Surroundings { vehicle, ground, .. } = *around;
+        let Surroundings { vehicle, ground, factors, .. } = *around;
         let ambient = around.ambient(craft.p_ned);
         let bus = SeenBus { found: &mut self.bus, near_v };
         let drives = AtSpeed { turning, speed: &craft.rotor_speed, bus };
-        vehicle.derive(&ambient, &craft.motion, &craft.rotor_speed, fluctuation, drives, &mut self.rate);
+        let (motion, speed) = (&craft.motion, &craft.rotor_speed);
+        vehicle.derive((&ambient, factors), motion, speed, fluctuation, drives, &mut self.rate);
         if let Some(ground) = ground {
             let reaction = ground.reaction(vehicle, craft.p_ned, &craft.motion);
             self.ground = [reaction.force_ned, reaction.moment_body];
-            self.push(&vehicle.mass, self.ground);
+            self.push((&vehicle.mass, factors), self.ground);
         }
     }
 
     /// Adds a canopy's pull on the vehicle.
     #[inline(always)]
-    pub(super) fn pull(&mut self, mass: &MassProperties, pull: &Pull<S>) {
+    pub(super) fn pull(&mut self, mass: (&MassProperties, Option<&Factors<S>>), pull: &Pull<S>) {
         self.canopy = [pull.force_ned, pull.moment_body];
         self.push(mass, self.canopy);
     }
 
     /// Adds what a force [N], NED, and a moment [N m], body, do to a vehicle's motion.
     #[inline(always)]
-    fn push(&mut self, mass: &MassProperties, [force_ned, moment_body]: [V3<S>; 2]) {
+    fn push(
+        &mut self,
+        (mass, factors): (&MassProperties, Option<&Factors<S>>),
+        [mut force_ned, mut moment_body]: [V3<S>; 2],
+    ) {
         let motion = &mut self.rate.motion;
+        if let Some(Factors { mass, inertia, .. }) = factors {
+            (force_ned, moment_body) = (force_ned / *mass, moment_body / *inertia);
+        }
         motion.v_dot_ned += force_ned / force_ned.x.of(mass.mass_kg);
         motion.omega_dot_body += moment_body.times(&mass.inertia_inverse);
     }
@@ -226,7 +241,7 @@ impl<S: Real> Stages<S> {
         let stage = &mut self.each[usize::from(self.count > 0)];
         stage.take(around, turning, craft, &mut self.fluctuation, &mut self.near_v);
         if let Some(pull) = pull {
-            stage.pull(&around.vehicle.mass, pull);
+            stage.pull((&around.vehicle.mass, around.factors), pull);
         }
         if let Some(bus) = &stage.bus {
             let weight = if matches!(self.count, 1 | 2) { 2.0 } else { 1.0 };

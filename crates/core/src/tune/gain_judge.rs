@@ -315,14 +315,13 @@ impl<'a> GainJudge<'a> {
         Cascade::new(self.airframe.clone(), self.gains(k), self.setting.control_limits)
     }
 
-    /// Flights in six degrees of freedom: those of one vehicle side by side.
+    /// Flights in six degrees of freedom, side by side.
     fn measure_in_space(&self, controller: &dyn Controller, trials: &[Trial]) -> Vec<MeasuredFlight> {
         let mut measured = vec![MeasuredFlight::lost(); trials.len()];
         for group in beside_each_other(trials) {
-            let flights: Option<Vec<sim::Flight<'_>>> =
-                group.iter().map(|i| self.flight(controller, &trials[*i])).collect();
-            // The varied vehicle, which is the same of all, is none.
-            let Some(flights) = flights else { continue };
+            // A varied vehicle may be none.
+            let flight = |i: usize| Some((i, self.flight(controller, &trials[i])?));
+            let (group, flights): (Vec<usize>, Vec<_>) = group.into_iter().filter_map(flight).unzip();
             let watches = flights.iter().map(|flight| self.watch(&flight.simulation.state().body)).collect();
             let tracking = vec![TrackingError::new(self.setting.plan); flights.len()];
             let lost = vec![false; flights.len()];
@@ -368,13 +367,23 @@ impl<'a> GainJudge<'a> {
     /// A flight in six degrees of freedom that has not begun; `None`: its varied vehicle is none.
     fn flight(&self, controller: &dyn Controller, trial: &Trial) -> Option<sim::Flight<'_>> {
         let setting = &self.setting;
-        let (vehicle, environment) =
-            trial.variation.applied(&setting.scenario.vehicle, &setting.scenario.environment)?;
-        let air = trial.variation.air;
+        let Trial { start, variation, .. } = trial;
+        let Scenario { vehicle, environment, .. } = &setting.scenario;
+        // An ideal plant is what it is made of.
+        let is_known = setting.plant == PlantKind::Actuator;
+        let (vehicle, environment) = if is_known {
+            (vehicle.clone(), variation.blown(environment))
+        } else {
+            variation.applied(vehicle, environment)?
+        };
+        let air = variation.air;
         let course =
             air.and_then(|number| setting.scenario.wind.uniform(&environment).course(&environment, number));
-        let simulation =
-            DropSimulation::at_t0(vehicle, environment, trial.start, setting.plant).in_wind(course);
+        let mut simulation =
+            DropSimulation::at_t0(vehicle, environment, *start, setting.plant).in_wind(course);
+        if is_known {
+            simulation = simulation.varied(variation.factors(), variation.latency_s);
+        }
         Some(sim::Flight {
             simulation,
             controller: controller.clone_controller(),
@@ -406,13 +415,9 @@ impl<'a> GainJudge<'a> {
     }
 }
 
-/// The places of trials by what is flown, those of one vehicle together, which may fly side by side.
+/// The places of trials, those together that may fly side by side: in air that changes, or not.
 fn beside_each_other(trials: &[Trial]) -> Vec<Vec<usize>> {
-    let alike = |trial: &Trial| {
-        let Variation { mass, inertia, aero, density, thrust, motor_lag, wind_m_s: _, air, latency_s } =
-            trial.variation;
-        ([mass, inertia, density, thrust, motor_lag, latency_s], aero, air.is_some())
-    };
+    let alike = |trial: &Trial| trial.variation.air.is_some();
     let mut groups: Vec<Vec<usize>> = Vec::new();
     for (i, trial) in trials.iter().enumerate() {
         match groups.iter_mut().find(|group| alike(&trials[group[0]]) == alike(trial)) {

@@ -96,18 +96,10 @@ impl EnvelopeFlights {
     /// Whether a flight in six degrees of freedom stays below the limit.
     fn is_safe_in_space(&self, (state, variation): &EnvelopeStart, limit: f64) -> bool {
         let study = &self.study;
-        let Some((vehicle, environment)) =
-            variation.applied(&study.scenario.vehicle, &study.scenario.environment)
-        else {
-            return false;
-        };
-        let varied = SafetyStudy {
-            scenario: Scenario { vehicle, environment, ..study.scenario.clone() },
-            ..study.clone()
-        };
-        let start = StudyStart { state: *state, air: variation.air.unwrap_or_default() };
+        let air = variation.air.unwrap_or_default();
+        let start = StudyStart { state: *state, air, variation: *variation };
         let mut safe = true;
-        varied.fly(&self.entry, start, CONTROL_PERIOD_S, &mut |sample| {
+        study.fly(&self.entry, start, CONTROL_PERIOD_S, &mut |sample| {
             safe = StateCost::of_sample(sample, &study.scenario.limits.safety).max() < limit;
             if safe { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
         });

@@ -20,6 +20,7 @@ use super::course::BOUNDARY_TOLERANCE_S;
 use super::{DropSimulation, Phase, Start};
 use crate::frames::Turn;
 use crate::model::environment::LocalAir;
+use crate::model::factors::Factors;
 use crate::model::rigid_body::{Motion, MotionRate};
 use crate::model::supply::Bus;
 use crate::model::vehicle::FlightRate;
@@ -47,6 +48,8 @@ pub struct Abreast {
     wind_ned: V3<Lanes>,
     throttle: [Lanes; MAX_ROTORS],
     latency: Latency<Lanes>,
+    /// How far vehicles and air are off what is known of them; `None`: not at all.
+    factors: Option<Factors<Lanes>>,
     fluctuation: Fluctuation<Lanes>,
     canopy: Option<(CanopyBody<Lanes>, LocalAir<Lanes>)>,
     /// Whether the last step's forces are those in the first of the room's stages.
@@ -146,7 +149,8 @@ impl Abreast {
             air,
             wind_ned: none,
             throttle: [zero; MAX_ROTORS],
-            latency: Latency::of(drops[0].vehicle().latency_s),
+            latency: Latency::abreast(std::array::from_fn(|i| drops[i].latency.latency_s()), zero),
+            factors: factors_of_all(&drops, zero),
             fluctuation: Fluctuation::None,
             canopy: drops[0].canopy.map(|_| (CanopyBody::nowhere(zero), air)),
             is_of_room: false,
@@ -435,12 +439,12 @@ impl Abreast {
         let h = dt_s / f64::from(steps);
         for k in 0..steps {
             let [open_v, near_v] = self.voltages();
-            let Self { drops, craft, air, wind_ned, throttle, fluctuation, room, .. } = self;
+            let Self { drops, craft, air, wind_ned, throttle, fluctuation, factors, room, .. } = self;
             let Room { stages, alone: workspace, .. } = &mut **room;
             let stages = &mut stages[usize::from(k > 0)];
             let (first, before) = (&drops[0], *air);
             let drawn = vectorised(Fly {
-                around: surroundings(first, &before, *wind_ned),
+                around: surroundings(first, &before, *wind_ned, factors.as_ref()),
                 air,
                 turning: &first.plant.commanded(throttle, open_v, locked),
                 craft,
@@ -489,13 +493,13 @@ impl Abreast {
         let from_s = self.now_s();
         let [open_v, near_v] = self.voltages();
         self.is_current = false;
-        let Self { drops, craft, air, wind_ned, throttle, canopy, room, .. } = self;
+        let Self { drops, craft, air, wind_ned, throttle, canopy, factors, room, .. } = self;
         let Some((body, canopy_air)) = canopy else { return };
         let (first, before) = (&drops[0], *air);
         let Some(hung) = &first.canopy else { return };
         let Room { stages: [first_stages, others], bodies, both: workspace, .. } = &mut **room;
         vectorised(HeldSteps {
-            around: surroundings(first, &before, *wind_ned),
+            around: surroundings(first, &before, *wind_ned, factors.as_ref()),
             air,
             turning: &first.plant.commanded(throttle, open_v, true),
             lengths: hung.lengths(&first.plant),
@@ -576,6 +580,20 @@ fn wind_of_all(drops: &[DropSimulation]) -> Option<Option<(WindCourse<LANES>, f6
     let courses: Vec<_> = drops.iter().filter_map(|drop| Some(&drop.wind.as_ref()?.0)).collect();
     let course = WindCourse::abreast(courses.try_into().ok()?, first.environment())?;
     Some(Some((course, *t0_s)))
+}
+
+/// How far the drops' vehicles and air are off what is known of them; `None`: not at all.
+fn factors_of_all(drops: &[DropSimulation], zero: Lanes) -> Option<Factors<Lanes>> {
+    drops.iter().any(|drop| drop.plant.factors().is_some()).then(|| {
+        let mut all = Factors::known(zero).to_array();
+        for (i, factors) in drops.iter().enumerate() {
+            let Some(factors) = factors.plant.factors() else { continue };
+            for (of_all, factor) in all.iter_mut().zip(factors.to_array()) {
+                of_all.as_array_mut()[i] = factor;
+            }
+        }
+        Factors::from_array(all)
+    })
 }
 
 /// The wind of a step, and what is drawn for the vortex ring.
@@ -665,9 +683,10 @@ fn surroundings<'a>(
     drop: &'a DropSimulation,
     air: &'a LocalAir<Lanes>,
     wind_ned: V3<Lanes>,
+    factors: Option<&'a Factors<Lanes>>,
 ) -> Surroundings<'a, Lanes> {
     let (vehicle, site, ground) = (drop.vehicle(), drop.environment(), drop.ground());
-    Surroundings { vehicle, site, air, wind_ned, ground }
+    Surroundings { vehicle, site, air, wind_ned, ground, factors }
 }
 
 fn set_vector(vector: &mut V3<Lanes>, i: usize, one: &Vector3<f64>) {

@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use super::NotPlanar;
 use crate::control::Gains;
 use crate::frames::pitch;
+use crate::model::factors::Factors;
 use crate::model::rigid_body::{BodyState, MassProperties};
 use crate::model::{Environment, Vehicle};
 
@@ -90,16 +93,28 @@ impl Variation {
         latency_s: 0.0,
     };
 
+    /// How far vehicle and air are off what is known of them; `None`: not at all.
+    pub fn factors(&self) -> Option<Factors> {
+        let Self { mass, inertia, aero, density, thrust, motor_lag, .. } = *self;
+        let factors = Factors { mass, inertia, aero, density, thrust, motor_lag };
+        (factors != Factors::known(1.0)).then_some(factors)
+    }
+
+    /// The site with the wind in addition.
+    pub fn blown(&self, environment: &Environment) -> Environment {
+        let [north, down] = self.wind_m_s;
+        let wind_ned_m_s = environment.wind_ned_m_s + Vector3::new(north, 0.0, down);
+        Environment { wind_ned_m_s, ..environment.clone() }
+    }
+
     /// The vehicle and the site as they are flown; `None` when there is no such vehicle.
     pub fn applied(
         &self,
         vehicle: &Vehicle,
         environment: &Environment,
     ) -> Option<(Arc<Vehicle>, Environment)> {
-        let mut environment = environment.clone();
+        let mut environment = self.blown(environment);
         environment.density_kg_m3 *= self.density;
-        environment.wind_ned_m_s.x += self.wind_m_s[0];
-        environment.wind_ned_m_s.z += self.wind_m_s[1];
         let mut vehicle = vehicle.clone();
         vehicle.aero = vehicle.aero.scaled(self.aero);
         vehicle.motor = vehicle.motor.with_lag(self.motor_lag);
