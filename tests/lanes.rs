@@ -234,7 +234,7 @@ fn are_those_of_each_alone(mission: &Mission, past_s: f64) {
     are_those_of_each_alone_of(mission, past_s, |_, simulation| simulation);
 }
 
-/// The same of drops whose simulations are made of the mission's, by the number of the trial.
+/// Flies drops whose simulations are made of the mission's by the number of the trial, as above.
 fn are_those_of_each_alone_of(
     mission: &Mission,
     past_s: f64,

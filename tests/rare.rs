@@ -284,7 +284,8 @@ fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
             most * (1.0 - erfc(z * std::f64::consts::FRAC_1_SQRT_2))
         };
         let most = unknowns::ranges(g, speed);
-        let factors = flown.factors().unwrap();
+        let (factors, latency_s) = flown.variation();
+        let factors = factors.unwrap();
         for (found, expected) in [
             (factors.mass, 1.0 + off(DrawnQuantity::Mass, most.mass)),
             (factors.inertia, 1.0 + off(DrawnQuantity::Inertia, most.inertia)),
@@ -299,7 +300,7 @@ fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
                 off(DrawnQuantity::Wind, most.wind_m_s),
             ),
             (
-                flown.latency_s() - vehicle.latency_s,
+                latency_s - vehicle.latency_s,
                 0.5 * (most.latency_s + off(DrawnQuantity::Latency, most.latency_s)),
             ),
         ] {

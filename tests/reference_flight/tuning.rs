@@ -89,7 +89,7 @@ fn prop_the_bench_in_space_is_the_planar_one() {
     let [planar, in_space] =
         [planar, in_space].map(|s| GainJudge::new(s).unwrap().with_cases(&case).with_variations(&case));
     let k = gains("safety").as_longitudinal();
-    assert_eq!(planar.flights(), 16);
+    assert_eq!(planar.flights(), 20);
     for (i, (p, s)) in planar.fly(&k).iter().zip(in_space.fly(&k)).enumerate() {
         let apart = (p.rms - s.rms).abs().max((p.j_tpf - s.j_tpf).abs()).max((p.unrest - s.unrest).abs());
         assert!(apart < 1e-6, "flight {i}: {p:?} {s:?}");

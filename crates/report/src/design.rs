@@ -544,8 +544,8 @@ result_objects! {
         tilt_deg: Option<f64> = most[2],
         /// Energy that the plan takes of the rotors' shafts [J].
         energy_j: Option<f64> = finite(judgement.energy_j),
-        /// Least distance of a loop's response from -1 at the release, at the plan's peak and at the target, also
-        /// with motors and thrusts that are off; negative where a loop is unstable.
+        /// Least distance of a loop's response from -1 at the release, at the plan's peak and at the target,
+        /// also with motors and thrusts that are off; negative where a loop is unstable.
         modulus: Option<f64> = finite(judgement.modulus),
         /// Least delay that takes a loop to the limit of stability [s], at the same; at most 10.
         delay_margin_s: Option<f64> = finite(judgement.delay_s),

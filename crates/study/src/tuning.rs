@@ -24,8 +24,8 @@ const SWARM_ITERATIONS: usize = 15;
 /// The strategy that takes over from the swarm. By the root, integral gains near zero can still grow.
 const POLISH: CmaSettings = CmaSettings { samples: 16, sigma: 0.1, scale: Scale::Root, tolerance: 1e-5 };
 
-/// The gains of a mission's vehicle by the rule for its lag, under the reference autopilot: about a speed of the
-/// rotors, and from their rest.
+/// The gains of a mission's vehicle by the rule for its lag, under the reference autopilot: about a speed of
+/// the rotors, and from their rest.
 pub fn rules(mission: &Mission) -> [Longitudinal; 2] {
     gains_of(&mission.vehicle, mission.site.environment.density_kg_m3, IMU_PERIOD_S)
 }
@@ -81,8 +81,8 @@ pub struct Tuning {
     /// Whether J_TPF is judged also with a vehicle and air that are not known, and then by how many random
     /// flights with everything off at once, beside those with one thing off at a time.
     pub robust: Option<usize>,
-    /// Gains to begin at, a name or a file; `None`: the mission's own, and for swarms those of the rule, unless
-    /// the mission names a range of the gains: then none for swarms.
+    /// Gains to begin at, a name or a file; `None`: the mission's own, and for swarms those of the rule,
+    /// unless the mission names a range of the gains: then none for swarms.
     pub start: Option<String>,
     /// Candidates of an iteration; `None`: the method's usual number.
     pub candidates: Option<usize>,

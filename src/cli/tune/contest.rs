@@ -79,8 +79,8 @@ pub fn contest(
     Ok(contenders.map(|contenders| Contest { contenders, own, objective, robust: args.robust }))
 }
 
-/// Gains by name: beside the paper's study near-hover's and the paper's, and the warning; the mission's own, the
-/// ones found; and the place of the mission's own.
+/// Gains by name: beside the paper's study near-hover's and the paper's, and the warning; the mission's own,
+/// the ones found; and the place of the mission's own.
 fn named(args: &TuneArgs, mission: &Mission, found: &Longitudinal) -> (Vec<(String, Longitudinal)>, usize) {
     let mut named = Vec::new();
     let mut shelf = mission.clone();

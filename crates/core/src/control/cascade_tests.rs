@@ -46,9 +46,9 @@ fn east_rolls_right_and_lifts_the_left() {
     assert!(out.thrust_n[1] > out.thrust_n[3] && out.thrust_n[2] > out.thrust_n[0], "{:?}", out.thrust_n);
 }
 
-/// By hand: with the tilt from gravity an acceleration of 1 m/s^2 north asks for the pitch -atan(1/g) whatever
-/// is wanted upwards, nothing at all too, and the collective is what has the wanted part upwards at that tilt.
-/// From the thrust, the same jumps to the limit of the tilt as that part goes to nothing.
+/// By hand: with the tilt from gravity an acceleration of 1 m/s^2 north asks for the pitch -atan(1/g)
+/// whatever is wanted upwards, nothing at all too, and the collective is what has the wanted part upwards at
+/// that tilt. From the thrust, the same jumps to the limit of the tilt as that part goes to nothing.
 #[test]
 fn closed_form_tilt_from_gravity_does_not_depend_on_the_thrust() {
     let g = super::test_vehicles::GRAVITY_M_S2;

@@ -145,8 +145,8 @@ pub struct ControlLimits {
     pub rate_integral_rad_s2: f64,
     /// What the tilt comes from.
     pub tilt_from: TiltFrom,
-    /// Bus voltage [V] that throttles are made for: at another measured one they are scaled so that they give the
-    /// same speed of motors whose throttle is a duty cycle; `None`: they are not.
+    /// Bus voltage [V] that throttles are made for: at another measured one they are scaled so that they give
+    /// the same speed of motors whose throttle is a duty cycle; `None`: they are not.
     pub nominal_v: Option<f64>,
 }
 

@@ -130,7 +130,8 @@ impl<S: Real> Cascades<S> {
     }
 
     /// One step to a finite velocity at a heading [rad] of those that are asked for one, on buses of these
-    /// voltages [V] where they are measured; the motors of the others stand. Where the motion is not finite, integrals and commands stay.
+    /// voltages [V] where they are measured; the motors of the others stand. Where the motion is not finite,
+    /// integrals and commands stay.
     #[inline(always)]
     pub fn step(
         &mut self,

@@ -8,8 +8,8 @@
 //! I_H += K_ivx e_H dt unless clipped and a_H . e_H > 0
 //! ```
 //!
-//! With the tilt from gravity ([`TiltFrom`]) the thrust is along `(a_H, g)`, its tilt so limited that it keeps
-//! `up_s` upwards:
+//! With the tilt from gravity ([`TiltFrom`]) the thrust is along `(a_H, g)`, its tilt so limited that it
+//! keeps `up_s` upwards:
 //!
 //! ```text
 //! horizontal part clipped to g min(tan(tilt), sqrt(max(up_max^2 - up_s^2, 0))/up_s)

@@ -296,8 +296,8 @@ impl<'a> DesignJudge<'a> {
     }
 }
 
-/// How far the motors' time constants and the rotors' thrusts may be off what is known, one at a time, with the
-/// loops where they must be.
+/// How far the motors' time constants and the rotors' thrusts may be off what is known, one at a time, with
+/// the loops where they must be.
 const MOTOR_LAGS: [f64; 2] = [0.7, 1.5];
 const THRUSTS: [f64; 2] = [0.85, 1.15];
 

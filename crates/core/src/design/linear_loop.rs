@@ -60,8 +60,8 @@ impl LinearLoop {
         self.reduced().response(omega_rad_s)
     }
 
-    /// The loop in states whose transition is an upper Hessenberg matrix: its response takes n^2 operations in
-    /// place of n^3.
+    /// The loop in states whose transition is an upper Hessenberg matrix: its response takes n^2 operations
+    /// in place of n^3.
     fn reduced(&self) -> ReducedLoop {
         let (q, a) = self.a.clone().hessenberg().unpack();
         ReducedLoop { a, b: q.tr_mul(&self.b), c: q.tr_mul(&self.c), period_s: self.period_s }

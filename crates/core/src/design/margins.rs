@@ -1,11 +1,11 @@
 //! Margins of the cascade's loops on a vehicle in flight: linearised at a state in the vertical plane to the
 //! north, with rotors and motors as they are, the latency and the control period's sampling.
 //!
-//! The states are those of the body, `v_N, v_D`, pitch and `Q` or `v_E`, roll, `P`, heading and `R`; the speed
-//! of each rotor; the integrals of the cascade; and commands on their way. Motion in the plane and across it
-//! is taken apart, as a vehicle with a plane of symmetry has it. Each loop is broken at one signal while all
-//! others stay closed. Away from the target the state is none of rest: the flight is then taken as if it stood
-//! still there, as is usual for margins along a path.
+//! The states are those of the body, `v_N, v_D`, pitch and `Q` or `v_E`, roll, `P`, heading and `R`; the
+//! speed of each rotor; the integrals of the cascade; and commands on their way. Motion in the plane and
+//! across it is taken apart, as a vehicle with a plane of symmetry has it. Each loop is broken at one signal
+//! while all others stay closed. Away from the target the state is none of rest: the flight is then taken as
+//! if it stood still there, as is usual for margins along a path.
 
 use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
@@ -84,7 +84,7 @@ pub fn loops_at(setting: &LoopSetting<'_>, point: &OperatingPoint) -> Result<Loo
     let steers_yaw = allocation(&airframe)[3].iter().any(|share| *share != 0.0);
     let across = if steers_yaw { Motion::AcrossWithYaw } else { Motion::Across };
     let both = [Motion::InPlane, across].into_iter();
-    let loops = both.flat_map(|motion| Plant::new(setting, &airframe, point, motion).loops());
+    let loops = both.flat_map(|motion| LinearPlant::new(setting, &airframe, point, motion).loops());
     let with_margins = |broken: LinearLoop| {
         let margins = broken.margins();
         (broken, margins)
@@ -216,7 +216,7 @@ fn small_turn(turn: &Vector3<f64>) -> Quaternion {
 }
 
 /// A vehicle at a state, its plant sampled in one of its motions.
-struct Plant<'a> {
+struct LinearPlant<'a> {
     setting: &'a LoopSetting<'a>,
     airframe: &'a Airframe,
     motion: Motion,
@@ -230,7 +230,7 @@ struct Plant<'a> {
     sin_cos: (f64, f64),
 }
 
-impl<'a> Plant<'a> {
+impl<'a> LinearPlant<'a> {
     fn new(
         setting: &'a LoopSetting<'a>,
         airframe: &'a Airframe,
@@ -288,9 +288,9 @@ impl<'a> Plant<'a> {
         };
         let a = &mut rows.a;
         a.view_mut((0, 0), (plant, plant)).copy_from(&self.transition);
-        for i in 0..rotors {
+        for (i, per_newton) in self.per_newton.iter().enumerate() {
             let thrust = &moments[0] * per_unit[0][i] + &moments[1] * per_unit[1][i];
-            let throttle = thrust * self.per_newton[i];
+            let throttle = thrust * *per_newton;
             for r in 0..plant {
                 for c in 0..a.ncols() {
                     a[(r, c)] += self.input[(r, i)] * throttle[c];
@@ -436,8 +436,8 @@ impl Rows {
     }
 }
 
-/// Thrust of each rotor per newton of lift, and per newton metre of roll, pitch and yaw moment, well within its
-/// limits.
+/// Thrust of each rotor per newton of lift, and per newton metre of roll, pitch and yaw moment, well within
+/// its limits.
 fn allocation(airframe: &Airframe) -> [PerRotor; 4] {
     let half_n = 0.5 * airframe.lift_max_n;
     let small = 1e-3;
@@ -550,9 +550,9 @@ mod tests {
 
     /// Hover without air: `J Q' = M` and `m v_D' = -T` behind rotors that follow with a lag of 0.15 s, the
     /// inverse of the mean rate of speeding up and slowing down. `L = K_pq (s + K_ptheta)/s^2/(1 + 0.15 s)`
-    /// of the pitch and roll rate and `L = K_pvz/s/(1 + 0.15 s)` downwards; sampling delays by half a period, and the
-    /// latency comes on top. The gain
-    /// of the velocity north is so small that it changes no loop, and lets that velocity die away.
+    /// of the pitch and roll rate and `L = K_pvz/s/(1 + 0.15 s)` downwards; sampling delays by half a period,
+    /// and the latency comes on top. The gain of the velocity north is so small that it changes no loop, and
+    /// lets that velocity die away.
     #[test]
     fn closed_form_loops_of_a_hover_without_air() {
         let options = VehicleOptions { reaction_torque: false, rotor_momentum: false };

@@ -61,8 +61,8 @@ pub struct DesignBounds {
     pub margins: LeastMargins,
 }
 
-/// What each loop keeps to instability, at the release, at the plan's peak and at the target, of the vehicle as
-/// it is known and of others near it.
+/// What each loop keeps to instability, at the release, at the plan's peak and at the target, of the vehicle
+/// as it is known and of others near it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LeastMargins {
     /// Least distance of each loop's response from -1; `None`: not asked for.
@@ -102,7 +102,8 @@ pub struct Judgement {
     pub energy_j: f64,
     /// Least distance of a loop's response from -1, at most 1; negative where a loop is unstable.
     pub modulus: f64,
-    /// Least delay that takes a loop to the limit of stability [s], at most 10 s; zero where a loop is unstable.
+    /// Least delay that takes a loop to the limit of stability [s], at most 10 s; zero where a loop is
+    /// unstable.
     pub delay_s: f64,
     /// Flights that were flown.
     pub flights: f64,
@@ -164,8 +165,8 @@ impl Judgement {
             && self.shares(bounds).all(|share| share <= 1.0)
     }
 
-    /// Order among judged designs, the best first: what keeps all bounds, by its cost; what keeps them but for
-    /// the margins, by how far its loops are from instability; the rest by their cost.
+    /// Order among judged designs, the best first: what keeps all bounds, by its cost; what keeps them but
+    /// for the margins, by how far its loops are from instability; the rest by their cost.
     pub fn rank(&self, bounds: &DesignBounds) -> (bool, bool, f64) {
         let without = DesignBounds { margins: LeastMargins::default(), ..*bounds };
         let (broken, lacking) = (!self.is_allowed(&without), !self.has_margins(bounds));
@@ -179,7 +180,8 @@ impl Judgement {
         modulus.is_none_or(|least| self.modulus >= least) && delay_s.is_none_or(|least| self.delay_s >= least)
     }
 
-    /// Shares of the bounds that are used; of modulus and delay 1 at their bounds, and more by what is missing.
+    /// Shares of the bounds that are used; of modulus and delay 1 at their bounds, and more by what is
+    /// missing.
     fn shares(&self, bounds: &DesignBounds) -> impl Iterator<Item = f64> + use<> {
         let LeastMargins { modulus, delay_s } = bounds.margins;
         let modulus = modulus.map(|least| 1.0 + least - self.modulus);

@@ -10,8 +10,8 @@ use crate::tune::{GainSpace, Longitudinal, RangeEnds, SearchedNumber, are_same_g
 use crate::units::DEG_PER_RAD;
 
 /// Coordinates of the cube: weights by group, of the final state and of the input; the choices of reference,
-/// nodes, peak, pitch, pitch rate, feed-forward and what the tilt comes from; the limits of commanded tilt and
-/// rate; gains.
+/// nodes, peak, pitch, pitch rate, feed-forward and what the tilt comes from; the limits of commanded tilt
+/// and rate; gains.
 pub const DIMENSIONS: usize = WEIGHT_GROUPS.len() + 2 + 7 + 2 + 7;
 
 /// A point of the cube: every coordinate from 0 to 1.
@@ -224,7 +224,8 @@ impl DesignSpace {
     }
 
     /// The design with each other choice in turn that the starts leave as it is: a peak that costs, bounds on
-    /// pitch and pitch rate, feed-forward, what the tilt comes from. A spread of numbers seldom leads from one choice to another.
+    /// pitch and pitch rate, feed-forward, what the tilt comes from. A spread of numbers seldom leads from
+    /// one choice to another.
     pub fn alternatives(&self, to: &Design) -> Vec<Design> {
         let with = |put: &dyn Fn(&mut Design)| {
             let mut design = *to;

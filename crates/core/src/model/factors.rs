@@ -1,5 +1,5 @@
-//! How far a vehicle and its air are off what is known of them, over any [`Real`]: of flights side by side each
-//! has its own, and over dual numbers a flight has its slopes by them.
+//! How far a vehicle and its air are off what is known of them, over any [`Real`]: of flights side by side
+//! each has its own, and over dual numbers a flight has its slopes by them.
 
 use crate::real::Real;
 
@@ -16,8 +16,8 @@ pub struct Factors<S = f64> {
     pub density: S,
     /// Factor on the rotors' thrusts and forces in their planes, with their torques as they are.
     pub thrust: S,
-    /// Factor on the motors' time constants: rotors speed up and slow down so much later. What that takes of a
-    /// battery is as without it.
+    /// Factor on the motors' time constants: rotors speed up and slow down so much later. What that takes of
+    /// a battery is as without it.
     pub motor_lag: S,
 }
 

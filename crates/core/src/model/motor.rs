@@ -99,8 +99,8 @@ impl Motor {
         }
     }
 
-    /// The motor with its time constants longer by a factor: of a speed controller on a DC motor the moment of
-    /// inertia that it turns.
+    /// The motor with its time constants longer by a factor: of a speed controller on a DC motor the moment
+    /// of inertia that it turns.
     pub fn with_lag(self, factor: f64) -> Self {
         match self {
             Self::EscDc(m) => Self::EscDc(EscDc { rotor_inertia_kg_m2: factor * m.rotor_inertia_kg_m2, ..m }),

@@ -11,7 +11,8 @@
 //! voltages at which a constant power is met, it is the higher one. A DC motor takes `(K_e omega + R I) I` at
 //! the current I that its speed controller gives it, its voltage at most the bus'. A motor of first order has
 //! no current of its own: what its rotor takes at the shaft, `(Q + J omega_dot) omega`, over its efficiency,
-//! is its power, and its speed at full throttle goes with the bus voltage over the nominal one ([`Throttle`]).
+//! is its power, and its speed at full throttle goes with the bus voltage over the nominal one
+//! ([`Throttle`]).
 //!
 //! Currents are limited at each speed controller, and in sum at the pack; what is above the pack's limit is
 //! taken by one ceiling on the current of all speed controllers. Beyond `E/(2 R_b)` a battery gives less
@@ -61,8 +62,8 @@ pub struct PackLimits {
 /// Meaning of the throttle of a motor of first order whose bus voltage is not the nominal one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Throttle {
-    /// A speed, which the speed controller holds as long as the voltage allows it; never above the one at full
-    /// throttle on a stiff supply.
+    /// A speed, which the speed controller holds as long as the voltage allows it; never above the one at
+    /// full throttle on a stiff supply.
     #[default]
     Speed,
     /// A part of the bus voltage (a duty cycle): the speed goes with the voltage at any throttle, on a full

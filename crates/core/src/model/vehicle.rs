@@ -471,8 +471,8 @@ impl Vehicle {
     }
 
     /// Derivative of motion and rotors, which are driven so, their thrusts off what the rotors' model has by
-    /// a fluctuation; of a vehicle that may be off what this one has, in air whose density is so already. What
-    /// the ground and a canopy do is not in it.
+    /// a fluctuation; of a vehicle that may be off what this one has, in air whose density is so already.
+    /// What the ground and a canopy do is not in it.
     #[inline(always)]
     pub fn derive<S: Real>(
         &self,
@@ -495,8 +495,8 @@ impl Vehicle {
             let hub = HubMotion::of(rotor.hub_body_m_s(v_air_body, omega), &rotor.axis_body);
             let mut load = self.rotor_load(rotor, &hub, rotor_speed[i], density);
             if let Some(Factors { thrust, .. }) = factors {
-                load.thrust_n = load.thrust_n * *thrust;
-                load.in_plane_n = load.in_plane_n * *thrust;
+                load.thrust_n *= *thrust;
+                load.in_plane_n *= *thrust;
             }
             rate.thrust_n[i] = load.thrust_n;
             rate.torque_nm[i] = load.torque_nm;
@@ -513,10 +513,13 @@ impl Vehicle {
         if let Some(Factors { motor_lag, .. }) = factors {
             let per_lag = zero.of(1.0) / *motor_lag;
             for rate in &mut rate.rotor_acceleration {
-                *rate = *rate * per_lag;
+                *rate *= per_lag;
             }
         }
-        let inertia = self.motor.rotor_inertia_kg_m2();
+        let mut inertia = zero.of(self.motor.rotor_inertia_kg_m2());
+        if let (Some(Factors { motor_lag, .. }), Motor::EscDc(_)) = (factors, &self.motor) {
+            inertia *= *motor_lag;
+        }
         let (mut force, mut moment) = (none, none);
         let (mut reaction, mut momentum, mut momentum_rate) = (none, none, none);
         for (i, rotor) in self.rotors.iter().enumerate() {
@@ -548,7 +551,7 @@ impl Vehicle {
         if let Some(Factors { mass, inertia, .. }) = factors {
             // `J^-1 (M - omega x J omega)` with J off by a factor: the second term stays.
             (force, moment) = (force / *mass, moment / *inertia);
-            rate.weight_n = rate.weight_n * *mass;
+            rate.weight_n *= *mass;
         }
         rate.motion = derivative(&self.mass, ambient.gravity_m_s2, motion, &turn, force, moment);
     }

@@ -22,7 +22,6 @@ use super::ring::Fluctuation;
 use super::rotor_start::StartCourse;
 use super::turning_over::TurningOver;
 use super::two_bodies::CanopyFlight;
-use crate::control::Measurement;
 use crate::model::factors::Factors;
 use crate::model::parachute::{Pendulum, TipOff};
 use crate::model::rigid_body::BodyState;
@@ -169,24 +168,18 @@ impl DropSimulation {
         self
     }
 
-    /// The simulation with a vehicle and air that are so far off what it was made of, from its beginning on, and
-    /// with so much more latency [s]. An ideal plant is what it was made of.
+    /// The simulation with a vehicle and air that are so far off what it was made of, from its beginning on,
+    /// and with so much more latency [s]. An ideal plant is what it was made of.
     pub fn varied(mut self, factors: Option<Factors>, more_latency_s: f64) -> Self {
-        if let Some(factors) = factors {
-            self.plant.set_factors(factors);
-        }
+        self.plant.factors = factors;
         self.latency = Latency::of(self.latency.latency_s() + more_latency_s);
         self
     }
 
-    /// How far vehicle and air are off what they were made of; `None`: not at all.
-    pub fn factors(&self) -> Option<&Factors> {
-        self.plant.factors()
-    }
-
-    /// Time from a command to the speed controllers [s].
-    pub fn latency_s(&self) -> f64 {
-        self.latency.latency_s()
+    /// How far vehicle and air are off what they were made of, `None` for not at all, and the time from a
+    /// command to the speed controllers [s].
+    pub fn variation(&self) -> (Option<Factors>, f64) {
+        (self.plant.factors, self.latency.latency_s())
     }
 
     /// The battery that the motors are on, where there is one.
@@ -287,11 +280,6 @@ impl DropSimulation {
         &self.state
     }
 
-    /// What a controller measures, without loss or delay.
-    pub fn measurement(&self) -> Measurement {
-        Measurement { bus_v: self.plant.bus_v(), ..Measurement::from(&self.state.body) }
-    }
-
     /// The vehicle.
     pub fn vehicle(&self) -> &Arc<Vehicle> {
         self.plant.vehicle()
@@ -351,9 +339,9 @@ impl DropSimulation {
         self.powered_from_s().map(|t| self.course.clock.time_s - t)
     }
 
-    /// Advances by `dt_s` [s] under throttle commands that are held, and act after the vehicle's latency, and returns what acted on the vehicle at
-    /// the step's beginning. Commands that are not numbers count as zero; a time that is not positive does
-    /// nothing.
+    /// Advances by `dt_s` [s] under throttle commands that are held, and act after the vehicle's latency, and
+    /// returns what acted on the vehicle at the step's beginning. Commands that are not numbers count as
+    /// zero; a time that is not positive does nothing.
     pub fn step(&mut self, throttle: &PerRotor, dt_s: f64) -> Loads {
         self.throttle = taken(throttle);
         let dt_s = if dt_s.is_finite() { dt_s } else { 0.0 };

@@ -13,7 +13,7 @@ use super::drop::{DropSimulation, Phase};
 use super::record::Sample;
 use crate::control::px4::Law;
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
-use crate::control::{Controller, Setpoint};
+use crate::control::{Controller, Measurement, Setpoint};
 use crate::model::MAX_ROTORS;
 use crate::trajectory::Trajectory;
 
@@ -169,12 +169,18 @@ pub fn fly_by(
     for _ in 0..plan.steps() {
         let velocity = setpoint(sim);
         let asked = plan.asked(velocity);
-        throttle = controller.step(&sim.measurement(), &asked, dt_s).throttle;
+        throttle = controller.step(&measured(sim), &asked, dt_s).throttle;
         let row = sim.row_start();
         let loads = sim.step(&throttle, dt_s);
         observe(&row.sample(loads, &throttle, velocity.map(|(v_ned, _)| v_ned)))?;
     }
     observe(&sim.sample(&throttle, setpoint(sim).map(|(v_ned, _)| v_ned)))
+}
+
+/// What a controller measures of a drop, without loss or delay.
+pub(super) fn measured(sim: &DropSimulation) -> Measurement {
+    let bus_v = sim.battery().map(|battery| battery.near_v());
+    Measurement { bus_v, ..Measurement::from(&sim.state().body) }
 }
 
 /// Time of the setpoint in force at `t_s` [s], where setpoints come with this period [s]; `None`: all the

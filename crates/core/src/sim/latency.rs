@@ -1,5 +1,5 @@
-//! The way of a throttle command from the measurement that it was made of to the speed controller that acts on
-//! it, which takes a time.
+//! The way of a throttle command from the measurement that it was made of to the speed controller that acts
+//! on it, which takes a time.
 //!
 //! Commands are held for a control period, and so arrive in pieces: what acts in a step is the mean of what
 //! arrives in it, which for motors that are slow beside a step is the same. `vehicle.latency_s` is the time;

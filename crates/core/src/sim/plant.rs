@@ -77,8 +77,8 @@ pub struct Plant {
     battery: Option<Box<ElectricBattery>>,
     /// Fluctuation of free rotors' thrusts in the vortex ring.
     fluctuation: Fluctuation<f64>,
-    /// How far vehicle and air are off what is known of them; `None`: not at all.
-    factors: Option<Factors>,
+    /// How far vehicle and air are off these; `None`: not at all. The ideal plant's are these.
+    pub(super) factors: Option<Factors>,
 }
 
 impl Plant {
@@ -142,16 +142,6 @@ impl Plant {
     /// The site.
     pub fn environment(&self) -> &Environment {
         &self.environment
-    }
-
-    /// How far vehicle and air are off what is known of them.
-    pub fn factors(&self) -> Option<&Factors> {
-        self.factors.as_ref()
-    }
-
-    /// Flies a vehicle and air that are so far off these. The ideal plant's are known.
-    pub fn set_factors(&mut self, factors: Factors) {
-        self.factors = Some(factors);
     }
 
     /// Ground below, if there is one.
@@ -295,11 +285,6 @@ impl Plant {
         if let Some(battery) = &mut self.battery {
             battery.take(charge_c, energy_j, bus_v);
         }
-    }
-
-    /// Bus voltage that the last step ended with [V]; `None`: there is no battery.
-    pub(super) fn bus_v(&self) -> Option<f64> {
-        self.battery.as_ref().map(|battery| battery.near_v())
     }
 
     /// Bus voltage from which the next one is searched [V].

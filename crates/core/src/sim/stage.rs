@@ -39,7 +39,7 @@ impl<S: Real> Surroundings<'_, S> {
     pub(super) fn ambient(&self, p_ned: V3<S>) -> Ambient<S> {
         let mut ambient = self.air.at(self.site, self.wind_ned, p_ned.z);
         if let Some(factors) = self.factors {
-            ambient.density_kg_m3 = ambient.density_kg_m3 * factors.density;
+            ambient.density_kg_m3 *= factors.density;
         }
         ambient
     }

@@ -169,7 +169,7 @@ impl CanopyFlight {
         locked: bool,
     ) -> Loads {
         let mut stage = plant.stage(state, throttle, locked);
-        stage.pull((&plant.vehicle().mass, plant.factors()), &self.pull(&state.body));
+        stage.pull((&plant.vehicle().mass, plant.factors.as_ref()), &self.pull(&state.body));
         plant.acted(&stage)
     }
 
@@ -427,7 +427,7 @@ impl<S: Real, T: Turning<S>> Derivative<S, (Craft<S>, Canopy<S>)> for HeldStages
         *canopy_rate = its.rate(around.site, there, -pull.force_ned, now_s);
         let mut mass_kg = now_s.of(around.vehicle.mass.mass_kg);
         if let Some(factors) = around.factors {
-            mass_kg = mass_kg * factors.mass;
+            mass_kg *= factors.mass;
         }
         canopy_rate[2] += rate.motion.v_dot_ned * mass_kg - pull.force_ned;
     }

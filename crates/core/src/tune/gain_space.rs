@@ -11,9 +11,9 @@
 //! so that each loop is slower than the one inside it, and each integral than its loop. Where theta is all
 //! delay, `K_pq = 1/theta` leaves 33 deg of phase; where it is lag, more.
 //!
-//! **Coordinates.** A search goes by the gain of the rate loop and of the vertical velocity, and by the shares
-//! that the others have of the loop inside them or of their own square: what is in these ranges keeps the
-//! order of the loops.
+//! **Coordinates.** A search goes by the gain of the rate loop and of the vertical velocity, and by the
+//! shares that the others have of the loop inside them or of their own square: what is in these ranges keeps
+//! the order of the loops.
 
 use super::{Longitudinal, RangeEnds, SearchedNumber};
 use crate::control::Gains;
@@ -36,8 +36,8 @@ const HORIZONTAL: [f64; 2] = [1.0 / 60.0, 1.0 / 1.5];
 /// has one double root.
 const INTEGRAL: [f64; 2] = [1e-5, 1.0 / 4.0];
 
-/// Lag of the motors about a speed [s]: between speeding up and slowing down the mean of the rates; of a speed
-/// controller that no limit holds back where there is one.
+/// Lag of the motors about a speed [s]: between speeding up and slowing down the mean of the rates; of a
+/// speed controller that no limit holds back where there is one.
 pub fn motor_lag_s(motor: &Motor) -> f64 {
     match *motor {
         Motor::FirstOrder { tau_up_s, tau_down_s, .. } => 2.0 / (1.0 / tau_up_s + 1.0 / tau_down_s),
@@ -45,8 +45,9 @@ pub fn motor_lag_s(motor: &Motor) -> f64 {
     }
 }
 
-/// Lag of the rotors from rest to full thrust [s] in air of a density [kg/m^3]: a third of the time to 90 % of
-/// the thrust is about a time constant. Of motors whose current is limited it is far longer than about a speed.
+/// Lag of the rotors from rest to full thrust [s] in air of a density [kg/m^3]: a third of the time to 90 %
+/// of the thrust is about a time constant. Of motors whose current is limited it is far longer than about a
+/// speed.
 pub fn release_lag_s(vehicle: &Vehicle, density_kg_m3: f64) -> f64 {
     let rotors = RotorLimits::of(vehicle, density_kg_m3);
     0.3 * rotors.thrust_n / rotors.thrust_slew_n_s
@@ -180,8 +181,8 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// By hand, of motors that follow in 12.5 and 25 ms, their rates' mean in 16.7 ms, under 250 Hz and 5 ms of
-    /// latency: theta is 23.7 ms, and half of its inverse 21.1 1/s.
+    /// By hand, of motors that follow in 12.5 and 25 ms, their rates' mean in 16.7 ms, under 250 Hz and 5 ms
+    /// of latency: theta is 23.7 ms, and half of its inverse 21.1 1/s.
     #[test]
     fn closed_form_the_rule_of_a_small_quadrotor() {
         let motor = Motor::FirstOrder {
@@ -201,8 +202,8 @@ mod tests {
     }
 
     proptest! {
-        /// Coordinates lead back to their gains, a space holds what it was made for, and whatever is in it keeps
-        /// the order of the loops, unless it had to hold what does not.
+        /// Coordinates lead back to their gains, a space holds what it was made for, and whatever is in it
+        /// keeps the order of the loops, unless it had to hold what does not.
         #[test]
         fn prop_coordinates_lead_back_and_keep_the_order(
             theta_s in 0.01f64..1.0, slower in 1.0f64..20.0, unit in prop::array::uniform7(0.0f64..1.0),

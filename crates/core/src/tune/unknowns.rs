@@ -87,8 +87,8 @@ fn pitched(release: &BodyState, by_rad: f64) -> BodyState {
     BodyState { q_ned_from_body: product(turn, release.q_ned_from_body), ..*release }
 }
 
-/// A release with unknowns of its own, every one uniform between its ends, in air of its own. Trial `k` draws from stream `k` of the seed,
-/// whichever are flown beside it.
+/// A release with unknowns of its own, every one uniform between its ends, in air of its own. Trial `k` draws
+/// from stream `k` of the seed, whichever are flown beside it.
 pub fn varied(
     release: &BodyState,
     seed: u64,

@@ -33,8 +33,8 @@ pub(super) struct ControlJson {
     latency_s: Option<NonNegative<1>>,
     /// What the wanted horizontal acceleration is set against, to get a tilt; `thrust` when left out.
     tilt_from: Option<TiltFromJson>,
-    /// Whether throttles are scaled by the measured voltage of a battery whose motors' throttle is a duty cycle;
-    /// no when left out.
+    /// Whether throttles are scaled by the measured voltage of a battery whose motors' throttle is a duty
+    /// cycle; no when left out.
     battery_scaling: Option<bool>,
 }
 

@@ -76,11 +76,11 @@ struct BoundsJson {
     tilt_deg: Option<Positive<180>>,
     /// Energy that the plan takes of the rotors' shafts [J].
     energy_j: Option<Positive<1_000_000_000>>,
-    /// Distance of each loop's response from -1, at least: at the release, at the plan's peak and at the target,
-    /// also with motors and thrusts that are off; 0.5 when left out.
+    /// Distance of each loop's response from -1, at least: at the release, at the plan's peak and at the
+    /// target, also with motors and thrusts that are off; 0.5 when left out.
     modulus: Option<Positive<1>>,
-    /// Delay that takes a loop to the limit of stability, at least [s], at the same; 0.02, or a control period and
-    /// twice control.latency_s, when left out.
+    /// Delay that takes a loop to the limit of stability, at least [s], at the same; 0.02, or a control
+    /// period and twice control.latency_s, when left out.
     delay_margin_s: Option<NonNegative<10>>,
 }
 
@@ -122,8 +122,8 @@ struct SearchJson {
     /// Values of control.tilt_from to choose among; both when left out.
     #[schemars(length(min = 1, max = 2))]
     tilt_from: Option<Vec<TiltFromJson>>,
-    /// control.tilt_limit_deg; from a fifth to four fifths of limits.pitch_deg, or up to the mission's own, when
-    /// left out.
+    /// control.tilt_limit_deg; from a fifth to four fifths of limits.pitch_deg, or up to the mission's own,
+    /// when left out.
     tilt_limit_deg: Option<Exactly<TiltDeg, 2>>,
     /// control.rate_command_limit_deg_s; from a fifth to four fifths of limits.pitch_rate_deg_s, or up to the
     /// mission's own, when left out.

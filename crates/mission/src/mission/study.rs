@@ -85,7 +85,8 @@ struct TipOffSigmaJson {
 pub struct Study {
     /// Releases that the gains are tuned on, Table 3, at least one; each has a name of its own.
     pub cases: Vec<ReleaseCase>,
-    /// Range of every gain that is searched, the space Y of (46); `None`: around a rule for the vehicle's lag.
+    /// Range of every gain that is searched, the space Y of (46); `None`: around a rule for the vehicle's
+    /// lag.
     pub gain_range: Option<(f64, f64)>,
     /// Random releases.
     pub monte_carlo: MonteCarlo,

@@ -10,6 +10,7 @@ use std::fmt::{Debug, Write};
 use super::{Mission, PlanInitial, PlanSettings};
 use crate::source::sha256;
 use samara_core::assess::paper::STUDY_SHA256;
+use samara_core::control::TiltFrom;
 
 use samara_core::model::{EscDc, Interference, Motor, RotationSense, Rotor, Vehicle};
 use samara_core::plan::{Demands, InputReference};
@@ -36,6 +37,15 @@ impl Mission {
         text.put("control.rate_command_limit_rad_s", cascade.rate_command_rad_s);
         text.put("control.yaw_rate_command_limit_rad_s", cascade.yaw_rate_command_rad_s);
         text.put("control.rate_integral_limit_rad_s2", cascade.rate_integral_rad_s2);
+        if cascade.tilt_from != TiltFrom::Thrust {
+            text.put("control.tilt_from", cascade.tilt_from.name());
+        }
+        if let Some(nominal_v) = cascade.nominal_v {
+            text.put("control.nominal_v", nominal_v);
+        }
+        if self.vehicle.latency_s != 0.0 {
+            text.put("control.latency_s", self.vehicle.latency_s);
+        }
         if self.control.feed_forward {
             text.put("control.feed_forward", true);
         }

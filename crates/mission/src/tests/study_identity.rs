@@ -17,7 +17,7 @@ const VEHICLE: &str = "params/vehicles/titan.json";
 const TABLE: &str = "params/vehicles/titan_rotor.csv";
 
 /// Numbers of mission and vehicle that the study's flights do not depend on.
-const NOT_OF_THE_STUDY: [&str; 15] = [
+const NOT_OF_THE_STUDY: [&str; 17] = [
     "/seed",
     "/epoch_unix_us",
     "/duration_s",
@@ -30,6 +30,8 @@ const NOT_OF_THE_STUDY: [&str; 15] = [
     "/parachute/pendulum/length_m",
     "/release/hang_s",
     "/monte_carlo/trials",
+    "/tuning/gains/0",
+    "/tuning/gains/1",
     // The last point of a coefficient is the first, a turn later.
     "/body_aero/c_drag/36",
     "/body_aero/c_lift/36",

@@ -584,10 +584,10 @@ fn wind_of_all(drops: &[DropSimulation]) -> Option<Option<(WindCourse<LANES>, f6
 
 /// How far the drops' vehicles and air are off what is known of them; `None`: not at all.
 fn factors_of_all(drops: &[DropSimulation], zero: Lanes) -> Option<Factors<Lanes>> {
-    drops.iter().any(|drop| drop.plant.factors().is_some()).then(|| {
+    drops.iter().any(|drop| drop.plant.factors.is_some()).then(|| {
         let mut all = Factors::known(zero).to_array();
-        for (i, factors) in drops.iter().enumerate() {
-            let Some(factors) = factors.plant.factors() else { continue };
+        for (i, drop) in drops.iter().enumerate() {
+            let Some(factors) = drop.plant.factors else { continue };
             for (of_all, factor) in all.iter_mut().zip(factors.to_array()) {
                 of_all.as_array_mut()[i] = factor;
             }

@@ -5,6 +5,7 @@ use std::ops::ControlFlow;
 use nalgebra::Vector3;
 
 use super::super::drop::abreast::Abreast;
+use super::super::flight::measured;
 use super::super::integrator::Craft;
 use super::super::watch::{ABREAST, Flight, Watch};
 use crate::control::AsCascade;
@@ -168,7 +169,7 @@ impl Group<'_> {
                 let drops = self.abreast.drops();
                 for (i, flight) in self.flights.iter_mut().enumerate() {
                     let asked = flight.plan.asked(asked.of(i));
-                    let measured = drops[i].measurement();
+                    let measured = measured(&drops[i]);
                     let commands = flight.controller.step(&measured, &asked, period_s).throttle;
                     for (throttle, now) in self.throttle.iter_mut().zip(commands) {
                         throttle.as_array_mut()[i] = now;

@@ -9,11 +9,10 @@
 //! ```
 //!
 //! With the tilt from gravity ([`TiltFrom`]) `g` stands for `up_s` in the second and third line, `m` is `g
-//! min(tan(tilt), sqrt(up_max^2 - up_s^2)/up_s)`, and `up_s/cos(theta_c)` stands for it in the last. That line
-//! is that of two pairs at `+-l`. Of other rotors a group has the thrust `g b + p d`, where `b`
-//! and `d` are the shares of the first group in lift and pitch moment and `g`, `p` the group's as parts of
-//! those; `d` and then `b` are within what leaves every thrust in `[0, T_lim]`, as in
-//! [`crate::control::mixer`].
+//! min(tan(tilt), sqrt(up_max^2 - up_s^2)/up_s)`, and `up_s/cos(theta_c)` stands for it in the last. That
+//! line is that of two pairs at `+-l`. Of other rotors a group has the thrust `g b + p d`, where `b` and `d`
+//! are the shares of the first group in lift and pitch moment and `g`, `p` the group's as parts of those; `d`
+//! and then `b` are within what leaves every thrust in `[0, T_lim]`, as in [`crate::control::mixer`].
 
 use super::flight::Flight;
 use super::groups::{MOST_GROUPS, RotorGroup, of_groups, share};

@@ -16,7 +16,7 @@ const HIL_STATE_QUATERNION_ID: f32 = HIL_STATE_QUATERNION_DATA::ID as f32;
 const ODOMETRY_ID: f32 = ODOMETRY_DATA::ID as f32;
 /// Period of BATTERY_STATUS, where there is a battery.
 const BATTERY_PERIOD_US: TimeUs = 500_000;
-/// The same of a battery with a voltage, by which an autopilot may scale its throttles.
+/// Period of that of a battery with a voltage, by which an autopilot may scale its throttles.
 const VOLTAGE_PERIOD_US: TimeUs = 20_000;
 
 /// How often a message goes out.
