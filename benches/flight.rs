@@ -83,6 +83,7 @@ fn campaign_trial(bencher: Bencher<'_, '_>) {
             vehicle,
             environment: site(),
             wind: samara::model::wind::Wind::default(),
+            battery: None,
             target_v_ned: Vector3::new(4.0, 0.0, 4.0),
             limits: Limits::of_j_state(
                 SafetyLimits {

@@ -108,6 +108,7 @@ pub fn scenario() -> samara::assess::Scenario {
         vehicle: TITAN.clone(),
         environment: site(),
         wind: samara::model::wind::Wind::default(),
+        battery: None,
         target_v_ned: target_ned(),
         limits: samara::assess::Limits::of_j_state(
             limits(),

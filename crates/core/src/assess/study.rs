@@ -182,6 +182,7 @@ impl SafetyStudy {
         DropSimulation::at_t0(vehicle, environment, state, PlantKind::Actuator)
             .varied(variation.factors(), variation.latency_s)
             .in_wind(course)
+            .on_battery(self.scenario.battery.clone())
             .with_faults(&self.faults)
     }
 
@@ -234,6 +235,9 @@ impl SafetyStudy {
         let settings = entry.controller.cascade_settings().ok_or(OneAtATime::Controller)?;
         if !self.faults.is_empty() {
             return Err(OneAtATime::Faults);
+        }
+        if self.scenario.battery.is_some() {
+            return Err(NotPlanar::Battery.into());
         }
         if Airframe::new(&self.scenario.vehicle, &self.scenario.environment).as_ref()
             != Ok(&settings.airframe)

@@ -379,8 +379,9 @@ impl<'a> GainJudge<'a> {
         let air = variation.air;
         let course =
             air.and_then(|number| setting.scenario.wind.uniform(&environment).course(&environment, number));
-        let mut simulation =
-            DropSimulation::at_t0(vehicle, environment, *start, setting.plant).in_wind(course);
+        let mut simulation = DropSimulation::at_t0(vehicle, environment, *start, setting.plant)
+            .in_wind(course)
+            .on_battery(setting.scenario.battery.clone());
         if is_known {
             simulation = simulation.varied(variation.factors(), variation.latency_s);
         }
@@ -484,7 +485,11 @@ fn flight_plan<'a>(setting: &Setting<'a>) -> FlightPlan<'a> {
 
 fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
     let Setting { scenario, control_limits, plant, .. } = setting;
-    let Scenario { vehicle, environment, wind, target_v_ned: v, limits } = scenario;
+    let Scenario { vehicle, environment, wind, battery, target_v_ned: v, limits } = scenario;
+    // An ideal plant has no motors.
+    if battery.is_some() && *plant == PlantKind::Actuator {
+        return Err(NotPlanar::Battery);
+    }
     if v.y != 0.0 {
         return Err(NotPlanar::Sideways { what: "the target velocity" });
     }

@@ -28,7 +28,7 @@ pub(super) struct BatteryJson {
 }
 
 /// A pack and its bus: the voltage falls with charge and current, and all motors run on it. In whole drops;
-/// plans, gains and flights from t = 0 have motors on a stiff supply.
+/// flights from t = 0 have the battery as it is when a drop begins, and plans motors on a stiff supply.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ElectricJson {

@@ -119,10 +119,10 @@ impl Mission {
         canopy.into_iter().chain(rotor_start).collect()
     }
 
-    /// Where a battery with a voltage does not act, in a sentence; `None` where there is none.
+    /// How a battery with a voltage acts on flights from t = 0, in a sentence; `None` where there is none.
     pub fn battery_remark(&self) -> Option<&'static str> {
-        let remark = "battery.electric: plans, gains and flights from t = 0 have motors on a stiff supply; drops \
-                      fly on the battery: assess --autopilot flies those";
+        let remark = "battery.electric: flights from t = 0 have the battery as it is when a drop begins; the plan \
+                      has motors on a stiff supply";
         self.electric.as_ref().map(|_| remark)
     }
 
@@ -256,6 +256,7 @@ impl Mission {
             vehicle: self.vehicle.clone(),
             environment: self.site.environment.clone(),
             wind: self.site.wind.clone(),
+            battery: self.electric.clone(),
             target_v_ned: self.target_v_ned,
             limits: self.limits,
         }

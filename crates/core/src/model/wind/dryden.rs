@@ -32,6 +32,31 @@ pub enum Noise<const N: usize> {
 }
 
 impl<const N: usize> Noise<N> {
+    /// The noise of flights side by side, each where it is; `None` where they are not at one place of columns
+    /// that are given.
+    fn abreast(each: [&Noise<1>; N]) -> Option<Self> {
+        let streams: Vec<Stream> = each
+            .iter()
+            .filter_map(|one| match one {
+                Noise::Drawn(streams) => Some(streams[0].clone()),
+                Noise::Given { .. } => None,
+            })
+            .collect();
+        if !streams.is_empty() {
+            return Some(Self::Drawn(Box::new(streams.try_into().ok()?)));
+        }
+        let given = each.iter().filter_map(|one| match one {
+            Noise::Given { columns, next } => Some((columns[0].clone(), *next)),
+            Noise::Drawn(_) => None,
+        });
+        let (columns, places): (Vec<_>, Vec<usize>) = given.unzip();
+        let next = *places.first()?;
+        if places.iter().any(|place| *place != next) {
+            return None;
+        }
+        Some(Self::Given { columns: Box::new(columns.try_into().ok()?), next })
+    }
+
     #[inline(always)]
     fn pair(&mut self) -> [[f64; N]; 2] {
         let mut pair = [[0.0; N]; 2];
@@ -108,6 +133,18 @@ impl<const N: usize> Longitudinal<N> {
         filter
     }
 
+    /// The filters of flights side by side, each where it is; `None` where they cannot be.
+    pub fn abreast(each: [&Longitudinal<1>; N]) -> Option<Self> {
+        let spare = each.map(|one| one.spare.map(|[spare]| spare));
+        let is_spare = spare[0].is_some();
+        (spare.iter().all(|spare| spare.is_some() == is_spare)).then_some(())?;
+        Some(Self {
+            noise: Noise::abreast(each.map(|one| &one.noise))?,
+            spare: is_spare.then(|| spare.map(Option::unwrap_or_default)),
+            velocity: each.map(|one| one.velocity[0]),
+        })
+    }
+
     #[inline(always)]
     fn number(&mut self) -> [f64; N] {
         match (&self.noise, self.spare.take()) {
@@ -155,6 +192,12 @@ impl<const N: usize> Transverse<N> {
         let [l11, l21, l22] = STATIONARY;
         let z = [a.map(|a| l11 * a), std::array::from_fn(|i| l21 * a[i] + l22 * b[i])];
         Self { noise, z }
+    }
+
+    /// The filters of flights side by side, each where it is; `None` where they cannot be.
+    pub fn abreast(each: [&Transverse<1>; N]) -> Option<Self> {
+        let noise = Noise::abreast(each.map(|one| &one.noise))?;
+        Some(Self { noise, z: [0, 1].map(|k| each.map(|one| one.z[k][0])) })
     }
 
     /// Velocities now, over their standard deviation.

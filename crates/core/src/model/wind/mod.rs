@@ -65,10 +65,6 @@ pub struct WindCourse<const N: usize = 1> {
     /// The mean wind at the site's altitude, NED [m/s].
     site_wind_ned: [[f64; N]; 3],
     site_altitude_m: f64,
-    /// Numbers of the flights.
-    numbers: [Option<u64>; N],
-    /// Whether a step has been made.
-    begun: bool,
     /// The share of gusts and turbulence that each flight feels: all or nothing.
     share: [f64; N],
     eddies: Option<Eddies<N>>,
@@ -128,8 +124,6 @@ impl Wind {
         self.changes().then(|| WindCourse {
             site_wind_ned: [0, 1, 2].map(|k| mean_ned.map(|mean| mean[k])),
             site_altitude_m: site.anchor.altitude_m,
-            numbers,
-            begun: false,
             share: numbers.map(|number| if number.is_some() { 1.0 } else { 0.0 }),
             eddies: self
                 .turbulence
@@ -150,15 +144,37 @@ impl WindCourse {
         Vector3::from(self.site_wind_ned.map(|[component]| component))
     }
 
-    /// The wind of flights at a site side by side; `None` where it is not the same [`Wind`], or one has
-    /// begun.
-    pub fn abreast<const N: usize>(each: [&Self; N], site: &Environment) -> Option<WindCourse<N>> {
-        let alike = |one: &Self| !one.begun && one.wind == each[0].wind;
-        if !each.iter().all(|one| alike(one)) {
+    /// The wind of flights at a site side by side, each of which goes on where it is; `None` where it is not
+    /// the same [`Wind`].
+    pub fn abreast<const N: usize>(each: [&Self; N]) -> Option<WindCourse<N>> {
+        let first = each[0];
+        if !each.iter().all(|one| one.wind == first.wind && one.site_altitude_m == first.site_altitude_m) {
             return None;
         }
-        let numbers = each.map(|one| one.numbers[0]);
-        each[0].wind.courses(site, each.map(Self::site_wind_ned), numbers)
+        let eddies = match &first.eddies {
+            Some(_) => {
+                let eddies: Vec<_> = each.iter().filter_map(|one| one.eddies.as_ref()).collect();
+                Some(Eddies::abreast(eddies.try_into().ok()?)?)
+            }
+            None => None,
+        };
+        let ring = match &first.ring {
+            Some(_) => {
+                let rings: Vec<_> = each.iter().filter_map(|one| one.ring.as_ref()).collect();
+                Some(RingCourse::abreast(rings.try_into().ok()?)?)
+            }
+            None => None,
+        };
+        let distances = |gust: usize| each.map(|one| one.distances_m[gust][0]);
+        Some(WindCourse {
+            wind: first.wind.clone(),
+            site_wind_ned: [0, 1, 2].map(|k| each.map(|one| one.site_wind_ned[k][0])),
+            site_altitude_m: first.site_altitude_m,
+            share: each.map(|one| one.share[0]),
+            eddies,
+            distances_m: (0..first.distances_m.len()).map(distances).collect(),
+            ring,
+        })
     }
 }
 
@@ -203,7 +219,6 @@ impl<const N: usize> WindCourse<N> {
         down_m: &[f64; N],
         v_ned: &[[f64; N]; 3],
     ) -> [[f64; N]; 3] {
-        self.begun = true;
         let altitude_m = down_m.map(|down| self.site_altitude_m - down);
         let mean = self.mean_ned(&altitude_m);
         let mut airspeed_m_s = [0.0; N];

@@ -64,6 +64,16 @@ pub struct RingCourse<const N: usize> {
 }
 
 impl<const N: usize> RingCourse<N> {
+    /// The fluctuation of flights side by side, each where it is; `None` where they cannot be.
+    pub fn abreast(each: [&RingCourse<1>; N]) -> Option<Self> {
+        let of_rotor = |rotor: usize| {
+            let filters: Vec<_> = each.iter().filter_map(|one| one.of_rotors.get(rotor)).collect();
+            Longitudinal::abreast(filters.try_into().ok()?)
+        };
+        let of_rotors = (0..each[0].of_rotors.len()).map(of_rotor).collect::<Option<_>>()?;
+        Some(Self { settings: each[0].settings, of_rotors, last: None })
+    }
+
     /// Whether mirror images fluctuate alike.
     pub fn is_mirrored(&self) -> bool {
         self.settings.mirrored

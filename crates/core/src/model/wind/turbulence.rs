@@ -97,6 +97,30 @@ impl Turbulence {
 }
 
 impl<const N: usize> Eddies<N> {
+    /// The eddies of flights side by side, each where it is; `None` where they cannot be.
+    pub fn abreast(each: [&Eddies<1>; N]) -> Option<Self> {
+        let first = each[0];
+        let across = |of: fn(&Eddies<1>) -> Option<&Transverse<1>>| -> Option<Option<Transverse<N>>> {
+            if of(first).is_none() {
+                return Some(None);
+            }
+            let filters: Vec<_> = each.iter().filter_map(|one| of(one)).collect();
+            Transverse::abreast(filters.try_into().ok()?).map(Some)
+        };
+        let along = match &first.along {
+            Some(_) => {
+                let filters: Vec<_> = each.iter().filter_map(|one| one.along.as_ref()).collect();
+                Some(Longitudinal::abreast(filters.try_into().ok()?)?)
+            }
+            None => None,
+        };
+        Some(Self {
+            along,
+            across: across(|one| one.across.as_ref())?,
+            vertical: across(|one| one.vertical.as_ref())?,
+        })
+    }
+
     /// Velocities now, along the mean wind, across it and vertical, over their standard deviations.
     #[inline(always)]
     pub fn velocity(&self) -> [[f64; N]; 3] {

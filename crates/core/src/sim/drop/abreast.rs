@@ -123,7 +123,7 @@ pub struct Samples<'a> {
 
 impl Abreast {
     /// The drops side by side; given back where they cannot fly so: these are not eight drops of one vehicle
-    /// at one site that have not begun, rotors are started or motors fail, the thrusts are ideal, or the
+    /// at one site, at one time, rotors are started or motors fail, the thrusts are ideal, or the
     /// processor lacks AVX2.
     pub fn of(drops: Vec<DropSimulation>) -> Result<Self, Vec<DropSimulation>> {
         let (Some(proof), Some(wind)) = (Avx2::found(), wind_of_all(&drops)) else { return Err(drops) };
@@ -568,7 +568,7 @@ fn wind_of_all(drops: &[DropSimulation]) -> Option<Option<(WindCourse<LANES>, f6
             && drop.plant.flies_like(&first.plant)
             && drop.faults.is_none()
             && drop.course.start == first.course.start
-            && drop.course.clock.time_s == 0.0
+            && drop.course.clock == first.course.clock
             && drop.wind.is_some() == first.wind.is_some()
             && drop.course.nominal_release_s == first.course.nominal_release_s
             && drop.course.delay_s == first.course.delay_s
@@ -578,7 +578,7 @@ fn wind_of_all(drops: &[DropSimulation]) -> Option<Option<(WindCourse<LANES>, f6
     }
     let Some((_, t0_s)) = &first.wind else { return Some(None) };
     let courses: Vec<_> = drops.iter().filter_map(|drop| Some(&drop.wind.as_ref()?.0)).collect();
-    let course = WindCourse::abreast(courses.try_into().ok()?, first.environment())?;
+    let course = WindCourse::abreast(courses.try_into().ok()?)?;
     Some(Some((course, *t0_s)))
 }
 

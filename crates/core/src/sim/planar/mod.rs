@@ -63,6 +63,9 @@ pub enum NotPlanar {
         /// Most places that are flown.
         most: usize,
     },
+    /// The motors are on a battery with a voltage.
+    #[error("the batch engine flies motors on a stiff supply; these are on a battery with a voltage")]
+    Battery,
     /// A rotor does not push straight up.
     #[error("rotor {rotor} does not push along the body's up axis")]
     RotorAxis {

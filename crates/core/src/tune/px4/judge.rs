@@ -64,8 +64,9 @@ impl Px4Setting<'_> {
         let (similarity, hang_s) = (self.similarity, self.hang_s());
         let (vehicle, environment) = (self.scenario.vehicle.clone(), self.scenario.environment.clone());
         let course = self.scenario.wind.course(&environment, self.air);
-        let mut sim =
-            DropSimulation::new(vehicle, environment, parachute, hang_s, self.start).in_wind(course);
+        let mut sim = DropSimulation::new(vehicle, environment, parachute, hang_s, self.start)
+            .in_wind(course)
+            .on_battery(self.scenario.battery.clone());
         sim.schedule_release(hang_s);
         let reference = Reference::Plan {
             trajectory: self.plan,
@@ -236,6 +237,7 @@ mod tests {
                 vehicle: Arc::new(quadrotor([ARM_M; 2], [J_YY; 3], [0.0; 3], VehicleOptions::default())),
                 environment: site(),
                 wind: Wind::default(),
+                battery: None,
                 target_v_ned: Vector3::new(1.0, 0.0, 1.0),
                 limits: Limits::of_j_state(
                     SafetyLimits {
