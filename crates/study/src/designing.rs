@@ -1,11 +1,21 @@
 //! How plan and gains of a mission are designed together: judge and search of its settings.
 
+use std::sync::Arc;
+
+use nalgebra::Vector3;
 use samara_core::assess::Scenario;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::design::{
     Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, FlyPortions, FreshResults,
-    LeastMargins, NotJudged, PlanDesign, Unknown, judge_fresh,
+    LeastMargins, NotJudged, PlanDesign, RandomDrops, Unknown, judge_fresh,
 };
+use samara_core::frames::LEVEL;
+use samara_core::model::rigid_body::BodyState;
+use samara_core::model::wind::Wind;
+use samara_core::sim::DropSimulation;
+use samara_core::sim::planar::Variation;
+use samara_core::trajectory::Trajectory;
+use samara_core::tune::unknowns::{DELAY_S, varied};
 use samara_mission::Mission;
 
 use super::tuning::gain_space;
@@ -33,8 +43,78 @@ pub fn design_flights(mission: &Mission) -> DesignFlights {
         cases: mission.study.cases.clone(),
         releases: mission.releases(),
         seed: mission.seed,
+        drops: MissionDrops::of(mission).map(|drops| Arc::new(drops) as _),
     }
 }
+
+/// Whether drops of a mission have what flights from t = 0 leave out: a canopy that moves, a wind from anywhere
+/// or by altitude, rotors that are started.
+pub fn is_more_than_from_t0(mission: &Mission) -> bool {
+    mission.release.parachute.suspension.is_some()
+        || mission.study.monte_carlo.wind_sigma_m_s > 0.0
+        || mission.site.wind.profile.is_some()
+        || mission.vehicle.start.is_some()
+}
+
+/// Whole drops of a mission, by its own random numbers.
+#[derive(Debug)]
+struct MissionDrops {
+    /// The mission, in the turbulence that designs are judged in.
+    mission: Mission,
+}
+
+impl MissionDrops {
+    /// Those of a mission of which flights from t = 0 leave something out; `None`: they leave out nothing.
+    fn of(mission: &Mission) -> Option<Self> {
+        is_more_than_from_t0(mission).then(|| {
+            let mut mission = mission.clone();
+            mission.site.wind = mission.design.wind(&mission.site.wind, mission.seed);
+            Self { mission }
+        })
+    }
+}
+
+impl RandomDrops for MissionDrops {
+    fn drop(&self, number: u64, unknown: Unknown) -> DropSimulation {
+        let mut mission = self.mission.with_drop(&self.mission.draw_drop(number));
+        if !unknown.air {
+            (mission.site.wind, mission.site.environment) =
+                (Wind::default(), self.mission.site.environment.clone());
+        }
+        let mut variation = Variation::NONE;
+        if unknown.vehicle {
+            let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
+            let (later, drawn) = varied(&AT_REST, self.mission.seed, number, g, target_m_s);
+            let parachute = &mut mission.release.parachute;
+            parachute.delay_s = (parachute.delay_s + later.v_ned.z / g).max(0.0);
+            variation = drawn;
+            // A mission that draws a wind of its own needs no other.
+            if !(unknown.air && mission.study.monte_carlo.wind_sigma_m_s > 0.0) {
+                mission.site.environment = variation.blown(&mission.site.environment);
+            }
+        }
+        mission.released_simulation().varied(variation.factors(), variation.latency_s)
+    }
+
+    fn held_until_s(&self) -> f64 {
+        let release = &self.mission.release;
+        (release.hang_s + release.parachute.delay_s - DELAY_S).max(0.0)
+    }
+
+    fn ends_s(&self, plan: &Trajectory) -> f64 {
+        let begins_s = self.mission.release.hang_s + self.mission.release.parachute.delay_s;
+        let settle_s = self.mission.design.settle_s.unwrap_or_else(|| self.mission.settle_s(plan));
+        begins_s + plan.end_s() + settle_s
+    }
+}
+
+/// A body at rest.
+const AT_REST: BodyState = BodyState {
+    p_ned: Vector3::new(0.0, 0.0, 0.0),
+    q_ned_from_body: LEVEL,
+    v_ned: Vector3::new(0.0, 0.0, 0.0),
+    omega_body: Vector3::new(0.0, 0.0, 0.0),
+};
 
 /// The judge of designs of a mission.
 pub fn design_judge(mission: &Mission) -> DesignJudge<'_> {
@@ -126,4 +206,43 @@ pub fn judge_own_and(
         }
     }
     Ok(judged)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::{EffectFlights, EffectsOn};
+    use samara_core::assess::VerdictBuilder;
+    use samara_core::control::{Airframe, ControlSettings};
+    use samara_core::design::{DrawnDrop, fly_drops};
+    use samara_core::plan::SolverOptions;
+    use std::ops::ControlFlow;
+
+    /// Drops that are flown once to where a design takes over, and by the mission's own from there, come out
+    /// as the campaign's drops of their numbers, to the bit: canopy, battery, ring and gusts too.
+    #[test]
+    fn prop_drops_of_a_search_are_those_of_a_campaign() {
+        let mission = Mission::shipped("x500_real_air").unwrap();
+        let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
+        let drops = MissionDrops::of(&mission).unwrap();
+        let own = own_design(&mission);
+        let settings = ControlSettings {
+            airframe: Airframe::new(&mission.vehicle, &mission.site.environment).unwrap(),
+            gains: mission.control.gains,
+            limits: own.limits,
+        };
+        let drawn = (0..5).map(|number| {
+            let simulation = drops.drop(number, Unknown { vehicle: false, air: true });
+            let seen = VerdictBuilder::judging(mission.limits, mission.target_v_ned);
+            DrawnDrop::new(simulation, seen).advanced_to(drops.held_until_s())
+        });
+        let ends_s = drops.ends_s(&plan.trajectory);
+        let along = (&plan.trajectory, mission.target_v_ned);
+        let flown = fly_drops(drawn.collect(), &own, along, settings, ends_s);
+        let kept = EffectsOn::All.kept(&mission.effects());
+        let campaign = EffectFlights::new(&mission, &kept, &plan.trajectory).unwrap().fly_all(0..5);
+        for (flown, drop) in flown.iter().zip(&campaign) {
+            assert_eq!((flown.outcome, flown.objections.is_empty()), (drop.outcome, drop.safe));
+        }
+    }
 }

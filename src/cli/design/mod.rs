@@ -24,7 +24,9 @@ pub use args::DesignArgs;
 use samara::config::Mission;
 use samara::design::{DesignSearch, FlyPortion, FlyPortions, NotJudged, judge_finalists, judge_fresh};
 use samara::report::design::{self, DesignRun};
-use samara::study::designing::{JudgedDesign, design_judge, design_search, judge_own_and, own_design};
+use samara::study::designing::{
+    JudgedDesign, design_judge, design_search, is_more_than_from_t0, judge_own_and, own_design,
+};
 
 /// Name of the checkpoint.
 const CHECKPOINT: &str = "design_checkpoint.json";
@@ -52,8 +54,16 @@ fn remark(mission: &Mission) {
                 .to_owned(),
         );
     }
-    remarks.extend(mission.battery_remark().map(str::to_owned));
-    remarks.extend(mission.t0_remarks());
+    if is_more_than_from_t0(mission) {
+        remarks.push(
+            "designs are judged by whole drops, with all that the mission names; the release cases, which bounds are \
+             kept in, begin at t = 0, in still air"
+                .to_owned(),
+        );
+    } else {
+        remarks.extend(mission.battery_remark().map(str::to_owned));
+        remarks.extend(mission.t0_remarks());
+    }
     if mission.px4.params.is_some() {
         remarks.push("px4_params: a design is samara's cascade's; a PX4 keeps the file's gains".to_owned());
     }

@@ -8,7 +8,7 @@
 use nalgebra::Vector3;
 
 use super::{Airframe, ControlLimits, Gains};
-use crate::frames::{LEVEL, Quaternion};
+use crate::frames::{LEVEL, Quaternion, yaw};
 use crate::model::rigid_body::BodyState;
 use crate::model::{MAX_ROTORS, PerRotor};
 
@@ -211,5 +211,39 @@ impl Controller for WithVelocityError {
 
     fn configure(&mut self, settings: &ControlSettings) {
         self.controller.configure(settings);
+    }
+}
+
+/// A controller as the autopilot has it for setpoints without a heading: it keeps the one at which velocity
+/// control began.
+#[derive(Clone, Debug)]
+pub struct KeepsHeading {
+    controller: Box<dyn Controller>,
+    heading_rad: Option<f64>,
+}
+
+impl KeepsHeading {
+    /// This controller, which has no heading yet.
+    pub fn new(controller: Box<dyn Controller>) -> Self {
+        Self { controller, heading_rad: None }
+    }
+}
+
+impl Controller for KeepsHeading {
+    fn reset(&mut self) {
+        self.controller.reset();
+        self.heading_rad = None;
+    }
+
+    fn step(&mut self, measurement: &Measurement, setpoint: &Setpoint, dt_s: f64) -> ControlOutput {
+        let mut setpoint = *setpoint;
+        if let Setpoint::Velocity { yaw_rad: yaw_rad @ None, .. } = &mut setpoint {
+            *yaw_rad = Some(*self.heading_rad.get_or_insert_with(|| yaw(measurement.q_ned_from_body)));
+        }
+        self.controller.step(measurement, &setpoint, dt_s)
+    }
+
+    fn as_cascade(&self) -> Option<AsCascade<'_>> {
+        Some(AsCascade { keeps_heading: true, ..self.controller.as_cascade()? })
     }
 }

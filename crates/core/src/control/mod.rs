@@ -44,8 +44,8 @@ pub(crate) mod test_vehicles;
 pub use airframe::Airframe;
 pub use cascade::Cascade;
 pub use controller::{
-    AsCascade, CloneController, ControlOutput, ControlSettings, Controller, Measurement, Setpoint,
-    WithVelocityError,
+    AsCascade, CloneController, ControlOutput, ControlSettings, Controller, KeepsHeading, Measurement,
+    Setpoint, WithVelocityError,
 };
 pub use free_fall::{Fall, FreeFallDetector, FreeFallSettings};
 pub use gains::{ControlLimits, Gains, TiltFrom};

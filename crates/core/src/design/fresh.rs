@@ -3,15 +3,15 @@
 
 use std::ops::Range;
 
-use super::judge::{DesignFlights, DesignJudge, Unknown};
-use super::objective::{DesignBounds, DesignObjective, JudgedFlight, LOST};
+use super::drops::{FreshFlight, Unknown};
+use super::judge::DesignJudge;
+use super::objective::{DesignBounds, DesignObjective, LOST};
 use super::search::TriedDesign;
 use super::space::Design;
 use crate::assess::better::passes_less_often;
 use crate::assess::outcome::{J_TPF, OutcomeSummary, Quantity};
-use crate::assess::{ChosenAmong, Outcome, Share, Summary, clearly_less, quantile_rank};
+use crate::assess::{ChosenAmong, Share, Summary, clearly_less, quantile_rank};
 use crate::random::Trials;
-use crate::tune::{GainJudge, Longitudinal};
 
 /// Conditions of fresh flights: name, and what the controller does not know of.
 pub const CONDITIONS: [(&str, Unknown); 3] = [
@@ -19,40 +19,6 @@ pub const CONDITIONS: [(&str, Unknown); 3] = [
     ("unknowns", Unknown { vehicle: true, air: false }),
     ("turbulence", Unknown { vehicle: true, air: true }),
 ];
-
-/// A fresh flight.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FreshFlight {
-    /// The flight's numbers; the J_TPF of a flight that was lost is [`LOST`].
-    pub outcome: Outcome,
-    /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
-    pub safe: bool,
-    /// Whether no limit is among its objections.
-    pub within_limits: bool,
-    /// Distance of the velocity from the target at the end [m/s]; infinite of a flight that was lost.
-    pub end_error_m_s: f64,
-}
-
-/// Flies the random flights of these numbers.
-fn fly_fresh(
-    flights: &DesignFlights,
-    pilot: &GainJudge<'_>,
-    k: &Longitudinal,
-    numbers: Range<u64>,
-    unknown: Unknown,
-) -> Vec<FreshFlight> {
-    let drawn: Vec<_> = numbers.map(|number| flights.draw(number, unknown)).collect();
-    let flown = pilot.measure_others(k, &drawn);
-    drawn
-        .iter()
-        .zip(&flown)
-        .map(|((start, _), flight)| {
-            let JudgedFlight { j_tpf, safe, within_limits } = flights.judged(start, flight);
-            let outcome = Outcome { j_tpf, ..flight.outcome };
-            FreshFlight { outcome, safe, within_limits, end_error_m_s: flight.end_error_m_s }
-        })
-        .collect()
-}
 
 /// Results of fresh flights in one condition.
 #[derive(Clone, Debug, Default)]
@@ -224,7 +190,8 @@ fn results(
     let pilot = pilot.map_err(|_| NotJudged::NoPlan)?;
     let begin = numbers.clone().step_by(PORTION as usize);
     let portions: Vec<_> = begin.map(|first| first..(first + PORTION).min(numbers.end)).collect();
-    let fly_portion = |portion| fly_fresh(judge.flights(), &pilot, &design.gains, portion, unknown);
+    let by = (&pilot, design, &plan.trajectory);
+    let fly_portion = |portion| judge.flights().fly_fresh(portion, unknown, by);
     let flown = fly(&portions, &fly_portion).ok_or(NotJudged::Stopped)?;
     Ok(FreshResults::of(&flown.concat()))
 }
@@ -232,6 +199,7 @@ fn results(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::assess::Outcome;
     use crate::assess::outcome::STEADY_AFTER;
 
     /// Never steady, and safe below a J_TPF of 1.

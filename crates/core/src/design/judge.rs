@@ -1,19 +1,20 @@
 //! Judge of a design: planned, then flown from the release cases in still air and from random releases in
 //! everything that the controller does not know of.
 
-use std::ops::ControlFlow;
+use std::ops::{ControlFlow, Range};
 use std::sync::Arc;
 
 use nalgebra::Vector3;
 
+use super::drops::{DrawnDrop, FlownDrop, FreshFlight, RandomDrops, Unknown, fly_drops};
 use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at, steady_near};
 use super::objective::{BOUNDED, DesignBounds, DesignObjective, JudgedFlight, Judgement, LOST};
 use super::operating_point::{body_of, shaft_energy_j};
 use super::{Design, PlanDesign};
 use crate::assess::Scenario;
-use crate::assess::{Objection, Outcome, ReleaseDistribution, StateCost, judge_trial};
+use crate::assess::{Objection, Outcome, ReleaseDistribution, StateCost, VerdictBuilder, judge_trial};
 use crate::control::px4::timing::IMU_PERIOD_S;
-use crate::control::{ControlError, Gains};
+use crate::control::{Airframe, ControlError, ControlSettings, Gains};
 use crate::model::rigid_body::BodyState;
 use crate::model::{MAX_ROTORS, Vehicle, trim};
 use crate::plan::{Guess, Plan, PlanProblem, SolverOptions, Status, plan};
@@ -42,15 +43,8 @@ pub struct DesignFlights {
     pub releases: ReleaseDistribution,
     /// Seed of all that is drawn.
     pub seed: u64,
-}
-
-/// What the controller of a random flight does not know of.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Unknown {
-    /// Mass, inertia, air loads, density, steady wind and delays ([`crate::tune::unknowns`]).
-    pub vehicle: bool,
-    /// Gusts and turbulence.
-    pub air: bool,
+    /// Whole drops in place of random flights from t = 0, where those leave out what the mission names.
+    pub drops: Option<Arc<dyn RandomDrops>>,
 }
 
 impl DesignFlights {
@@ -80,6 +74,53 @@ impl DesignFlights {
             feed_forward: design.feed_forward,
             settle_s: self.settle_s,
         })
+    }
+
+    /// A whole drop that has not begun.
+    fn drawn(&self, drops: &dyn RandomDrops, number: u64, unknown: Unknown) -> DrawnDrop {
+        let Scenario { limits, target_v_ned, .. } = &self.scenario;
+        DrawnDrop::new(drops.drop(number, unknown), VerdictBuilder::judging(*limits, *target_v_ned))
+    }
+
+    /// Flies whole drops by a design along its plan; none of a vehicle that cannot be controlled.
+    fn fly_drops(
+        &self,
+        source: &dyn RandomDrops,
+        drops: Vec<DrawnDrop>,
+        design: &Design,
+        plan: &Trajectory,
+    ) -> Vec<FlownDrop> {
+        let Scenario { vehicle, environment, target_v_ned, .. } = &self.scenario;
+        let Ok(airframe) = Airframe::new(vehicle, environment) else { return Vec::new() };
+        let Gains { k_ppsi, k_pr, .. } = self.yaw;
+        let gains = Gains { k_ppsi, k_pr, ..Gains::longitudinal(design.gains) };
+        let settings = ControlSettings { airframe, gains, limits: design.limits };
+        fly_drops(drops, design, (plan, *target_v_ned), settings, source.ends_s(plan))
+    }
+
+    /// Flies the random flights of these numbers by a design: whole drops where there are any, or from t = 0.
+    pub(super) fn fly_fresh(
+        &self,
+        numbers: Range<u64>,
+        unknown: Unknown,
+        (pilot, design, plan): (&GainJudge<'_>, &Design, &Trajectory),
+    ) -> Vec<FreshFlight> {
+        if let Some(source) = self.drops.as_deref() {
+            let drops = numbers.map(|number| self.drawn(source, number, unknown)).collect();
+            let flown = self.fly_drops(source, drops, design, plan);
+            return flown.iter().map(|flown| flown.fresh(&self.scenario.target_v_ned)).collect();
+        }
+        let drawn: Vec<_> = numbers.map(|number| self.draw(number, unknown)).collect();
+        let flown = pilot.measure_others(&design.gains, &drawn);
+        drawn
+            .iter()
+            .zip(&flown)
+            .map(|((start, _), flight)| {
+                let JudgedFlight { j_tpf, safe, within_limits } = self.judged(start, flight);
+                let outcome = Outcome { j_tpf, ..flight.outcome };
+                FreshFlight { outcome, safe, within_limits, end_error_m_s: flight.end_error_m_s }
+            })
+            .collect()
     }
 
     /// Altitude that a flight from this state has lost at the plan's end, since the release [m].
@@ -121,6 +162,8 @@ pub struct DesignJudge<'a> {
     /// Release cases, first as they are, then with their pitch off.
     cases: Vec<(BodyState, Variation)>,
     draws: Vec<(BodyState, Variation)>,
+    /// Whole drops in their place, up to where a design takes over.
+    drops: Vec<DrawnDrop>,
     /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
     target: Option<OperatingPoint>,
     /// The vehicle as it is known, and others near it, whose loops must be stable too.
@@ -140,11 +183,18 @@ impl<'a> DesignJudge<'a> {
         let states: Vec<BodyState> = flights.cases.iter().map(ReleaseCase::state).collect();
         let mut cases: Vec<_> = states.iter().map(|state| (*state, Variation::NONE)).collect();
         cases.extend(tipped(&states));
-        let draws =
-            (Trials::Search.first()..).take(draws).map(|number| flights.draw(number, unknown)).collect();
+        let numbers = (Trials::Search.first()..).take(draws);
+        let (mut draws, mut drops) = (Vec::new(), Vec::new());
+        match flights.drops.as_deref() {
+            Some(source) => {
+                let drawn = numbers.map(|number| flights.drawn(source, number, unknown));
+                drops = drawn.map(|drop| drop.advanced_to(source.held_until_s())).collect();
+            }
+            None => draws = numbers.map(|number| flights.draw(number, unknown)).collect(),
+        }
         let target = steady_at_target(&problem, &flights);
         let vehicles = vehicles_near(&problem);
-        Self { problem, flights, objective, bounds, cases, draws, target, vehicles }
+        Self { problem, flights, objective, bounds, cases, draws, drops, target, vehicles }
     }
 
     /// The flights.
@@ -159,7 +209,7 @@ impl<'a> DesignJudge<'a> {
 
     /// How many flights judge a design.
     pub fn count(&self) -> usize {
-        self.cases.len() + self.draws.len()
+        self.cases.len() + self.draws.len() + self.drops.len()
     }
 
     /// Plans a design; `None` when it cannot be planned or the solve does not converge.
@@ -245,18 +295,37 @@ impl<'a> DesignJudge<'a> {
         let energy_j = shaft_energy_j(&self.problem, &plan.trajectory);
         let (modulus, delay_s) = self.least_margins(&plan.trajectory, design);
         let in_cases = Judgement { energy_j, modulus, delay_s, ..self.judge_cases(&pilot, &design.gains) };
-        let mut judged = in_cases.with_draws(self.objective, &[], self.draws.len());
-        let mut drawn = Vec::with_capacity(self.draws.len());
-        for portion in self.draws.chunks(PORTION) {
+        let of = self.draws.len() + self.drops.len();
+        let mut judged = in_cases.with_draws(self.objective, &[], of);
+        let mut drawn = Vec::with_capacity(of);
+        for from in (0..of).step_by(PORTION) {
             if judged.cost(&self.bounds) > ceiling {
                 break;
             }
-            let flown = pilot.measure_others(&design.gains, portion);
-            let starts = portion.iter().map(|(start, _)| start);
-            drawn.extend(starts.zip(&flown).map(|(start, flight)| self.flights.judged(start, flight)));
-            judged = in_cases.with_draws(self.objective, &drawn, self.draws.len());
+            let to = of.min(from + PORTION);
+            drawn.extend(self.judge_draws(&pilot, design, &plan.trajectory, from..to));
+            judged = in_cases.with_draws(self.objective, &drawn, of);
         }
         judged
+    }
+
+    /// Random flights by their place.
+    fn judge_draws(
+        &self,
+        pilot: &GainJudge<'_>,
+        design: &Design,
+        plan: &Trajectory,
+        places: Range<usize>,
+    ) -> Vec<JudgedFlight> {
+        if let Some(source) = self.flights.drops.as_deref() {
+            let drops = self.drops[places].to_vec();
+            let flown = self.flights.fly_drops(source, drops, design, plan);
+            return flown.iter().map(FlownDrop::judged).collect();
+        }
+        let portion = &self.draws[places];
+        let flown = pilot.measure_others(&design.gains, portion);
+        let starts = portion.iter().map(|(start, _)| start);
+        starts.zip(&flown).map(|(start, flight)| self.flights.judged(start, flight)).collect()
     }
 
     fn judge_cases(&self, pilot: &GainJudge<'_>, k: &Longitudinal) -> Judgement {

@@ -7,6 +7,7 @@
 //! | [`settings`] | what a mission says of it |
 //! | [`objective`] | what a design costs, and its bounds |
 //! | [`judge`] | a design planned and flown |
+//! | [`drops`] | whole drops that judge it |
 //! | [`operating_point`] | rotor speeds of thrusts, energy of a plan |
 //! | [`linear_loop`], [`margins`] | a sampled loop with its margins; those of a vehicle in flight |
 //! | [`search`] | the search, resumable to the bit |
@@ -15,6 +16,7 @@
 //! Each design is planned by the planner as it is, and flown by [`crate::tune::GainJudge`]. Where the planner
 //! learns to do more, that is another number of [`PlanDesign`] and another coordinate of [`space`].
 
+pub mod drops;
 pub mod fresh;
 pub mod judge;
 pub mod linear_loop;
@@ -26,11 +28,12 @@ pub mod search;
 pub mod settings;
 pub mod space;
 
+pub use drops::{DrawnDrop, FlownDrop, FreshFlight, RandomDrops, Unknown, fly_drops};
 pub use fresh::{
-    CONDITIONS, Finalist, FlyPortion, FlyPortions, FreshFlight, FreshResults, NotJudged, best_finalist,
-    judge_finalists, judge_fresh,
+    CONDITIONS, Finalist, FlyPortion, FlyPortions, FreshResults, NotJudged, best_finalist, judge_finalists,
+    judge_fresh,
 };
-pub use judge::{DesignFlights, DesignJudge, Unknown};
+pub use judge::{DesignFlights, DesignJudge};
 pub use linear_loop::{LinearLoop, Margins};
 pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, loops_at};
 pub use objective::{BOUNDED, DesignBounds, DesignObjective, Judgement, LeastMargins};
