@@ -47,8 +47,8 @@ pub fn design_flights(mission: &Mission) -> DesignFlights {
     }
 }
 
-/// Whether drops of a mission have what flights from t = 0 leave out: a canopy that moves, a wind from anywhere
-/// or by altitude, rotors that are started.
+/// Whether drops of a mission have what flights from t = 0 leave out: a canopy that moves, a wind from
+/// anywhere or by altitude, rotors that are started.
 pub fn is_more_than_from_t0(mission: &Mission) -> bool {
     mission.release.parachute.suspension.is_some()
         || mission.study.monte_carlo.wind_sigma_m_s > 0.0
