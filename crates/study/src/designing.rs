@@ -66,16 +66,18 @@ struct MissionDrops {
 impl MissionDrops {
     /// Those of a mission of which flights from t = 0 leave something out; `None`: they leave out nothing.
     fn of(mission: &Mission) -> Option<Self> {
-        is_more_than_from_t0(mission).then(|| {
-            let mut mission = mission.clone();
-            mission.site.wind = mission.design.wind(&mission.site.wind, mission.seed);
-            Self { mission }
-        })
+        is_more_than_from_t0(mission).then(|| Self::in_light_turbulence(mission))
+    }
+
+    fn in_light_turbulence(mission: &Mission) -> Self {
+        let mut mission = mission.clone();
+        mission.site.wind = mission.design.wind(&mission.site.wind, mission.seed);
+        Self { mission }
     }
 }
 
 impl RandomDrops for MissionDrops {
-    fn drop(&self, number: u64, unknown: Unknown) -> DropSimulation {
+    fn numbered(&self, number: u64, unknown: Unknown) -> DropSimulation {
         let mut mission = self.mission.with_drop(&self.mission.draw_drop(number));
         if !unknown.air {
             (mission.site.wind, mission.site.environment) =
@@ -106,6 +108,20 @@ impl RandomDrops for MissionDrops {
         let settle_s = self.mission.design.settle_s.unwrap_or_else(|| self.mission.settle_s(plan));
         begins_s + plan.end_s() + settle_s
     }
+}
+
+/// Whole drops of a mission, by its own random numbers, in the turbulence that designs are judged in.
+pub fn drops_of(mission: &Mission) -> Box<dyn RandomDrops> {
+    Box::new(MissionDrops::in_light_turbulence(mission))
+}
+
+/// What the loops of a design keep to instability along a plan of the mission: least distance of a response from
+/// -1, negative where a loop is unstable, and least delay [s].
+pub fn least_margins(mission: &Mission, plan: &Trajectory, design: &Design) -> (f64, f64) {
+    let flights = DesignFlights { drops: None, ..design_flights(mission) };
+    let made_small = (mission.design.objective, design_bounds(mission));
+    let unknown = Unknown { vehicle: false, air: false };
+    DesignJudge::new(mission.plan_problem(), flights, made_small, 0, unknown).least_margins(plan, design)
 }
 
 /// A body at rest.
@@ -232,7 +248,7 @@ mod tests {
             limits: own.limits,
         };
         let drawn = (0..5).map(|number| {
-            let simulation = drops.drop(number, Unknown { vehicle: false, air: true });
+            let simulation = drops.numbered(number, Unknown { vehicle: false, air: true });
             let seen = VerdictBuilder::judging(mission.limits, mission.target_v_ned);
             DrawnDrop::new(simulation, seen).advanced_to(drops.held_until_s())
         });

@@ -1,19 +1,29 @@
-//! The first gains of a drafted mission: several sets, each of them flown, the best one taken.
+//! The first gains of a drafted mission: several sets by rules for the vehicle's own lag, each of them flown in
+//! what the controller does not know of, the best one taken.
 
 use std::ops::ControlFlow;
 
 use super::controller::controller_with;
+use super::designing::{drops_of, least_margins, own_design};
+use super::tuning::rules;
+use samara_core::assess::outcome::{J_TPF, OutcomeSummary, STEADY_AFTER};
 use samara_core::assess::{Course, Verdict, VerdictBuilder, judge};
-use samara_core::control::Gains;
-use samara_core::model::{RotorLimits, Vehicle};
+use samara_core::control::px4::timing::IMU_PERIOD_S;
+use samara_core::control::{Airframe, ControlSettings, Gains};
+use samara_core::design::{Design, DrawnDrop, RandomDrops, Unknown, fly_drops};
+use samara_core::model::Vehicle;
 use samara_core::sim::{FlightPlan, PlantKind, Reference, fly};
 use samara_core::trajectory::Trajectory;
 use samara_core::tune::Longitudinal;
 use samara_core::tune::gain_judge::Setting;
+use samara_core::tune::gain_space::{INTEGRAL_OF_VELOCITY, PACE, gains_of};
 use samara_core::tune::near_hover::near_hover;
 use samara_mission::Mission;
 
-/// A set of gains and the flight that it was chosen by.
+/// Random drops that each set of gains flies, with everything unknown, in light turbulence.
+pub const RANDOM_DROPS: u64 = 32;
+
+/// A set of gains and the flights that it was chosen by.
 #[derive(Clone, Debug)]
 pub struct FlownGains {
     /// The gains.
@@ -22,30 +32,59 @@ pub struct FlownGains {
     pub about: String,
     /// Verdict of the mission's drop with them, flown without a wire.
     pub verdict: Verdict,
+    /// How many of [`RANDOM_DROPS`] were not safe.
+    pub unsafe_drops: usize,
+    /// What those drops came to.
+    pub random: OutcomeSummary,
+    /// Least distance of a loop's response from -1, and least delay that makes a loop unstable [s].
+    pub margins: (f64, f64),
 }
 
-/// Control period of the flights [s]: the reference autopilot's.
-const PERIOD_S: f64 = 0.004;
-/// Shares of the guessed gains that are flown.
-const SHARES: [f64; 4] = [1.0, 0.6, 0.35, 0.2];
+impl FlownGains {
+    /// Greatest J_TPF of the random drops, and the mean of their times to steady flight [s].
+    pub fn worst_and_steady(&self) -> (f64, f64) {
+        (self.random.of(&J_TPF).max(), self.random.of(&STEADY_AFTER).mean())
+    }
 
-/// Gains of which each loop is slower than the one inside it, and the innermost slower than the rotors: its
-/// gain is a quarter of the rate at which thrust comes. `share` makes all of them slower.
-pub fn guessed_gains(vehicle: &Vehicle, density_kg_m3: f64, share: f64) -> Gains {
-    let rotors = RotorLimits::of(vehicle, density_kg_m3);
-    // A third of the time for 90 % of the thrust is about a time constant.
-    let lag_s = 0.3 * rotors.thrust_n / rotors.thrust_slew_n_s;
-    let rate = share * (0.25 / lag_s).clamp(0.5, 10.0);
-    let (attitude, down) = (0.4 * rate, 0.4 * rate);
-    let north = 0.35 * attitude;
-    Gains::longitudinal([rate, 0.1 * rate, attitude, down, 0.05 * down, north, 0.05 * north])
+    /// Order among sets, the best first: of the fewest unsafe drops; of those that keep a modulus of a half; of
+    /// the least worst J_TPF, as finely as the draws tell; soonest steady.
+    fn rank(&self) -> (usize, bool, f64, f64) {
+        let (worst, steady_s) = self.worst_and_steady();
+        (self.unsafe_drops, self.margins.0 < LEAST_MODULUS, (TOLD * worst).round(), steady_s)
+    }
 }
 
-/// Flies the mission's drop with gains by the rules of Ziegler and Nichols ([`near_hover`], IV.D) and with
-/// guessed ones of several speeds, and returns the set that is steady soonest of those that stay within the
-/// limits. `None` when none does both.
+/// Least distance of a loop's response from -1.
+const LEAST_MODULUS: f64 = 0.5;
+/// Steps of J_TPF that so few drops tell apart, to 1.
+const TOLD: f64 = 50.0;
+/// Paces of the rule that are flown, as shares of its own.
+const SHARES: [f64; 4] = [1.0, 0.7, 0.5, 0.3];
+
+/// The gains by the rule for a vehicle's lag about a speed, in air of a density [kg/m^3]: what a draft has before
+/// anything was flown.
+pub fn guessed_gains(vehicle: &Vehicle, density_kg_m3: f64) -> Gains {
+    let [about_a_speed, _] = gains_of(vehicle, density_kg_m3, IMU_PERIOD_S);
+    Gains::longitudinal(about_a_speed)
+}
+
+/// Flies the mission's drop and random ones with gains by the rule for the vehicle's lag at several paces, and
+/// by the rules of Ziegler and Nichols ([`near_hover`], IV.D), and returns the best of the sets with which the
+/// mission's own drop is safe. `None` when there is none.
 pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains> {
-    let (vehicle, environment) = (&mission.vehicle, &mission.site.environment);
+    let [about_a_speed, from_rest] = rules(mission);
+    let mut lags = vec![("about a speed", about_a_speed)];
+    // A motor of first order is as late from rest.
+    if from_rest[0] < 0.9 * about_a_speed[0] {
+        lags.push(("from rest", from_rest));
+    }
+    let by_rule = lags.into_iter().flat_map(|(when, rule)| {
+        SHARES.map(|share| {
+            let pace = share * PACE;
+            let about = format!("by the rule for the rotors' lag {when}, at a pace of {pace:.2}");
+            (slowed(&rule, share), about)
+        })
+    });
     let setting = Setting {
         scenario: mission.scenario(),
         control_limits: mission.control.limits,
@@ -55,28 +94,71 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
         feed_forward: mission.control.feed_forward,
         settle_s: 0.0,
     };
-    let guessed = SHARES.map(|share| {
-        let about = format!(
-            "each loop slower than the one inside it, the innermost {share} of a quarter of the rate at which the rotors' thrust comes"
-        );
-        (guessed_gains(vehicle, environment.density_kg_m3, share), about)
+    let relays = near_hover(&setting).ok().map(|found| {
+        let mut k = found.adjusted;
+        for (integral, gain) in [(4, 3), (6, 5)] {
+            k[integral] = INTEGRAL_OF_VELOCITY * k[gain] * k[gain];
+        }
+        (k, "Ziegler and Nichols' rules on the vehicle's own loops (IV.D), integrals by the rule".to_owned())
     });
-    let rules = near_hover(&setting).ok().map(|found| {
-        let gains: Longitudinal = found.adjusted;
-        (
-            Gains::longitudinal(gains),
-            "Ziegler and Nichols' rules on the vehicle's own loops (IV.D)".to_owned(),
-        )
-    });
-    let flown = rules.into_iter().chain(guessed).filter_map(|(gains, about)| {
-        let verdict = flown(mission, plan, gains)?;
-        let safe = judge(Some(&verdict), &Course::WHOLE).is_empty();
-        safe.then_some(FlownGains { gains, about, verdict })
-    });
+    let sets: Vec<(Longitudinal, String)> = by_rule.chain(relays).collect();
+    let flights = Flights::of(mission, plan)?;
+    let flown = sets.into_iter().filter_map(|(k, about)| flights.flown(&k, about));
     flown.reduce(|best, next| {
-        let after = |flown: &FlownGains| flown.verdict.outcome.steady_after_s.unwrap_or(f64::INFINITY);
-        if after(&next) < after(&best) { next } else { best }
+        let (a, b) = (best.rank(), next.rank());
+        let later = (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3));
+        if later.is_gt() { next } else { best }
     })
+}
+
+/// Gains of a rule at a part of its pace.
+fn slowed(rule: &Longitudinal, share: f64) -> Longitudinal {
+    let [pq, iq, ptheta, pvz, ivz, pvx, ivx] = *rule;
+    let square = share * share;
+    [share * pq, square * iq, share * ptheta, share * pvz, square * ivz, share * pvx, square * ivx]
+}
+
+/// What each set of gains flies.
+struct Flights<'a> {
+    mission: &'a Mission,
+    plan: &'a Trajectory,
+    airframe: Airframe,
+    source: Box<dyn RandomDrops>,
+    drops: Vec<DrawnDrop>,
+}
+
+impl<'a> Flights<'a> {
+    fn of(mission: &'a Mission, plan: &'a Trajectory) -> Option<Self> {
+        let source = drops_of(mission);
+        let drawn = |number| {
+            let simulation = source.numbered(number, Unknown { vehicle: true, air: true });
+            let seen = VerdictBuilder::judging(mission.limits, mission.target_v_ned);
+            DrawnDrop::new(simulation, seen).advanced_to(source.held_until_s())
+        };
+        let drops = (0..RANDOM_DROPS).map(drawn).collect();
+        let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).ok()?;
+        Some(Self { mission, plan, airframe, source, drops })
+    }
+
+    fn flown(&self, k: &Longitudinal, about: String) -> Option<FlownGains> {
+        let Self { mission, plan, .. } = *self;
+        let Gains { k_ppsi, k_pr, .. } = mission.control.gains;
+        let gains = Gains { k_ppsi, k_pr, ..Gains::longitudinal(*k) };
+        let verdict = flown(mission, plan, gains)?;
+        if !judge(Some(&verdict), &Course::WHOLE).is_empty() {
+            return None;
+        }
+        let design = Design { gains: *k, ..own_design(mission) };
+        let settings =
+            ControlSettings { airframe: self.airframe.clone(), gains, limits: mission.control.limits };
+        let along = (plan, mission.target_v_ned);
+        let drops = fly_drops(self.drops.clone(), &design, along, settings, self.source.ends_s(plan));
+        let mut random = OutcomeSummary::default();
+        drops.iter().for_each(|drop| random.push(&drop.outcome));
+        let unsafe_drops = drops.iter().filter(|drop| !drop.objections.is_empty()).count();
+        let margins = least_margins(mission, plan, &design);
+        Some(FlownGains { gains, about, verdict, unsafe_drops, random, margins })
+    }
 }
 
 /// The verdict on the mission's drop with these gains.
@@ -91,7 +173,7 @@ fn flown(mission: &Mission, plan: &Trajectory, gains: Gains) -> Option<Verdict> 
     let _ = fly(
         &mut sim,
         &mut cascade,
-        &FlightPlan::new(reference, PERIOD_S, mission.duration_s),
+        &FlightPlan::new(reference, IMU_PERIOD_S, mission.duration_s),
         &mut |sample| {
             verdict.observe(sample);
             ControlFlow::Continue(())

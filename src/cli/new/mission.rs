@@ -19,7 +19,7 @@ use samara::config::{Mission, derived, gains_json, load_mission, load_vehicle, v
 use samara::model::Planet;
 use samara::plan::{Plan, SolverOptions, Status};
 use samara::report::plan_text;
-use samara::study::first_gains::{gains_that_fly, guessed_gains};
+use samara::study::first_gains::{RANDOM_DROPS, gains_that_fly, guessed_gains};
 
 /// `samara new mission`.
 #[derive(Args, Debug)]
@@ -136,7 +136,7 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
     // Refused before anything is written.
     mission_draft_json(&draft, &vehicle).bad_input()?;
     let density = planet.density_kg_m3(altitude_m).bad_input()?;
-    let first = guessed_gains(&vehicle, density, 1.0);
+    let first = guessed_gains(&vehicle, density);
     gains_output.write_text(&format!("{gains_name}.json"), &gains_json(&gains_name, "A guess.", &first))?;
     draft.gains = relative(&folder, &gains_file);
     output.write_text(&file_name, &mission_draft_json(&draft, &vehicle).bad_input()?)?;
@@ -163,14 +163,30 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
         ));
     };
     let after_s = found.verdict.outcome.steady_after_s.unwrap_or(f64::NAN);
+    let (worst, steady_s) = found.worst_and_steady();
+    let (modulus, delay_s) = found.margins;
+    let random = format!(
+        "of {RANDOM_DROPS} random drops with everything unknown {} unsafe, worst J_TPF {worst:.3}, steady after {steady_s:.1} s in the \
+         mean; loops {modulus:.2} from instability, by a delay {:.0} ms",
+        if found.unsafe_drops == 0 { "none".to_owned() } else { found.unsafe_drops.to_string() },
+        1e3 * delay_s,
+    );
     let about = format!(
-        "By samara new mission for {}: {}. Flown: J_TPF {:.3}, steady after {after_s:.1} s. samara tune finds better ones.",
+        "By samara new mission for {}: {}. Flown: J_TPF {:.3}, steady after {after_s:.1} s; {random}. samara design finds better ones.",
         mission.name, found.about, found.verdict.outcome.j_tpf
     );
     gains_output.write_text(&format!("{gains_name}.json"), &gains_json(&gains_name, &about, &found.gains))?;
     print(&if args.json {
         let outcome = &found.verdict.outcome;
-        let flown = json!({ "j_tpf": outcome.j_tpf, "steady_after_s": outcome.steady_after_s });
+        let flown = json!({
+            "j_tpf": outcome.j_tpf,
+            "steady_after_s": outcome.steady_after_s,
+            "random_drops": RANDOM_DROPS,
+            "unsafe_drops": found.unsafe_drops,
+            "worst_j_tpf": worst,
+            "modulus": modulus,
+            "delay_margin_s": delay_s,
+        });
         format!(
             "{:#}\n",
             json!({ "mission": mission.name, "file": shown, "gains_file": gains_shown, "flown": flown })
@@ -178,7 +194,7 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
     } else {
         let path = if shown.contains('/') { shown.clone() } else { format!("./{shown}") };
         format!(
-            "{shown}: its `about`s say what is estimated and guessed\n{gains_shown}: {}; flown: J_TPF {:.3}, steady after {after_s:.1} s\n\
+            "{shown}: its `about`s say what is estimated and guessed\n{gains_shown}: {}; flown: J_TPF {:.3}, steady after {after_s:.1} s;\n  {random}\n\
              next:\n  samara check {path}\n  samara drop {path}\n",
             found.about, found.verdict.outcome.j_tpf
         )

@@ -40,7 +40,7 @@ pub struct FreshFlight {
 pub trait RandomDrops: std::fmt::Debug + Send + Sync {
     /// The drop of a number, with what its controller does not know of: it has not begun, and is released
     /// without a command.
-    fn drop(&self, number: u64, unknown: Unknown) -> DropSimulation;
+    fn numbered(&self, number: u64, unknown: Unknown) -> DropSimulation;
 
     /// Time in the simulation before which no drop's rotors are free [s].
     fn held_until_s(&self) -> f64;

@@ -79,7 +79,7 @@ impl DesignFlights {
     /// A whole drop that has not begun.
     fn drawn(&self, drops: &dyn RandomDrops, number: u64, unknown: Unknown) -> DrawnDrop {
         let Scenario { limits, target_v_ned, .. } = &self.scenario;
-        DrawnDrop::new(drops.drop(number, unknown), VerdictBuilder::judging(*limits, *target_v_ned))
+        DrawnDrop::new(drops.numbered(number, unknown), VerdictBuilder::judging(*limits, *target_v_ned))
     }
 
     /// Flies whole drops by a design along its plan; none of a vehicle that cannot be controlled.
@@ -271,7 +271,7 @@ impl<'a> DesignJudge<'a> {
 
     /// What the loops keep to instability, of each vehicle at each state: [`Judgement::modulus`] and
     /// [`Judgement::delay_s`].
-    fn least_margins(&self, plan: &Trajectory, design: &Design) -> (f64, f64) {
+    pub fn least_margins(&self, plan: &Trajectory, design: &Design) -> (f64, f64) {
         let (mut modulus, mut delay_s, mut stable) = (1.0f64, DELAY_MOST_S, true);
         for point in self.operating_points(plan).iter().flatten() {
             for vehicle in &self.vehicles {

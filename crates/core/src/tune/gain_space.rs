@@ -23,8 +23,11 @@ use crate::model::{Motor, RotorLimits, Vehicle};
 pub const PACE: f64 = 0.5;
 /// Attitude over rate, vertical velocity over rate, horizontal velocity over attitude.
 const SHARES: [f64; 3] = [1.0 / 4.0, 1.0 / 2.5, 1.0 / 3.5];
-/// Integrals over the squares of their proportional gains: of the rate, of the velocities.
-const INTEGRALS: [f64; 2] = [1.0 / 40.0, 1.0 / 8.0];
+/// Integral of the rate over the square of its gain.
+const INTEGRAL_OF_RATE: f64 = 1.0 / 40.0;
+/// Integrals of the velocities over the squares of their gains: a steady wind is met within some time constants of
+/// the loop.
+pub const INTEGRAL_OF_VELOCITY: f64 = 1.0 / 8.0;
 
 /// Range of the rate's and the vertical velocity's gain, in those of the rule.
 const AROUND: [f64; 2] = [1.0 / 30.0, 2.0];
@@ -64,15 +67,14 @@ pub fn gains_by_rule(theta_s: f64, pace: f64) -> Longitudinal {
     let [attitude, down, north] = SHARES;
     let (attitude, down) = (attitude * rate, down * rate);
     let north = north * attitude;
-    let [of_rate, of_velocity] = INTEGRALS;
     [
         rate,
-        of_rate * rate * rate,
+        INTEGRAL_OF_RATE * rate * rate,
         attitude,
         down,
-        of_velocity * down * down,
+        INTEGRAL_OF_VELOCITY * down * down,
         north,
-        of_velocity * north * north,
+        INTEGRAL_OF_VELOCITY * north * north,
     ]
 }
 
