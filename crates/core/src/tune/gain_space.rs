@@ -25,8 +25,8 @@ pub const PACE: f64 = 0.5;
 const SHARES: [f64; 3] = [1.0 / 4.0, 1.0 / 2.5, 1.0 / 3.5];
 /// Integral of the rate over the square of its gain.
 const INTEGRAL_OF_RATE: f64 = 1.0 / 40.0;
-/// Integrals of the velocities over the squares of their gains: a steady wind is met within some time constants of
-/// the loop.
+/// Integrals of the velocities over the squares of their gains: a steady wind is met within some time
+/// constants of the loop.
 pub const INTEGRAL_OF_VELOCITY: f64 = 1.0 / 8.0;
 
 /// Range of the rate's and the vertical velocity's gain, in those of the rule.
