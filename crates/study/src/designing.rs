@@ -115,8 +115,8 @@ pub fn drops_of(mission: &Mission) -> Box<dyn RandomDrops> {
     Box::new(MissionDrops::in_light_turbulence(mission))
 }
 
-/// What the loops of a design keep to instability along a plan of the mission: least distance of a response from
-/// -1, negative where a loop is unstable, and least delay [s].
+/// What the loops of a design keep to instability along a plan of the mission: least distance of a response
+/// from -1, negative where a loop is unstable, and least delay [s].
 pub fn least_margins(mission: &Mission, plan: &Trajectory, design: &Design) -> (f64, f64) {
     let flights = DesignFlights { drops: None, ..design_flights(mission) };
     let made_small = (mission.design.objective, design_bounds(mission));

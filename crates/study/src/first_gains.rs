@@ -1,5 +1,5 @@
-//! The first gains of a drafted mission: several sets by rules for the vehicle's own lag, each of them flown in
-//! what the controller does not know of, the best one taken.
+//! The first gains of a drafted mission: several sets by rules for the vehicle's own lag, each of them flown
+//! in what the controller does not know of, the best one taken.
 
 use std::ops::ControlFlow;
 
@@ -46,8 +46,8 @@ impl FlownGains {
         (self.random.of(&J_TPF).max(), self.random.of(&STEADY_AFTER).mean())
     }
 
-    /// Order among sets, the best first: of the fewest unsafe drops; of those that keep a modulus of a half; of
-    /// the least worst J_TPF, as finely as the draws tell; soonest steady.
+    /// Order among sets, the best first: of the fewest unsafe drops; of those that keep a modulus of a half;
+    /// of the least worst J_TPF, as finely as the draws tell; soonest steady.
     fn rank(&self) -> (usize, bool, f64, f64) {
         let (worst, steady_s) = self.worst_and_steady();
         (self.unsafe_drops, self.margins.0 < LEAST_MODULUS, (TOLD * worst).round(), steady_s)
@@ -61,16 +61,16 @@ const TOLD: f64 = 50.0;
 /// Paces of the rule that are flown, as shares of its own.
 const SHARES: [f64; 4] = [1.0, 0.7, 0.5, 0.3];
 
-/// The gains by the rule for a vehicle's lag about a speed, in air of a density [kg/m^3]: what a draft has before
-/// anything was flown.
+/// The gains by the rule for a vehicle's lag about a speed, in air of a density [kg/m^3]: what a draft has
+/// before anything was flown.
 pub fn guessed_gains(vehicle: &Vehicle, density_kg_m3: f64) -> Gains {
     let [about_a_speed, _] = gains_of(vehicle, density_kg_m3, IMU_PERIOD_S);
     Gains::longitudinal(about_a_speed)
 }
 
-/// Flies the mission's drop and random ones with gains by the rule for the vehicle's lag at several paces, and
-/// by the rules of Ziegler and Nichols ([`near_hover`], IV.D), and returns the best of the sets with which the
-/// mission's own drop is safe. `None` when there is none.
+/// Flies the mission's drop and random ones with gains by the rule for the vehicle's lag at several paces,
+/// and by the rules of Ziegler and Nichols ([`near_hover`], IV.D), and returns the best of the sets with
+/// which the mission's own drop is safe. `None` when there is none.
 pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains> {
     let [about_a_speed, from_rest] = rules(mission);
     let mut lags = vec![("about a speed", about_a_speed)];
