@@ -26,7 +26,7 @@ const SAMPLES: usize = 16;
 const SPREAD: f64 = 0.08;
 
 /// Least distance of a loop's response from -1: a phase of 29 deg, a factor of 2 on the gain.
-const LEAST_MODULUS: f64 = 0.5;
+pub(super) const LEAST_MODULUS: f64 = 0.5;
 /// Least delay that takes a loop to the limit of stability [s].
 const LEAST_DELAY_S: f64 = 0.02;
 
@@ -110,20 +110,6 @@ impl RandomDrops for MissionDrops {
     }
 }
 
-/// Whole drops of a mission, by its own random numbers, in the turbulence that designs are judged in.
-pub fn drops_of(mission: &Mission) -> Box<dyn RandomDrops> {
-    Box::new(MissionDrops::in_light_turbulence(mission))
-}
-
-/// What the loops of a design keep to instability along a plan of the mission: least distance of a response
-/// from -1, negative where a loop is unstable, and least delay [s].
-pub fn least_margins(mission: &Mission, plan: &Trajectory, design: &Design) -> (f64, f64) {
-    let flights = DesignFlights { drops: None, ..design_flights(mission) };
-    let made_small = (mission.design.objective, design_bounds(mission));
-    let unknown = Unknown { vehicle: false, air: false };
-    DesignJudge::new(mission.plan_problem(), flights, made_small, 0, unknown).least_margins(plan, design)
-}
-
 /// A body at rest.
 const AT_REST: BodyState = BodyState {
     p_ned: Vector3::new(0.0, 0.0, 0.0),
@@ -135,14 +121,20 @@ const AT_REST: BodyState = BodyState {
 /// The judge of designs of a mission.
 pub fn design_judge(mission: &Mission) -> DesignJudge<'_> {
     let unknown = Unknown { vehicle: mission.design.unknowns, air: true };
+    judge_by(mission, design_flights(mission), mission.design.draws, unknown)
+}
+
+/// The judge of the first gains of a mission: by so many whole drops with everything unknown, also where
+/// flights from t = 0 would leave out nothing.
+pub fn first_judge(mission: &Mission, drops: usize) -> DesignJudge<'_> {
+    let whole = Arc::new(MissionDrops::in_light_turbulence(mission));
+    let flights = DesignFlights { drops: Some(whole), ..design_flights(mission) };
+    judge_by(mission, flights, drops, Unknown { vehicle: true, air: true })
+}
+
+fn judge_by(mission: &Mission, flights: DesignFlights, draws: usize, unknown: Unknown) -> DesignJudge<'_> {
     let made_small = (mission.design.objective, design_bounds(mission));
-    DesignJudge::new(
-        mission.plan_problem(),
-        design_flights(mission),
-        made_small,
-        mission.design.draws,
-        unknown,
-    )
+    DesignJudge::new(mission.plan_problem(), flights, made_small, draws, unknown)
 }
 
 /// The bounds of a mission's designs: unless the mission says otherwise, flights are steady by the plan's

@@ -4,13 +4,13 @@
 use std::ops::ControlFlow;
 
 use super::controller::controller_with;
-use super::designing::{drops_of, least_margins, own_design};
+use super::designing::{LEAST_MODULUS, first_judge, own_design};
 use super::tuning::rules;
 use samara_core::assess::outcome::{J_TPF, OutcomeSummary, STEADY_AFTER};
-use samara_core::assess::{Course, Verdict, VerdictBuilder, judge};
+use samara_core::assess::{self, Course, Verdict, VerdictBuilder};
+use samara_core::control::Gains;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
-use samara_core::control::{Airframe, ControlSettings, Gains};
-use samara_core::design::{Design, DrawnDrop, RandomDrops, Unknown, fly_drops};
+use samara_core::design::{Design, DesignJudge};
 use samara_core::model::Vehicle;
 use samara_core::sim::{FlightPlan, PlantKind, Reference, fly};
 use samara_core::trajectory::Trajectory;
@@ -21,7 +21,7 @@ use samara_core::tune::near_hover::near_hover;
 use samara_mission::Mission;
 
 /// Random drops that each set of gains flies, with everything unknown, in light turbulence.
-pub const RANDOM_DROPS: u64 = 32;
+pub const RANDOM_DROPS: usize = 32;
 
 /// A set of gains and the flights that it was chosen by.
 #[derive(Clone, Debug)]
@@ -54,8 +54,6 @@ impl FlownGains {
     }
 }
 
-/// Least distance of a loop's response from -1.
-const LEAST_MODULUS: f64 = 0.5;
 /// Steps of J_TPF that so few drops tell apart, to 1.
 const TOLD: f64 = 50.0;
 /// Paces of the rule that are flown, as shares of its own.
@@ -102,8 +100,8 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
         (k, "Ziegler and Nichols' rules on the vehicle's own loops (IV.D), integrals by the rule".to_owned())
     });
     let sets: Vec<(Longitudinal, String)> = by_rule.chain(relays).collect();
-    let flights = Flights::of(mission, plan)?;
-    let flown = sets.into_iter().filter_map(|(k, about)| flights.flown(&k, about));
+    let judge = first_judge(mission, RANDOM_DROPS);
+    let flown = sets.into_iter().filter_map(|(k, about)| flown_by(&judge, (mission, plan), (&k, about)));
     flown.reduce(|best, next| {
         let (a, b) = (best.rank(), next.rank());
         let later = (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3));
@@ -118,47 +116,25 @@ fn slowed(rule: &Longitudinal, share: f64) -> Longitudinal {
     [share * pq, square * iq, share * ptheta, share * pvz, square * ivz, share * pvx, square * ivx]
 }
 
-/// What each set of gains flies.
-struct Flights<'a> {
-    mission: &'a Mission,
-    plan: &'a Trajectory,
-    airframe: Airframe,
-    source: Box<dyn RandomDrops>,
-    drops: Vec<DrawnDrop>,
-}
-
-impl<'a> Flights<'a> {
-    fn of(mission: &'a Mission, plan: &'a Trajectory) -> Option<Self> {
-        let source = drops_of(mission);
-        let drawn = |number| {
-            let simulation = source.numbered(number, Unknown { vehicle: true, air: true });
-            let seen = VerdictBuilder::judging(mission.limits, mission.target_v_ned);
-            DrawnDrop::new(simulation, seen).advanced_to(source.held_until_s())
-        };
-        let drops = (0..RANDOM_DROPS).map(drawn).collect();
-        let airframe = Airframe::new(&mission.vehicle, &mission.site.environment).ok()?;
-        Some(Self { mission, plan, airframe, source, drops })
+/// A set of gains in the mission's drop and in the judge's; `None` where the mission's drop is not safe.
+fn flown_by(
+    judge: &DesignJudge<'_>,
+    (mission, plan): (&Mission, &Trajectory),
+    (k, about): (&Longitudinal, String),
+) -> Option<FlownGains> {
+    let Gains { k_ppsi, k_pr, .. } = mission.control.gains;
+    let gains = Gains { k_ppsi, k_pr, ..Gains::longitudinal(*k) };
+    let verdict = flown(mission, plan, gains)?;
+    if !assess::judge(Some(&verdict), &Course::WHOLE).is_empty() {
+        return None;
     }
-
-    fn flown(&self, k: &Longitudinal, about: String) -> Option<FlownGains> {
-        let Self { mission, plan, .. } = *self;
-        let Gains { k_ppsi, k_pr, .. } = mission.control.gains;
-        let gains = Gains { k_ppsi, k_pr, ..Gains::longitudinal(*k) };
-        let verdict = flown(mission, plan, gains)?;
-        if !judge(Some(&verdict), &Course::WHOLE).is_empty() {
-            return None;
-        }
-        let design = Design { gains: *k, ..own_design(mission) };
-        let settings =
-            ControlSettings { airframe: self.airframe.clone(), gains, limits: mission.control.limits };
-        let along = (plan, mission.target_v_ned);
-        let drops = fly_drops(self.drops.clone(), &design, along, settings, self.source.ends_s(plan));
-        let mut random = OutcomeSummary::default();
-        drops.iter().for_each(|drop| random.push(&drop.outcome));
-        let unsafe_drops = drops.iter().filter(|drop| !drop.objections.is_empty()).count();
-        let margins = least_margins(mission, plan, &design);
-        Some(FlownGains { gains, about, verdict, unsafe_drops, random, margins })
-    }
+    let design = Design { gains: *k, ..own_design(mission) };
+    let drops = judge.fly_drops(0..RANDOM_DROPS, &design, plan);
+    let mut random = OutcomeSummary::default();
+    drops.iter().for_each(|drop| random.push(&drop.outcome));
+    let unsafe_drops = drops.iter().filter(|drop| !drop.objections.is_empty()).count();
+    let margins = judge.least_margins(plan, &design);
+    Some(FlownGains { gains, about, verdict, unsafe_drops, random, margins })
 }
 
 /// The verdict on the mission's drop with these gains.

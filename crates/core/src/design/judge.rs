@@ -269,8 +269,9 @@ impl<'a> DesignJudge<'a> {
         loops_at(&setting, point).ok()
     }
 
-    /// What the loops keep to instability, of each vehicle at each state: [`Judgement::modulus`] and
-    /// [`Judgement::delay_s`].
+    /// What the loops of a design keep to instability along a plan, of each vehicle at each state: the least
+    /// distance of a response from -1 ([`Judgement::modulus`]) and the least delay [s]
+    /// ([`Judgement::delay_s`]).
     pub fn least_margins(&self, plan: &Trajectory, design: &Design) -> (f64, f64) {
         let (mut modulus, mut delay_s, mut stable) = (1.0f64, DELAY_MOST_S, true);
         for point in self.operating_points(plan).iter().flatten() {
@@ -309,6 +310,13 @@ impl<'a> DesignJudge<'a> {
         judged
     }
 
+    /// Flies the judge's whole drops of these places by a design along a plan; none where there are no drops,
+    /// or of a vehicle that cannot be controlled.
+    pub fn fly_drops(&self, places: Range<usize>, design: &Design, plan: &Trajectory) -> Vec<FlownDrop> {
+        let Some(source) = self.flights.drops.as_deref() else { return Vec::new() };
+        self.flights.fly_drops(source, self.drops[places].to_vec(), design, plan)
+    }
+
     /// Random flights by their place.
     fn judge_draws(
         &self,
@@ -317,10 +325,8 @@ impl<'a> DesignJudge<'a> {
         plan: &Trajectory,
         places: Range<usize>,
     ) -> Vec<JudgedFlight> {
-        if let Some(source) = self.flights.drops.as_deref() {
-            let drops = self.drops[places].to_vec();
-            let flown = self.flights.fly_drops(source, drops, design, plan);
-            return flown.iter().map(FlownDrop::judged).collect();
+        if self.flights.drops.is_some() {
+            return self.fly_drops(places, design, plan).iter().map(FlownDrop::judged).collect();
         }
         let portion = &self.draws[places];
         let flown = pilot.measure_others(&design.gains, portion);
