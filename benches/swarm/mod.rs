@@ -5,7 +5,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
-use samara::assess::{BatchFlight, BatchMeasure, SafetyLimits, judge_flights};
+use samara::assess::{BatchFlight, BatchMeasure, Limits, SafetyLimits, judge_flights};
 use samara::config::{load_mission, load_vehicle};
 use samara::control::{ControlLimits, Gains};
 use samara::model::environment::GeoPoint;
@@ -53,7 +53,8 @@ impl Swarm {
             pitch_rate_rad_s: 90.0 * RAD_PER_DEG,
             vertical_acceleration_m_s2: 3.0,
         };
-        Self { model, measure: BatchMeasure::new(&flight, Some(&plan), limits, [4.0, 4.0], 0.057).unwrap() }
+        let limits = Limits::of_j_state(limits, 0.057);
+        Self { model, measure: BatchMeasure::new(&flight, Some(&plan), &limits, [4.0, 4.0]).unwrap() }
     }
 
     /// Flies on as many threads as told, in equal parts.

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 
 use super::answer::Failure;
 use super::terminal::{print, print_err};
-use samara::assess::Verdict;
+use samara::assess::{SteadyWithin, Verdict};
 use samara::config::Mission;
 use samara::link::{HilEvent, StreamerEvent, TimeUs, Timed};
 use samara::replan::ReplanRecord;
@@ -187,24 +187,25 @@ impl Narrator {
     /// `powered_from_s` is the time at which the rotors were freed.
     pub fn steady(&self, verdict: &Verdict, mission: &Mission, powered_from_s: Option<f64>) {
         let v = mission.target_v_ned;
-        let (target, within_m_s) =
-            (format!("[{} {} {}] m/s", v.x, v.y, v.z), mission.limits.steady_within_m_s);
-        let within =
-            if within_m_s != 0.01 * v.norm() { format!("{within_m_s} m/s") } else { "1 %".to_owned() };
+        let target = format!("[{} {} {}] m/s", v.x, v.y, v.z);
+        let within = match mission.limits.steady_within() {
+            SteadyWithin { m_s, mean_over_s: None } if m_s == 0.01 * v.norm() => format!("1 % of {target}"),
+            within => within.of(&target),
+        };
         match verdict.outcome.steady_after_s {
             Some(t) => {
                 let since = powered_from_s.unwrap_or(0.0);
                 let at_s = since + t;
+                let rms = verdict.outcome.steady_rms_m_s;
+                let rms = rms.map_or(String::new(), |rms| format!(", {rms:.2} m/s RMS about it"));
                 self.say(&format!(
-                    "steady after {t:.2} s, from {at_s:.3} s to the end: within {within} of {target}\n"
+                    "steady after {t:.2} s, from {at_s:.3} s to the end: within {within}{rms}\n"
                 ))
             }
             None if verdict.outcome.impact_speed_m_s.is_some() => {
-                self.say(&format!("on the ground, and not steady within {within} of {target} before\n"))
+                self.say(&format!("on the ground, and not steady within {within} before\n"))
             }
-            None => {
-                self.say(&format!("never steady within {within} of {target} (limits.steady_within_m_s)\n"))
-            }
+            None => self.say(&format!("never steady within {within} (limits.steady_within_m_s)\n")),
         }
     }
 }

@@ -4,7 +4,8 @@
 use nalgebra::Vector3;
 use samara::assess::tracking::control_period_s;
 use samara::assess::{
-    BatchFlight, BatchMeasure, TrackingError, Verdict, VerdictBuilder, judge_flights, steady_within_m_s,
+    BatchFlight, BatchMeasure, Limits, TrackingError, Verdict, VerdictBuilder, judge_flights,
+    steady_within_m_s,
 };
 use samara::control::{ControlLimits, Gains};
 use samara::sim::planar::{Flight, Model, Release, Variation};
@@ -40,7 +41,8 @@ fn judged(
     let model = Model::new(&TITAN, &site(), &ControlLimits::default(), kind).unwrap();
     let target = target_ned();
     let near = steady_within_m_s(&target);
-    let measure = BatchMeasure::new(plan, nodes, limits(), [target.x, target.z], near).unwrap();
+    let measure =
+        BatchMeasure::new(plan, nodes, &Limits::of_j_state(limits(), near), [target.x, target.z]).unwrap();
     let flights: Vec<Flight> = TABLE_3.iter().map(|case| flight_of(case, gains)).collect();
     let mut outcomes = vec![BatchFlight::default(); flights.len()];
     judge_flights(&model, &measure, &flights, &mut outcomes);
@@ -183,7 +185,8 @@ fn lost_flights_cost_a_thousand_and_leave_the_others_alone() {
     let dt_s = control_period_s(&nodes);
     let flight = along(hermite(&velocity, None), dt_s, nodes.end_s());
     let model = Model::new(&TITAN, &site(), &ControlLimits::default(), PlantKind::Ideal).unwrap();
-    let measure_with_nodes = BatchMeasure::new(&flight, Some(&nodes), limits(), [4.0, 4.0], 0.05).unwrap();
+    let measure_with_nodes =
+        BatchMeasure::new(&flight, Some(&nodes), &Limits::of_j_state(limits(), 0.05), [4.0, 4.0]).unwrap();
     assert_eq!(measure_with_nodes.setpoints().steps(), 37 * 81);
     let good = flight_of(&TABLE_3[2], gains("safety"));
     let mut fast = good;

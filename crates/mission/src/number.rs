@@ -157,6 +157,11 @@ number! {
     TimeConstantS: Range::from_to(0.0005, 100.0).of("a time", " s")
 }
 
+number! {
+    /// A time over which a mean is taken: many control periods, of what is only just a manoeuvre [s].
+    MeanOverS: Range::from_to(1.0, 60.0).of("a time", " s")
+}
+
 /// Longest simulation [s]: a flight's record is held in memory, at 250 Hz and some 700 bytes a sample.
 const LONGEST_S: f64 = 900.0;
 

@@ -80,13 +80,17 @@ impl<'de> Deserialize<'de> for OutcomeRecord {
 }
 
 /// The limits of a mission beside those of J_state as an object: each under its key, and how close to the
-/// target steady flight is where that must be reached. A mission without ground has none of a touch.
+/// target steady flight is where that must be reached, in the mean over which time where it is told by that.
+/// A mission without ground has none of a touch.
 pub(super) fn limits_object(mission: &Mission, limits: &Limits) -> Map<String, Value> {
     let there = |quantity: &Quantity| mission.site.ground.is_some() || !quantity.is_of_a_touch();
     let limit = |quantity: &Quantity| (quantity.limit)(limits).filter(|_| there(quantity));
     let judged = QUANTITIES.iter().filter_map(|quantity| Some((quantity.judged?.key, limit(quantity))));
     let within = limits.must_be_steady.then_some(limits.steady_within_m_s);
-    judged.chain([("steady_within_m_s", within)]).map(|(key, limit)| (key.to_owned(), limit.into())).collect()
+    let mean = limits.steady_mean_over_s.filter(|_| limits.must_be_steady);
+    let mean = mean.map(|over_s| ("steady_mean_over_s", Some(over_s)));
+    let all = judged.chain([("steady_within_m_s", within)]).chain(mean);
+    all.map(|(key, limit)| (key.to_owned(), limit.into())).collect()
 }
 
 #[cfg(test)]

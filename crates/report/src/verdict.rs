@@ -2,7 +2,7 @@
 
 use super::columns::{fixed, short};
 use samara_core::assess::outcome::{
-    ALTITUDE_LOST, CANOPY_DISTANCE, IMPACT_SPEED, IMPACT_TILT, PEAK_TILT, STEADY_AFTER,
+    ALTITUDE_LOST, CANOPY_DISTANCE, IMPACT_SPEED, IMPACT_TILT, PEAK_TILT, STEADY_AFTER, STEADY_RMS,
 };
 use samara_core::assess::power::{Extreme, PowerUse};
 use samara_core::assess::{Limits, Quantity, Verdict};
@@ -66,6 +66,9 @@ pub(super) fn verdict_lines(
     let unit = if outcome.steady_after_s.is_some() { unit } else { String::new() };
     let mark = if misses_steady_flight { "NOT STEADY".to_owned() } else { mark };
     lines.push([quantity, value, unit, limit, mark]);
+    if let Some(rms) = outcome.steady_rms_m_s {
+        lines.push(line(STEADY_RMS.words, fixed(rms, 2), STEADY_RMS.unit, "", "not judged"));
+    }
     let velocity = outcome.final_v_ned().as_slice().iter().map(|v| fixed(*v, 2)).collect::<Vec<_>>();
     lines.push(line("final velocity, NED", velocity.join(" "), "m/s", "", ""));
     if let Some(longest) = verdict.vortex_ring_s.iter().copied().reduce(f64::max) {

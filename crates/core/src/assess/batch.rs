@@ -16,13 +16,14 @@ use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
 
-use super::SafetyLimits;
+use super::limits::Limits;
 use super::outcome::Outcome;
 use super::safety::Peaks;
+use super::steady::MeanVelocity;
 use super::tracking::{DIVERGED, PITCH_MAX_RAD, SPEED_MAX_M_S};
 use crate::math;
 use crate::sim::FlightPlan;
-use crate::sim::limits::pitch_share;
+use crate::sim::limits::{SafetyLimits, pitch_share};
 use crate::sim::planar::{Flight, LANES, Lanes, Model, NotPlanar, Observer, SetpointTable, State, fly};
 use crate::trajectory::Trajectory;
 
@@ -35,6 +36,8 @@ pub struct BatchMeasure {
     target_m_s: [f64; 2],
     /// Square of the speed error within which the flight is steady [m^2/s^2].
     steady_within2: f64,
+    /// What is told of each where steady flight is told by the mean of its velocity.
+    mean: Option<MeanVelocity>,
     /// Last control step of the way that is measured.
     way_steps: usize,
     nodes: Vec<PlanNode>,
@@ -63,7 +66,7 @@ pub struct BatchFlight {
 }
 
 impl BatchMeasure {
-    /// Flights along `plan`; steady means within `steady_within_m_s` of `target_m_s`, north and down [m/s].
+    /// Flights along `plan`, by limits that say what is steady about `target_m_s`, north and down [m/s].
     /// RMS is against the nodes of the trajectory `tracked`, where there is one; the control period must
     /// divide its intervals.
     ///
@@ -72,9 +75,8 @@ impl BatchMeasure {
     pub fn new(
         plan: &FlightPlan<'_>,
         tracked: Option<&Trajectory>,
-        limits: SafetyLimits,
+        limits: &Limits,
         target_m_s: [f64; 2],
-        steady_within_m_s: f64,
     ) -> Result<Self, NotPlanar> {
         let setpoints = SetpointTable::new(plan)?;
         let dt_s = setpoints.period_s();
@@ -90,9 +92,12 @@ impl BatchMeasure {
             })
             .collect();
         let missed = nodes.len() - on_grid.len();
-        let steady_within2 = steady_within_m_s * steady_within_m_s;
+        let steady_within2 = limits.steady_within_m_s * limits.steady_within_m_s;
+        let [north, down] = target_m_s;
+        let mean = MeanVelocity::by(limits, &Vector3::new(north, 0.0, down));
+        let limits = limits.safety;
         let way_steps = setpoints.steps();
-        Ok(Self { setpoints, limits, target_m_s, steady_within2, way_steps, nodes: on_grid, missed })
+        Ok(Self { setpoints, limits, target_m_s, steady_within2, mean, way_steps, nodes: on_grid, missed })
     }
 
     /// Measures the way to this time [s] instead of to the flight's end.
@@ -137,6 +142,8 @@ struct Judge<'a> {
     rate: Lanes,
     /// Step since when it is steady; negative when it is not.
     steady_since: Lanes,
+    /// Of each flight where steady flight is told by the mean of its velocity; else empty.
+    means: Vec<MeanVelocity>,
     final_v: [Lanes; 2],
     /// Sum of the velocities north and down for the trapezoid rule [m/s].
     way: [Lanes; 2],
@@ -156,6 +163,7 @@ impl<'a> Judge<'a> {
             q2: [0.0; LANES],
             rate: [0.0; LANES],
             steady_since: [-1.0; LANES],
+            means: measure.mean.iter().flat_map(|mean| vec![mean.clone(); LANES]).collect(),
             final_v: [[0.0; LANES]; 2],
             way: [[0.0; LANES]; 2],
             going: [1.0; LANES],
@@ -191,6 +199,16 @@ impl<'a> Judge<'a> {
         }
     }
 
+    /// Takes the next velocity into the means of the flights that go on.
+    #[cold]
+    fn observe_means(&mut self, step: usize, state: &State) {
+        let t_s = step as f64 * self.measure.setpoints.period_s();
+        for (i, mean) in self.means.iter_mut().enumerate() {
+            let goes_on = self.going[i] > 0.0;
+            mean.observe(goes_on.then_some(t_s), &Vector3::new(state.v_n[i], 0.0, state.v_d[i]));
+        }
+    }
+
     /// Takes the velocity at the end.
     fn land(&mut self, state: &State) {
         for i in 0..LANES {
@@ -212,7 +230,8 @@ impl<'a> Judge<'a> {
         let n = self.measure.nodes.len();
         let unfinished = self.going[i] == 0.0 || self.measure.missed > 0 || self.next_node < n;
         let period_s = self.measure.setpoints.period_s();
-        let steady_after_s = (self.steady_since[i] >= 0.0).then(|| self.steady_since[i] * period_s);
+        let (mean, since) = (self.means.get(i).filter(|_| self.going[i] > 0.0), self.steady_since[i]);
+        let at_once_s = (since >= 0.0).then(|| since * period_s);
         let peaks = Peaks {
             pitch_rad: pitch,
             pitch_rate_rad_s: self.rate[i],
@@ -222,7 +241,8 @@ impl<'a> Judge<'a> {
         let outcome = Outcome {
             j_tpf: if self.finite[i] { shares.into_iter().fold(0.0, f64::max) } else { f64::INFINITY },
             peak_speed_m_s: speed,
-            steady_after_s,
+            steady_after_s: mean.map_or(at_once_s, MeanVelocity::steady_after_s),
+            steady_rms_m_s: mean.and_then(MeanVelocity::rms_m_s),
             ..peaks.put_into(Outcome::default())
         };
         let way_ned_m = Vector3::new(self.way[0][i], 0.0, self.way[1][i]) * period_s;
@@ -281,6 +301,9 @@ impl Observer for Judge<'_> {
         {
             self.track(state, node);
             self.next_node += 1;
+        }
+        if !self.means.is_empty() {
+            self.observe_means(step, state);
         }
         if lost {
             self.give_up(state)?;

@@ -2,7 +2,8 @@
 
 use nalgebra::Vector3;
 
-use super::watched::{Sight, Watched};
+use super::steady::MeanVelocity;
+use super::watched::{Seen, Sight, Watched};
 use crate::model::rigid_body::{BodyState, Motion};
 use crate::real::Real as _;
 use crate::sim::limits::SafetyLimits;
@@ -17,6 +18,8 @@ pub(super) struct Beside {
     first: usize,
     count: usize,
     watched: Watched<Lanes>,
+    /// Of each flight, where steady flight is told by the mean of its velocity.
+    means: Vec<Option<MeanVelocity>>,
     /// Positions, NED [m], and motions at the last sample.
     last: Option<(V3<Lanes>, Motion<Lanes>)>,
     /// Positions at the last sample whose were to be kept, NED [m].
@@ -42,14 +45,16 @@ impl Beside {
     /// Flights from a number on, of which so much has been seen; numbers are of the given one's kind.
     pub(super) fn begin<'a>(
         first: usize,
-        seen: impl ExactSizeIterator<Item = &'a Watched<f64>>,
+        seen: impl ExactSizeIterator<Item = &'a Seen>,
         kind: Lanes,
     ) -> Self {
         let (mut watched, count) = (vectorised(Nothing(kind)), seen.len());
+        let mut means = Vec::with_capacity(count);
         for (i, one) in seen.enumerate() {
-            set(&mut watched, i, one);
+            set(&mut watched, i, &one.watched);
+            means.push(one.mean.clone());
         }
-        Self { first, count, watched, last: None, kept_p_ned: None }
+        Self { first, count, watched, means, last: None, kept_p_ned: None }
     }
 
     /// Whether it is of so many flights from a number on.
@@ -65,6 +70,11 @@ impl Beside {
     /// Sees the next samples.
     pub(super) fn see(&mut self, samples: &Samples<'_>, look: &Look<'_>) {
         vectorised(See { watched: &mut self.watched, samples, look });
+        for (i, mean) in self.means.iter_mut().enumerate() {
+            if let Some(mean) = mean {
+                mean.observe(look.steady_at_s, &vector(&samples.craft.motion.v_ned, i));
+            }
+        }
         if look.keeps_place {
             self.kept_p_ned = Some(samples.craft.p_ned);
         }
@@ -72,9 +82,9 @@ impl Beside {
     }
 
     /// What has been seen of a flight, by its place among them.
-    pub(super) fn watched(&self, i: usize) -> Watched<f64> {
+    pub(super) fn seen(&self, i: usize) -> Seen {
         let (all, of) = (&self.watched, |number: Lanes| number.as_array()[i]);
-        Watched {
+        let watched = Watched {
             cost: all.cost.map(of),
             infinite: all.infinite.lane(i),
             speed_m_s: of(all.speed_m_s),
@@ -84,7 +94,8 @@ impl Beside {
             canopy_m: of(all.canopy_m),
             steady_from_s: of(all.steady_from_s),
             distance2: of(all.distance2),
-        }
+        };
+        Seen { watched, mean: self.means[i].clone() }
     }
 
     /// Position of a flight at the last sample whose was to be kept, NED [m].

@@ -220,14 +220,8 @@ impl TrialSpace {
             Release::of(&tipped)?;
             let (model, gains) = study.in_the_plane(&entry)?;
             let target_m_s = [study.scenario.target_v_ned.x, study.scenario.target_v_ned.z];
-            let measure = BatchMeasure::new(
-                &plan,
-                None,
-                study.scenario.limits.safety,
-                target_m_s,
-                study.scenario.limits.steady_within_m_s,
-            )?
-            .to_plans_end(study.plan.end_s());
+            let measure = BatchMeasure::new(&plan, None, &study.scenario.limits, target_m_s)?
+                .to_plans_end(study.plan.end_s());
             Ok(Plane { model, gains, measure })
         };
         let plane: Result<Plane, OneAtATime> = plane();

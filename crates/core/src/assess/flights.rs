@@ -38,7 +38,7 @@ impl<'a> Outcomes<'a> {
         #[cfg(target_arch = "x86_64")]
         if let Some(beside) = self.beside.take() {
             for (i, watch) in self.watches[beside.flights()].iter_mut().enumerate() {
-                watch.watched = beside.watched(i);
+                watch.seen = beside.seen(i);
                 watch.plan_end_p_ned = beside.kept_p_ned(i).unwrap_or(watch.plan_end_p_ned);
             }
         }
@@ -56,7 +56,7 @@ impl Watch for Outcomes<'_> {
     fn take_abreast(&mut self, first: usize, count: usize, samples: &crate::sim::watch::Samples<'_>) -> bool {
         if self.beside.as_ref().is_none_or(|beside| !beside.is_of(first, count)) {
             self.leave();
-            let seen = self.watches[first..first + count].iter().map(|watch| &watch.watched);
+            let seen = self.watches[first..first + count].iter().map(|watch| &watch.seen);
             self.beside = Some(Box::new(Beside::begin(first, seen, samples.a_ned.x)));
         }
         let watch = &self.watches[first];

@@ -10,14 +10,13 @@
 
 use std::fmt;
 
-use super::limits::Limits;
+use super::limits::{Limits, SteadyWithin};
 use super::outcome::{LimitNames, Outcome, QUANTITIES};
-use crate::math::with_digits;
 use crate::sim::limits::{NOT_FINITE, StateCost};
 
 /// Why a flight was not safe, as far as its numbers tell it.
 fn of_numbers(flown: &Flown<'_>, must_become_steady: bool) -> Vec<Objection> {
-    let (j_tpf_below, steady_within_m_s, must_be_steady) = flown.limits.judged_apart();
+    let (j_tpf_below, must_be_steady) = flown.limits.judged_apart();
     let mut all = Vec::new();
     for quantity in &QUANTITIES {
         let Some(names) = quantity.judged else { continue };
@@ -40,7 +39,7 @@ fn of_numbers(flown: &Flown<'_>, must_become_steady: bool) -> Vec<Objection> {
         all.insert(0, Objection::JTpf { j_tpf, below: j_tpf_below, parts });
     }
     if must_be_steady && must_become_steady && flown.outcome.steady_after_s.is_none() {
-        all.push(Objection::NeverSteady { within_m_s: steady_within_m_s });
+        all.push(Objection::NeverSteady { within: flown.limits.steady_within() });
     }
     all
 }
@@ -105,8 +104,8 @@ pub enum Objection {
     PlanCut,
     /// It was not steady at the end.
     NeverSteady {
-        /// How close to the target velocity is steady [m/s].
-        within_m_s: f64,
+        /// What is steady.
+        within: SteadyWithin,
     },
 }
 
@@ -205,10 +204,7 @@ impl fmt::Display for Objection {
             }
             Self::Stopped(trouble) => with(f, "stopped before the mission's end", trouble),
             Self::PlanCut => f.write_str("the mission's duration_s ended before the plan"),
-            Self::NeverSteady { within_m_s } => {
-                let within_m_s = with_digits(*within_m_s, 3);
-                write!(f, "never steady within {within_m_s} m/s of the target")
-            }
+            Self::NeverSteady { within } => write!(f, "never steady within {}", within.of("the target")),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! What a flight is judged by: the limits of a mission.
 
+use crate::math::with_digits;
 use crate::sim::limits::SafetyLimits;
 use crate::units::DEG_PER_RAD;
 
@@ -15,6 +16,8 @@ pub struct Limits {
     pub j_tpf_below: f64,
     /// How close to the target velocity is steady [m/s].
     pub steady_within_m_s: f64,
+    /// Time over which the mean of the velocity is to be so close [s]; `None`: the velocity at each instant.
+    pub steady_mean_over_s: Option<f64>,
     /// Whether a flight that is not steady at its end is not safe.
     pub must_be_steady: bool,
     /// Way down from the release to the plan's end [m].
@@ -27,6 +30,26 @@ pub struct Limits {
     pub touch: TouchLimits,
     /// Least distance from the canopy to the vehicle's centre of mass after the release [m].
     pub separation_m: Option<f64>,
+}
+
+/// How close to the target velocity is steady [m/s], and the time over which its mean counts [s], if one
+/// does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SteadyWithin {
+    /// How close to the target velocity is steady [m/s].
+    pub m_s: f64,
+    /// Time over which the mean of the velocity is to be so close [s]; `None`: the velocity at each instant.
+    pub mean_over_s: Option<f64>,
+}
+
+impl SteadyWithin {
+    /// It in words, of a target in words: "0.3 m/s of the target in the mean over 2 s".
+    pub fn of(&self, target: &str) -> String {
+        let within = format!("{} m/s of {target}", with_digits(self.m_s, 3));
+        self.mean_over_s.map_or(within.clone(), |over_s| {
+            format!("{within} in the mean over {} s", with_digits(over_s, 3))
+        })
+    }
 }
 
 /// Limits of a touch of the ground.
@@ -51,6 +74,7 @@ impl Limits {
             safety,
             j_tpf_below: SAFE_BELOW,
             steady_within_m_s,
+            steady_mean_over_s: None,
             must_be_steady: false,
             altitude_lost_m: None,
             tilt_rad: None,
@@ -60,13 +84,19 @@ impl Limits {
         }
     }
 
-    /// What is judged in a way of its own: the bound on J_TPF, what is steady [m/s], and whether it must be.
-    /// All else is judged by its row in [`QUANTITIES`](super::outcome::QUANTITIES): a new limit has one.
-    pub(super) fn judged_apart(&self) -> (f64, f64, bool) {
+    /// What is steady.
+    pub fn steady_within(&self) -> SteadyWithin {
+        SteadyWithin { m_s: self.steady_within_m_s, mean_over_s: self.steady_mean_over_s }
+    }
+
+    /// What is judged in a way of its own: the bound on J_TPF, and whether a flight must be steady. All else
+    /// is judged by its row in [`QUANTITIES`](super::outcome::QUANTITIES): a new limit has one.
+    pub(super) fn judged_apart(&self) -> (f64, bool) {
         let Self {
             safety: _,
             j_tpf_below,
-            steady_within_m_s,
+            steady_within_m_s: _,
+            steady_mean_over_s: _,
             must_be_steady,
             altitude_lost_m: _,
             tilt_rad: _,
@@ -74,6 +104,6 @@ impl Limits {
             touch: _,
             separation_m: _,
         } = *self;
-        (j_tpf_below, steady_within_m_s, must_be_steady)
+        (j_tpf_below, must_be_steady)
     }
 }

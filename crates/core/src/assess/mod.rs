@@ -6,6 +6,7 @@
 //! | [`safety`] | J_TPF, the verdict on a drop | (51) |
 //! | [`scenario`] | vehicle, site, air, target and limits of a study | |
 //! | [`limits`] | what a flight is judged by | Table 1 |
+//! | `steady` | when the mean of a velocity comes to stay at the target | |
 //! | [`mod@judge`] | whether a flight was safe, and why not: the one place that says so | V |
 //! | [`power`] | what a drop asks of its battery | |
 //! | [`tracking`] | RMS distance of a flight from its plan | (45)-(46) |
@@ -57,6 +58,7 @@ pub mod safety;
 pub mod scenario;
 pub mod sobol;
 pub mod statistics;
+mod steady;
 pub mod study;
 pub mod tracking;
 pub mod trends;
@@ -72,7 +74,7 @@ pub use fidelity::{Agreement, ByTrial, MeanByRungs, MeanEstimate, conformal_marg
 pub use grid_loss::{GRID_LOSS_MOST, GridFlight, GridLoss, MISREAD_RATE_RAD_S, Spread};
 pub use integrated_plan::{BETWEEN_NODES_MOST, IntegratedPlan, nodes_enough};
 pub use judge::{Course, Objection};
-pub use limits::{Limits, SAFE_BELOW, TouchLimits};
+pub use limits::{Limits, SAFE_BELOW, SteadyWithin, TouchLimits};
 pub use outcome::{Outcome, Quantity};
 pub use power::PowerUse;
 pub use quantiles::{Histogram, QUANTILES, Quantile, Quantiles, Selection};

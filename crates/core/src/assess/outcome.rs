@@ -38,8 +38,12 @@ pub struct Outcome {
     /// Way down from the release to the plan's end, or of the flight where there is no plan or that came
     /// first [m].
     pub altitude_lost_m: f64,
-    /// Time after t = 0 from which the velocity stays within what is steady, to the end [s].
+    /// Time after t = 0 from which the velocity, or the mean of it where the limits say so, stays within what
+    /// is steady, to the end [s].
     pub steady_after_s: Option<f64>,
+    /// Root of the mean square of the velocity about its mean from then on [m/s], where steady flight is told
+    /// by the mean.
+    pub steady_rms_m_s: Option<f64>,
     /// Way north from the release to the plan's end [m].
     pub way_north_m: f64,
     /// Way east from the release to the plan's end [m].
@@ -269,6 +273,11 @@ pub const STEADY_AFTER: Quantity = Quantity {
     ..quantity!(steady_after_s, "steady after", "s")
 };
 
+/// Row of [`Outcome::steady_rms_m_s`].
+pub const STEADY_RMS: Quantity = Quantity {
+    without: "none",
+    ..quantity!(steady_rms_m_s, "velocity about its mean when steady, RMS", "m/s")
+};
 /// Row of [`Outcome::peak_pitch_deg`].
 pub const PEAK_PITCH: Quantity = quantity!(peak_pitch_deg, "peak pitch", "deg");
 /// Row of [`Outcome::peak_pitch_rate_deg_s`].
@@ -313,7 +322,7 @@ pub const TRACKING_RMS: Quantity = Quantity {
 };
 
 /// The quantities, in the order of files.
-pub static QUANTITIES: [Quantity; 20] = [
+pub static QUANTITIES: [Quantity; 21] = [
     RELEASE_PITCH,
     RELEASE_PITCH_RATE,
     J_TPF,
@@ -327,6 +336,7 @@ pub static QUANTITIES: [Quantity; 20] = [
     ALTITUDE_LOST,
     PEAK_TILT,
     STEADY_AFTER,
+    STEADY_RMS,
     CANOPY_DISTANCE,
     TRACKING_RMS,
     quantity!(way_north_m, "way north", "m"),
@@ -339,7 +349,7 @@ pub static QUANTITIES: [Quantity; 20] = [
 /// Quantities whose distribution a campaign tells.
 pub const COUNTED: [Quantity; 5] = [J_TPF, STEADY_AFTER, ALTITUDE_LOST, PEAK_TILT, PEAK_SPEED];
 /// Quantities whose mean and extremes a campaign of whole drops tells.
-pub const TALLIED: [Quantity; 9] = [
+pub const TALLIED: [Quantity; 10] = [
     J_TPF,
     PEAK_SPEED,
     PEAK_PITCH,
@@ -348,6 +358,7 @@ pub const TALLIED: [Quantity; 9] = [
     PEAK_TILT,
     ALTITUDE_LOST,
     STEADY_AFTER,
+    STEADY_RMS,
     TRACKING_RMS,
 ];
 /// Quantities that campaigns of the same drops, flown in several ways, are compared by.

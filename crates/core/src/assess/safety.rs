@@ -15,7 +15,7 @@ use super::limits::Limits;
 use super::outcome::{CANOPY_DISTANCE, Outcome};
 use super::power::PowerUse;
 use super::scenario::Scenario;
-use super::watched::{Sight, Watched};
+use super::watched::{Seen, Sight, Watched};
 use crate::frames::{pitch, tilt};
 use crate::model::environment::LocalAir;
 use crate::model::rigid_body::BodyState;
@@ -69,7 +69,7 @@ pub struct FlightWatch<'a> {
     pub(super) scenario: &'a Scenario,
     start_ned_m: Vector3<f64>,
     pub(super) plan_end_s: f64,
-    pub(super) watched: Watched<f64>,
+    pub(super) seen: Seen,
     /// Position at the last sample of the plan, NED [m].
     pub(super) plan_end_p_ned: Vector3<f64>,
     final_v_ned: Vector3<f64>,
@@ -83,7 +83,7 @@ impl<'a> FlightWatch<'a> {
             scenario,
             start_ned_m,
             plan_end_s,
-            watched: Watched::nothing(0.0),
+            seen: Seen::nothing(&scenario.limits, &scenario.target_v_ned),
             plan_end_p_ned: start_ned_m,
             final_v_ned: Vector3::zeros(),
         }
@@ -102,7 +102,7 @@ impl<'a> FlightWatch<'a> {
             plan_v_ned: None,
         };
         let Scenario { limits, target_v_ned, .. } = self.scenario;
-        self.watched.see(&now, &limits.safety, (*target_v_ned).into(), limits.steady_within_m_s);
+        self.seen.see(&now, limits, target_v_ned);
         self.final_v_ned = body.v_ned;
         if sample.t_s <= self.plan_end_s {
             self.plan_end_p_ned = body.p_ned;
@@ -111,12 +111,13 @@ impl<'a> FlightWatch<'a> {
 
     /// The flight's peaks and end, when it was steady, and its way from the start to the plan's end.
     pub fn outcome(&self) -> Outcome {
-        let seen = &self.watched;
+        let (seen, watched) = (&self.seen, &self.seen.watched);
         let outcome = Outcome {
-            j_tpf: seen.j_tpf(),
-            peak_speed_m_s: seen.speed_m_s,
+            j_tpf: watched.j_tpf(),
+            peak_speed_m_s: watched.speed_m_s,
             steady_after_s: seen.steady_after_s(),
-            ..Peaks::of(seen).put_into(Outcome::default())
+            steady_rms_m_s: seen.steady_rms_m_s(),
+            ..Peaks::of(watched).put_into(Outcome::default())
         };
         outcome.with_way(self.plan_end_p_ned - self.start_ned_m).with_final_v(self.final_v_ned)
     }
@@ -216,7 +217,7 @@ pub fn steady_within_m_s(v_cmd_ned: &Vector3<f64>) -> f64 {
 #[derive(Clone, Debug)]
 pub struct VerdictBuilder {
     v_cmd_ned: Vector3<f64>,
-    pub(super) watched: Watched<f64>,
+    pub(super) seen: Seen,
     /// How many samples were in the plan's time.
     pub(super) in_plan: u32,
     /// Touches so far; the rest is filled in at the end.
@@ -252,7 +253,7 @@ impl VerdictBuilder {
     pub fn judging(limits: Limits, v_cmd_ned: Vector3<f64>) -> Self {
         Self {
             v_cmd_ned,
-            watched: Watched::nothing(0.0),
+            seen: Seen::nothing(&limits, &v_cmd_ned),
             in_plan: 0,
             verdict: Verdict::begun(limits),
             first: None,
@@ -381,7 +382,7 @@ impl VerdictBuilder {
             steady_at_s: sample.t_powered_s.filter(|_| sample.phase == Phase::Powered),
             plan_v_ned: plan_v_ned.map(V3::from),
         };
-        self.watched.see(&now, &limits.safety, self.v_cmd_ned.into(), limits.steady_within_m_s);
+        self.seen.see(&now, limits, &self.v_cmd_ned);
         self.in_plan += u32::from(plan_v_ned.is_some());
         self.observe_rotors(sample);
         if let Some(power) = &mut self.verdict.power {
@@ -445,7 +446,7 @@ impl VerdictBuilder {
 
     /// J_TPF of what was observed so far.
     pub fn j_tpf(&self) -> f64 {
-        self.watched.j_tpf()
+        self.seen.watched.j_tpf()
     }
 
     /// The verdict; `None` when nothing was observed from the release on.
@@ -454,12 +455,13 @@ impl VerdictBuilder {
         let way_ned_m = self.way_before_ned_m + self.plan_end_p_ned - first_p_ned;
         let plan_cut = self.plan.is_some() && self.last_powered_s + STEP_AT_MOST_S < self.plan_end_s;
         let (j_tpf, Verdict { limits, outcome, .. }) = (self.j_tpf(), &self.verdict);
-        let Watched { cost, infinite, a_down_m_s2, canopy_m, distance2, .. } = self.watched;
-        let (peak_cost, peaks) = (StateCost::from(cost), Peaks::of(&self.watched));
+        let Watched { cost, infinite, a_down_m_s2, canopy_m, distance2, .. } = self.seen.watched;
+        let (peak_cost, peaks) = (StateCost::from(cost), Peaks::of(&self.seen.watched));
         let outcome = Outcome {
             j_tpf,
             peak_speed_m_s: cost[0] * limits.safety.speed_m_s,
-            steady_after_s: self.watched.steady_after_s(),
+            steady_after_s: self.seen.steady_after_s(),
+            steady_rms_m_s: self.seen.steady_rms_m_s(),
             canopy_distance_m: canopy_m.is_finite().then_some(canopy_m),
             tracking_rms_m_s: self.plan.as_ref().map(|_| (distance2 / f64::from(self.in_plan)).sqrt()),
             ..peaks.put_into(*outcome)

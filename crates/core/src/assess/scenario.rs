@@ -25,10 +25,3 @@ pub struct Scenario {
     /// Limits that a flight is judged by.
     pub limits: Limits,
 }
-
-impl Scenario {
-    /// Whether a velocity [m/s] is so close to the target's as is steady.
-    pub fn is_steady(&self, v_ned: &Vector3<f64>) -> bool {
-        (v_ned - self.target_v_ned).norm() <= self.limits.steady_within_m_s
-    }
-}

@@ -214,14 +214,8 @@ impl SafetyStudy {
         let (model, gains) = self.in_the_plane(entry)?;
         let target_m_s = [self.scenario.target_v_ned.x, self.scenario.target_v_ned.z];
         let plan = self.flight_plan(entry, CONTROL_PERIOD_S);
-        let measure = BatchMeasure::new(
-            &plan,
-            None,
-            self.scenario.limits.safety,
-            target_m_s,
-            self.scenario.limits.steady_within_m_s,
-        )?
-        .to_plans_end(self.plan.end_s());
+        let measure = BatchMeasure::new(&plan, None, &self.scenario.limits, target_m_s)?
+            .to_plans_end(self.plan.end_s());
         let flight = |release: &RandomRelease| {
             let air = Some(StudyStart::from(release).air);
             let variation = Variation { air, ..Variation::NONE };

@@ -94,7 +94,7 @@ mod abreast {
             if !all.iter().all(|builder| builder.watches_as(&all[0])) {
                 return None;
             }
-            let seen = all.iter().map(|builder| &builder.watched);
+            let seen = all.iter().map(|builder| &builder.seen);
             Some(Self {
                 beside: Beside::begin(first, seen, samples.a_ned.x),
                 last_powered_s: None,
@@ -139,7 +139,7 @@ mod abreast {
         pub fn tell(&self, builders: &mut [VerdictBuilder]) {
             let beside = &self.beside;
             for (i, builder) in builders[beside.flights()].iter_mut().enumerate() {
-                builder.watched = beside.watched(i);
+                builder.seen = beside.seen(i);
                 builder.in_plan += self.in_plan;
                 builder.plan_end_p_ned = beside.kept_p_ned(i).unwrap_or(builder.plan_end_p_ned);
                 builder.last = beside.last(i).or(builder.last);

@@ -2,6 +2,10 @@
 //!
 //! [`super::safety`] makes its verdict of it, of one flight or of flights side by side.
 
+use nalgebra::Vector3;
+
+use super::limits::Limits;
+use super::steady::MeanVelocity;
 use crate::frames::{pitch_and_bank, tilt};
 use crate::model::rigid_body::Motion;
 use crate::real::Real;
@@ -54,10 +58,42 @@ impl Watched<f64> {
     pub(super) fn j_tpf(&self) -> f64 {
         if self.infinite { f64::INFINITY } else { StateCost::from(self.cost).max() }
     }
+}
+
+/// What has been seen of one flight.
+#[derive(Clone, Debug)]
+pub(super) struct Seen {
+    pub(super) watched: Watched<f64>,
+    /// The mean of its velocity, where steady flight is told by that.
+    pub(super) mean: Option<MeanVelocity>,
+}
+
+impl Seen {
+    /// Nothing yet, of a flight by these limits to a velocity, NED [m/s].
+    pub(super) fn nothing(limits: &Limits, v_cmd_ned: &Vector3<f64>) -> Self {
+        Self { watched: Watched::nothing(0.0), mean: MeanVelocity::by(limits, v_cmd_ned) }
+    }
+
+    /// Sees the next instant, by the limits that it began with.
+    pub(super) fn see(&mut self, now: &Sight<'_, f64>, limits: &Limits, v_cmd_ned: &Vector3<f64>) {
+        self.watched.see(now, &limits.safety, (*v_cmd_ned).into(), limits.steady_within_m_s);
+        if let Some(mean) = &mut self.mean
+            && !now.over
+        {
+            mean.observe(now.steady_at_s, &now.motion.v_ned.into());
+        }
+    }
 
     /// When it became steady [s], if it is.
     pub(super) fn steady_after_s(&self) -> Option<f64> {
-        self.steady_from_s.is_finite().then_some(self.steady_from_s)
+        let from_s = self.watched.steady_from_s;
+        self.mean.as_ref().map_or(from_s.is_finite().then_some(from_s), MeanVelocity::steady_after_s)
+    }
+
+    /// Root of the mean square of the velocity about its mean since then [m/s], where steady flight is told
+    /// by the mean.
+    pub(super) fn steady_rms_m_s(&self) -> Option<f64> {
+        self.mean.as_ref()?.rms_m_s()
     }
 }
 

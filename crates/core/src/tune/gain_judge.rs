@@ -494,12 +494,6 @@ fn planar(setting: &Setting<'_>) -> Result<(Model, BatchMeasure), NotPlanar> {
         return Err(NotPlanar::Sideways { what: "the target velocity" });
     }
     let model = Model::new(vehicle, environment, control_limits, *plant)?.in_wind(wind);
-    let measure = BatchMeasure::new(
-        &flight_plan(setting),
-        Some(setting.plan),
-        limits.safety,
-        [v.x, v.z],
-        limits.steady_within_m_s,
-    )?;
+    let measure = BatchMeasure::new(&flight_plan(setting), Some(setting.plan), limits, [v.x, v.z])?;
     Ok((model, measure.to_plans_end(setting.plan.end_s())))
 }

@@ -120,6 +120,12 @@ pub(super) fn of(
             limits.steady_within_m_s
         ));
     }
+    if let Some(over_s) = limits.steady_mean_over_s.filter(|over_s| *over_s > plan.horizon_s) {
+        odd.push(format!(
+            "limits.steady_mean_over_s {over_s} s: longer than plan.horizon_s, {} s",
+            plan.horizon_s
+        ));
+    }
     odd
 }
 

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::number::Positive;
+use crate::number::{MeanOverS, Positive};
 use samara_core::assess::SAFE_BELOW;
 use samara_core::assess::{Limits, SafetyLimits, TouchLimits, steady_within_m_s};
 use samara_core::units::RAD_PER_DEG;
@@ -27,6 +27,10 @@ pub(super) struct LimitsJson {
     /// How close to the target velocity is steady [m/s]; when left out, 1 % of the target and at least 0.02
     /// m/s.
     steady_within_m_s: Option<Positive<100>>,
+    /// Time over which the mean of the velocity is to be so close, from the steady time to the end, for
+    /// missions in turbulence; the root of the mean square about it is shown [s]; left out, the velocity at
+    /// each instant is to be.
+    steady_mean_over_s: Option<MeanOverS>,
     /// Whole speed over ground at a touch of the ground [m/s]; 2.1 when left out.
     impact_speed_m_s: Option<Positive<1000>>,
     /// Angle between the body's up axis and the vertical at a touch of the ground [deg]; 15 when left out.
@@ -56,6 +60,7 @@ impl LimitsJson {
             steady_within_m_s: self
                 .steady_within_m_s
                 .map_or_else(|| steady_within_m_s(target_v_ned), Positive::get),
+            steady_mean_over_s: self.steady_mean_over_s.map(MeanOverS::get),
             must_be_steady: true,
             altitude_lost_m: self.altitude_lost_m.map(Positive::get),
             tilt_rad: self.tilt_deg.map(|limit| limit.get() * RAD_PER_DEG),

@@ -71,11 +71,8 @@ fn limits(mission: &Mission) -> String {
         deg(limits.safety.pitch_rate_rad_s),
     );
     if limits.must_be_steady {
-        text += &format!(
-            ", steady within {} m/s of [{}] m/s (NED)",
-            short(limits.steady_within_m_s, 3),
-            mission.target_v_ned.iter().map(|v| short(*v, 2)).collect::<Vec<_>>().join(" "),
-        );
+        let target = mission.target_v_ned.iter().map(|v| short(*v, 2)).collect::<Vec<_>>().join(" ");
+        text += &format!(", steady within {}", limits.steady_within().of(&format!("[{target}] m/s (NED)")),);
     }
     let ground = mission.site.ground.is_some();
     if ground {

@@ -10,7 +10,7 @@ pub mod trial;
 use crate::document::{Document, Grid, Passage};
 use crate::json::{Head, object, text};
 use crate::rows::Columns;
-use samara_core::assess::outcome::{QUANTITIES, TALLIED};
+use samara_core::assess::outcome::{QUANTITIES, Quantity, STEADY_RMS, TALLIED};
 use samara_core::assess::{BlockError, BlockSummary};
 use samara_core::units::DEG_PER_RAD;
 use samara_mission::Mission;
@@ -142,7 +142,8 @@ pub fn document(mission: &Mission, autopilot: &str, tally: &DropTally) -> Docume
         tally.failures.len(),
     );
     let mut grid = Grid::new("Drops", ["", "mean", "std", "min", "max", "drops"]);
-    for (quantity, s) in TALLIED.iter().zip(tally.summaries.iter().map(BlockSummary::summary)) {
+    for (quantity, s) in summaries(mission, tally) {
+        let s = s.summary();
         let number = |x: f64| if x.is_finite() { format!("{x:.4}") } else { "-".to_owned() };
         let numbers = [s.mean(), s.std(), s.min(), s.max()].map(number);
         grid.row(&quantity.head(), numbers.into_iter().chain([s.count().to_string()]));
@@ -152,11 +153,21 @@ pub fn document(mission: &Mission, autopilot: &str, tally: &DropTally) -> Docume
     Document::of_one(format!("Drops of {}", mission.name), done, passages)
 }
 
+/// What is told of a mission's drops: deviations from the mean velocity only where that is judged.
+fn summaries<'a>(
+    mission: &Mission,
+    tally: &'a DropTally,
+) -> impl Iterator<Item = (&'static Quantity, &'a BlockSummary)> {
+    let by_the_mean = mission.limits.steady_mean_over_s.is_some();
+    let all = TALLIED.iter().zip(&tally.summaries);
+    all.filter(move |(quantity, _)| by_the_mean || **quantity != STEADY_RMS)
+}
+
 /// The campaign as a JSON object.
 pub fn drops_json(mission: &Mission, autopilot: &str, tally: &DropTally) -> String {
     let failures = tally.failures.iter();
     let failures = failures.map(|(trial, failure)| object! { trial: trial, failure: failure });
-    let measures = TALLIED.iter().zip(&tally.summaries).map(|(quantity, s)| {
+    let measures = summaries(mission, tally).map(|(quantity, s)| {
         let s = s.summary();
         object! {
             name: quantity.key, count: s.count(), mean: s.mean(), std: s.std(), min: s.min(), max: s.max(),
