@@ -40,16 +40,17 @@ impl Evaluated for Evaluation {
     }
 }
 
-/// The judgement on a design: `[j_tpf, mean, worst, unsafe, unrest, steady_after_s, altitude_lost_m,
-/// tilt_deg, energy_j, modulus, delay_s, flights]`.
+/// The judgement on a design: `[j_tpf, mean, steady_share, worst, unsafe, unrest, steady_after_s,
+/// altitude_lost_m, tilt_deg, energy_j, modulus, delay_s, flights]`.
 impl Evaluated for Judgement {
-    type Numbers = [f64; 12];
+    type Numbers = [f64; 13];
 
-    fn numbers(&self) -> Option<[f64; 12]> {
+    fn numbers(&self) -> Option<[f64; 13]> {
         let [steady_after_s, altitude_lost_m, tilt_deg] = self.most;
         self.is_planned().then_some([
             self.j_tpf,
             self.mean,
+            self.steady_share,
             self.worst,
             self.over_limit,
             self.unrest,
@@ -63,13 +64,14 @@ impl Evaluated for Judgement {
         ])
     }
 
-    fn of(numbers: Option<[f64; 12]>) -> Self {
+    fn of(numbers: Option<[f64; 13]>) -> Self {
         let Some(numbers) = numbers else { return Self::UNPLANNED };
-        let [j_tpf, mean, worst, over_limit, unrest, steady_after_s, rest @ ..] = numbers;
+        let [j_tpf, mean, steady_share, worst, over_limit, unrest, steady_after_s, rest @ ..] = numbers;
         let [altitude_lost_m, tilt_deg, energy_j, modulus, delay_s, flights] = rest;
         Self {
             j_tpf,
             mean,
+            steady_share,
             worst,
             over_limit,
             unrest,

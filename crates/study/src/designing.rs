@@ -39,6 +39,7 @@ pub fn design_flights(mission: &Mission) -> DesignFlights {
         },
         yaw: mission.control.gains,
         settle_s: mission.design.settle_s.unwrap_or(mission.plan.horizon_s),
+        horizon_s: mission.plan.horizon_s,
         delay_s: mission.release.parachute.delay_s,
         cases: mission.study.cases.clone(),
         releases: mission.releases(),

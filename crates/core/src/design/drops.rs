@@ -93,15 +93,23 @@ impl FlownDrop {
 
     /// The drop among fresh flights to a target velocity [m/s].
     pub(super) fn fresh(&self, target_v_ned: &Vector3<f64>) -> FreshFlight {
-        let JudgedFlight { safe, within_limits, .. } = self.judged();
+        let (safe, within_limits) = (self.objections.is_empty(), self.is_within_limits());
         let end_error_m_s = (self.outcome.final_v_ned() - target_v_ned).norm();
         FreshFlight { outcome: self.outcome, safe, within_limits, end_error_m_s }
     }
 
-    /// The drop as a search takes it.
-    pub(super) fn judged(&self) -> JudgedFlight {
-        let within_limits = self.objections.iter().all(Objection::is_of_the_course);
-        JudgedFlight { j_tpf: self.outcome.j_tpf, safe: self.objections.is_empty(), within_limits }
+    /// The drop as a search takes it, of a mission whose plan has this horizon [s].
+    pub(super) fn judged(&self, horizon_s: f64) -> JudgedFlight {
+        JudgedFlight {
+            j_tpf: self.outcome.j_tpf,
+            steady_share: JudgedFlight::share_of(self.outcome.steady_after_s, horizon_s),
+            safe: self.objections.is_empty(),
+            within_limits: self.is_within_limits(),
+        }
+    }
+
+    fn is_within_limits(&self) -> bool {
+        self.objections.iter().all(Objection::is_of_the_course)
     }
 }
 

@@ -35,6 +35,8 @@ pub struct DesignFlights {
     pub yaw: Gains,
     /// How long a flight goes on after the plan's end [s].
     pub settle_s: f64,
+    /// Horizon of the mission's plan [s], which times to steady flight are measured by.
+    pub horizon_s: f64,
     /// Time from the release to t = 0 [s], whose fall is part of the altitude lost.
     pub delay_s: f64,
     /// Releases that every design flies in still air.
@@ -116,7 +118,7 @@ impl DesignFlights {
             .iter()
             .zip(&flown)
             .map(|((start, _), flight)| {
-                let JudgedFlight { j_tpf, safe, within_limits } = self.judged(start, flight);
+                let JudgedFlight { j_tpf, safe, within_limits, .. } = self.judged(start, flight);
                 let outcome = Outcome { j_tpf, ..flight.outcome };
                 FreshFlight { outcome, safe, within_limits, end_error_m_s: flight.end_error_m_s }
             })
@@ -137,7 +139,8 @@ impl DesignFlights {
         let flown = Outcome { j_tpf, altitude_lost_m, ..flight.outcome };
         let objections = judge_trial(&flown, &self.scenario.limits);
         let within_limits = objections.iter().all(Objection::is_of_the_course);
-        JudgedFlight { j_tpf, safe: objections.is_empty(), within_limits }
+        let steady_share = JudgedFlight::share_of(flown.steady_after_s, self.horizon_s);
+        JudgedFlight { j_tpf, steady_share, safe: objections.is_empty(), within_limits }
     }
 
     /// Whether the judge of all flights objects to nothing in a flight from this state.
@@ -326,7 +329,8 @@ impl<'a> DesignJudge<'a> {
         places: Range<usize>,
     ) -> Vec<JudgedFlight> {
         if self.flights.drops.is_some() {
-            return self.fly_drops(places, design, plan).iter().map(FlownDrop::judged).collect();
+            let flown = self.fly_drops(places, design, plan);
+            return flown.iter().map(|drop| drop.judged(self.flights.horizon_s)).collect();
         }
         let portion = &self.draws[places];
         let flown = pilot.measure_others(&design.gains, portion);
@@ -340,6 +344,7 @@ impl<'a> DesignJudge<'a> {
         let mut judged = Judgement {
             j_tpf: 0.0,
             mean: 0.0,
+            steady_share: 0.0,
             worst: 0.0,
             over_limit: 0.0,
             unrest: 0.0,

@@ -14,6 +14,12 @@ pub const UNSAFE: f64 = 0.05;
 /// that is better in all is taken.
 pub const MEAN: f64 = 0.05;
 
+/// Weight of the mean time to steady flight beside it, as a share of the horizon of the mission's plan: where
+/// J_TPF is as small as the release lets it be, the sooner steady is the better.
+pub const STEADY: f64 = 0.02;
+/// Share that a flight counts with that is never steady: flights go on for a horizon after their plan.
+const NEVER_STEADY: f64 = 2.0;
+
 /// The number of the drawn flights that is to be small.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DesignObjective {
@@ -76,11 +82,21 @@ pub struct LeastMargins {
 pub(super) struct JudgedFlight {
     /// J_TPF; [`LOST`] of a flight that was lost.
     pub(super) j_tpf: f64,
+    /// Time to steady flight as a share of the horizon of the mission's plan.
+    pub(super) steady_share: f64,
     /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
     pub(super) safe: bool,
     /// Whether no limit is among its objections. The turbulence that a design is tried in may be stronger
     /// than the mission's: there a vehicle need not come to rest within what is steady.
     pub(super) within_limits: bool,
+}
+
+impl JudgedFlight {
+    /// Time to steady flight [s] as a share of a horizon [s]; what is never steady, or later than counts,
+    /// counts alike.
+    pub(super) fn share_of(steady_after_s: Option<f64>, horizon_s: f64) -> f64 {
+        steady_after_s.map_or(NEVER_STEADY, |steady_s| (steady_s / horizon_s).min(NEVER_STEADY))
+    }
 }
 
 /// What is known of a design after some of its flights or all.
@@ -90,6 +106,9 @@ pub struct Judgement {
     pub j_tpf: f64,
     /// Mean J_TPF of the drawn flights; of a part of them their sum over the whole number.
     pub mean: f64,
+    /// Mean time to steady flight of the drawn flights, as a share of the horizon of the mission's plan; what
+    /// is never steady counts with 2. Of a part of them, their sum over the whole number.
+    pub steady_share: f64,
     /// Greatest J_TPF of all flights.
     pub worst: f64,
     /// Flights that passed a limit or were lost.
@@ -114,6 +133,7 @@ impl Judgement {
     pub const UNPLANNED: Self = Self {
         j_tpf: f64::INFINITY,
         mean: f64::INFINITY,
+        steady_share: f64::INFINITY,
         worst: f64::INFINITY,
         over_limit: f64::INFINITY,
         unrest: f64::INFINITY,
@@ -141,6 +161,7 @@ impl Judgement {
         Self {
             j_tpf: objective.of(&descending, flights),
             mean: drawn.iter().map(|flight| flight.j_tpf).sum::<f64>() / flights.max(1) as f64,
+            steady_share: drawn.iter().map(|flight| flight.steady_share).sum::<f64>() / flights.max(1) as f64,
             worst: self.worst.max(descending.first().copied().unwrap_or(0.0)),
             over_limit: self.over_limit + drawn.iter().filter(|flight| !flight.within_limits).count() as f64,
             flights: self.flights + drawn.len() as f64,
@@ -154,7 +175,8 @@ impl Judgement {
             return f64::INFINITY;
         }
         let over: f64 = self.shares(bounds).map(|share| (share - 1.0).max(0.0)).sum();
-        self.j_tpf + MEAN * self.mean + UNSAFE * self.over_limit + PENALTY * (self.unrest + over)
+        let beside = MEAN * self.mean + STEADY * self.steady_share;
+        self.j_tpf + beside + UNSAFE * self.over_limit + PENALTY * (self.unrest + over)
     }
 
     /// Whether every release case comes to rest, all bounds hold and no flight passes a limit.
@@ -196,12 +218,13 @@ mod tests {
     use super::*;
 
     fn safe(j_tpf: f64) -> JudgedFlight {
-        JudgedFlight { j_tpf, safe: j_tpf <= 1.0, within_limits: j_tpf <= 1.0 }
+        JudgedFlight { j_tpf, steady_share: 0.4, safe: j_tpf <= 1.0, within_limits: j_tpf <= 1.0 }
     }
 
     const NOTHING: Judgement = Judgement {
         j_tpf: 0.0,
         mean: 0.0,
+        steady_share: 0.0,
         worst: 0.0,
         over_limit: 0.0,
         unrest: 0.0,
@@ -220,7 +243,7 @@ mod tests {
         assert_eq!((judged.j_tpf, judged.worst, judged.over_limit), (0.98, 1.0, 0.0));
         assert!((judged.mean - 0.505).abs() < 1e-12);
         let free = judged.cost(&DesignBounds::default());
-        assert!((free - 0.98 - MEAN * 0.505).abs() < 1e-12);
+        assert!((free - 0.98 - MEAN * 0.505 - STEADY * 0.4).abs() < 1e-12);
         let bounds = DesignBounds { most: [None, Some(50.0 / 1.2), None], ..DesignBounds::default() };
         assert!((judged.cost(&bounds) - free - 0.4).abs() < 1e-12 && !judged.is_allowed(&bounds));
         assert!(judged.is_allowed(&DesignBounds { energy_j: Some(100.0), ..DesignBounds::default() }));
@@ -235,7 +258,7 @@ mod tests {
         let late = DesignBounds { margins, ..DesignBounds::default() };
         assert!((judged.cost(&late) - free - 0.25 * PENALTY).abs() < 1e-12 && !judged.is_allowed(&late));
         assert_eq!(Judgement::UNPLANNED.cost(&bounds), f64::INFINITY);
-        let tilted = [JudgedFlight { j_tpf: 0.5, safe: false, within_limits: false }];
+        let tilted = [JudgedFlight { j_tpf: 0.5, steady_share: 2.0, safe: false, within_limits: false }];
         let judged = NOTHING.with_draws(DesignObjective::Worst, &tilted, 1);
         assert!(judged.over_limit == 1.0 && !judged.is_allowed(&DesignBounds::default()));
     }
@@ -250,6 +273,13 @@ mod tests {
                 |n: usize| NOTHING.with_draws(objective, &drawn[..n], 64).cost(&DesignBounds::default());
             assert!((1..=64).all(|n| cost(n - 1) <= cost(n)), "{objective:?}");
         }
+    }
+
+    /// By hand: a quarter of the horizon; later than twice it, or never, is twice.
+    #[test]
+    fn closed_form_shares_of_the_horizon() {
+        let share = |steady_s| JudgedFlight::share_of(steady_s, 8.0);
+        assert_eq!([Some(2.0), Some(16.5), None].map(share), [0.25, 2.0, 2.0]);
     }
 
     #[test]

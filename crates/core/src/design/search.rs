@@ -309,6 +309,7 @@ mod tests {
         let nothing = Judgement {
             j_tpf: 0.0,
             mean: 0.0,
+            steady_share: 0.0,
             worst: 0.0,
             over_limit: 0.0,
             unrest: 0.0,
@@ -321,7 +322,7 @@ mod tests {
         let j_tpf = 1e-3 * (weights + gains + choices);
         nothing.with_draws(
             DesignObjective::Worst,
-            &[JudgedFlight { j_tpf, safe: j_tpf <= 1.0, within_limits: j_tpf <= 1.0 }],
+            &[JudgedFlight { j_tpf, steady_share: 0.0, safe: j_tpf <= 1.0, within_limits: j_tpf <= 1.0 }],
             1,
         )
     }
