@@ -12,6 +12,7 @@ use samara::link::{HilConfig, HilSession, StreamerConfig, StreamerSession};
 use samara::model::drives::{Motors, OnBus};
 use samara::model::environment::Ambient;
 use samara::model::factors::Factors;
+use samara::model::parachute::Hook;
 use samara::model::rigid_body::{Motion, MotionRate};
 use samara::model::supply::Bus;
 use samara::model::vehicle::FlightRate;
@@ -312,6 +313,15 @@ fn prop_drops_that_come_loose_one_by_one_are_those_of_each_alone() {
     let mut mission = Mission::shipped("x500_real_air").unwrap();
     mission.site.ground = Some(Ground { down_m: -4.0 });
     are_those_of_each_alone(&mission, 2.0);
+}
+
+/// A property: each of their samples is, to the bit, that of the drop flown alone where canopies take over
+/// from a hook.
+#[test]
+fn prop_drops_from_a_hook_are_those_of_each_alone() {
+    let mut mission = Mission::shipped("x500_real_air").unwrap();
+    mission.release.parachute = mission.release.parachute.on_hook(Hook { lets_go_before_s: 7.0 });
+    are_those_of_each_alone(&mission, 1.0);
 }
 
 /// What comes of whole drops, with each of a mission's effects alone, without each, with all and with none,

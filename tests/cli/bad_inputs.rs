@@ -371,10 +371,10 @@ const EDITS: &[Edit] = &[
     (
         MISSION,
         "\"parachute\": {",
-        "\"parachute\": { \"canopy\": { \"mass_kg\": 0.1, \"drag_area_m2\": 1.3, \"apparent_mass_factor\": 1 }, \"riser\": { \"length_m\": 3, \"stiffness_n_m\": 1000, \"damping_n_s_m\": 5, \"attachment_body_m\": [0, 0, -0.2] },",
+        "\"parachute\": { \"canopy\": { \"mass_kg\": 0.1, \"drag_area_m2\": 1.3, \"apparent_mass_factor\": 1, \"opening_s\": 1 }, \"riser\": { \"length_m\": 3, \"stiffness_n_m\": 1000, \"damping_n_s_m\": 5, \"attachment_body_m\": [0, 0, -0.2] },",
         6,
         "release.hook_s: ",
-        &["expected none with a canopy"],
+        &["expected none with a canopy that opens"],
     ),
     (
         MISSION,

@@ -125,6 +125,8 @@ impl BuildUp {
     }
 }
 
+/// A descent has built up when its `k t` is this: to 0.995 of what it is steadily.
+const BUILT_UP: f64 = 3.0;
 /// Descents build up no faster than this [1/s]: a canopy that hardly sinks.
 const BUILD_UP_MAX_HZ: f64 = 1e3;
 
@@ -139,7 +141,8 @@ pub struct Parachute {
     pub pendulum: Pendulum,
     /// Hook that holds the vehicle still first; `None`: it hangs in steady descent from the start.
     pub hook: Option<Hook>,
-    /// Canopy and riser, where they move as forces make them; a hook does not count then.
+    /// Canopy and riser, where they move as forces make them; from a hook the descent is prescribed until it
+    /// has built up, and they take over then.
     pub suspension: Option<Suspension>,
     /// What the cut gives the vehicle.
     pub tip_off: TipOff,
@@ -200,7 +203,23 @@ impl Parachute {
         };
         let mode = suspension.small_swings(&vehicle.mass, site, &descent).swing();
         let pendulum = Pendulum { omega_rad_s: mode.rate.im, length_m: mode.vehicle_m.re, ..self.pendulum };
-        Self { descent_m_s: descent.speed_m_s, pendulum, hook: None, suspension: None, ..*self }
+        Self { descent_m_s: descent.speed_m_s, pendulum, suspension: None, ..*self }
+    }
+
+    /// Time before the nominal release at which the descent from the hook has built up [s], at the earliest
+    /// the release itself; `None` without a hook.
+    pub fn built_up_before_s(&self, gravity_m_s2: f64) -> Option<f64> {
+        Some((self.hook?.lets_go_before_s - self.build_up_s(gravity_m_s2)).max(0.0))
+    }
+
+    /// Time in which the descent builds up from a hook [s].
+    pub fn build_up_s(&self, gravity_m_s2: f64) -> f64 {
+        BUILT_UP / self.build_up_per_s(gravity_m_s2)
+    }
+
+    /// How fast the descent builds up from a hook, `tanh(k t)` [1/s].
+    fn build_up_per_s(&self, gravity_m_s2: f64) -> f64 {
+        (gravity_m_s2 / self.descent_m_s).min(BUILD_UP_MAX_HZ)
     }
 
     /// The vehicle under the canopy, adrift at the site, at `t` [s] from the nominal release (negative
@@ -219,7 +238,7 @@ impl Parachute {
     /// How far the descent (first), and drift and swing (second), have built up at `t` [s].
     fn build_up(&self, t: f64, gravity_m_s2: f64) -> (BuildUp, BuildUp) {
         let Some(hook) = self.hook else { return (BuildUp::complete(t), BuildUp::complete(t)) };
-        let k = (gravity_m_s2 / self.descent_m_s).min(BUILD_UP_MAX_HZ);
+        let k = self.build_up_per_s(gravity_m_s2);
         let since_s = t + hook.lets_go_before_s;
         let descent = BuildUp::of_descent(k, since_s);
         (descent, descent.squared(k, since_s))

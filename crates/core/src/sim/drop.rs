@@ -109,12 +109,19 @@ impl DropSimulation {
         hang_s: f64,
         start: Start,
     ) -> Self {
-        let two = parachute
-            .suspension
-            .and_then(|s| CanopyFlight::begin(s, &parachute, &vehicle, &environment, hang_s));
+        let mut course = Course::hanging(hang_s, parachute.delay_s, start);
+        let hang = match Hang::on_hook(parachute, &vehicle, &environment) {
+            Some((hang, before_s)) => {
+                course.canopy_at_s = Some(hang_s - before_s);
+                hang
+            }
+            None => Hang::under(parachute),
+        };
+        let two = parachute.suspension.filter(|_| course.canopy_at_s.is_none());
+        let two = two.and_then(|s| CanopyFlight::begin(s, &parachute, &vehicle, &environment, hang_s));
         let (body, canopy) = match two {
             Some((body, canopy)) => (body, Some(canopy)),
-            None => (parachute.hanging(-hang_s, &environment).0, None),
+            None => (hang.prescribed.hanging(-hang_s, &environment).0, None),
         };
         let mut state = PlantState::rotors_at_rest(body);
         if vehicle.start.is_some_and(|start| start.before == BeforeStart::Free) {
@@ -125,8 +132,8 @@ impl DropSimulation {
         Self {
             latency: Latency::of(vehicle.latency_s),
             plant: Plant::new(vehicle, environment, PlantKind::Actuator).with_start(),
-            course: Course::hanging(hang_s, parachute.delay_s, start),
-            hang: Hang::under(parachute),
+            course,
+            hang,
             state,
             throttle: [0.0; MAX_ROTORS],
             wind: None,
@@ -311,7 +318,7 @@ impl DropSimulation {
             }
             self.course.released =
                 Some(Released { time_s: self.course.clock.time_s, state: self.state.body });
-            self.course.phase = Phase::Falling;
+            (self.course.phase, self.course.canopy_at_s) = (Phase::Falling, None);
             self.turning.observe(self.state.body.q_ned_from_body);
             self.cross_boundary();
         }
@@ -394,6 +401,10 @@ impl DropSimulation {
 
     /// Enters the next phase when its time has come.
     fn cross_boundary(&mut self) {
+        if self.course.is_canopy_due() {
+            self.course.canopy_at_s = None;
+            self.canopy = self.hang.take_over(&self.state.body);
+        }
         if self.course.is_at_boundary() {
             match self.course.phase {
                 Phase::Hanging => self.release(),
@@ -426,7 +437,7 @@ impl DropSimulation {
         self.course.clock.advance(h);
         self.state.body = match self.course.released {
             None if self.plant.start().is_some() => {
-                let (parachute, site) = (self.hang.parachute, self.hanging_in());
+                let (parachute, site) = (self.hang.prescribed, self.hanging_in());
                 let from_s = begin_s - self.course.nominal_release_s;
                 let body_at = |share: f64| parachute.hanging(from_s + share * h, &site).0;
                 self.plant.turn_rotors(&mut self.state, body_at, h);

@@ -115,7 +115,7 @@ pub(super) struct ReleaseJson {
     /// Time from the beginning to the nominal release [s].
     hang_s: DelayS,
     /// Part of hang_s that a hook holds the vehicle still, before it is let go under its canopy [s]; 0 when
-    /// left out.
+    /// left out. A canopy that is a body of its own takes over once the descent has built up.
     hook_s: Option<DelayS>,
     /// Trigger of the release.
     trigger: TriggerJson,
@@ -204,17 +204,13 @@ impl Release {
         environment: &Environment,
     ) -> Result<Self, ConfigError> {
         let suspension = suspension(source, parachute, vehicle, environment)?;
-        if suspension.is_some() && json.hook_s.is_some_and(|hook_s| hook_s.get() > 0.0) {
-            let message =
-                "expected none with a canopy (parachute.canopy), which a hook does not hold".to_owned();
-            return Err(source.refuse("release.hook_s", message));
-        }
         let parachute = Parachute {
             suspension,
             tip_off: json.tip_off.as_ref().map_or_else(TipOff::default, tip_off),
             ..under_a_canopy(source, json, parachute)?
         };
         let hang_s = json.hang_s.get();
+        check_hook(source, &parachute, vehicle, environment)?;
         let free_fall = json.free_fall.as_ref();
         let free_fall = free_fall.map(|given| found_by(source, given, &parachute, vehicle, environment));
         Ok(Self {
@@ -355,6 +351,32 @@ fn under_a_canopy(
         return Err(source.refuse("release.hook_s", message));
     }
     Ok(parachute.on_hook(Hook { lets_go_before_s: hang_s - hook_s }))
+}
+
+/// From a hook the canopy takes over before the release, filled.
+fn check_hook(
+    source: &Source,
+    parachute: &Parachute,
+    vehicle: &Vehicle,
+    environment: &Environment,
+) -> Result<(), ConfigError> {
+    let (Some(hook), Some(suspension)) = (parachute.hook, parachute.suspension) else { return Ok(()) };
+    if suspension.canopy.opening.is_some() {
+        let message = "expected none with a canopy that opens (parachute.canopy.opening_s)".to_owned();
+        return Err(source.refuse("release.hook_s", message));
+    }
+    let linear = parachute.linearised(vehicle, environment);
+    let built_up_s = linear.built_up_before_s(environment.gravity_m_s2);
+    if built_up_s.is_some_and(|before_s| before_s == 0.0) {
+        let message = format!(
+            "expected less, so that the descent builds up before the release: to {:.2} m/s in {:.1} s of the {} s that are left",
+            linear.descent_m_s,
+            linear.build_up_s(environment.gravity_m_s2),
+            hook.lets_go_before_s
+        );
+        return Err(source.refuse("release.hook_s", message));
+    }
+    Ok(())
 }
 
 /// The detector of the free fall that a mission asks for.

@@ -152,7 +152,7 @@ impl Abreast {
             latency: Latency::abreast(std::array::from_fn(|i| drops[i].latency.latency_s()), zero),
             factors: factors_of_all(&drops, zero),
             fluctuation: Fluctuation::None,
-            canopy: drops[0].canopy.map(|_| (CanopyBody::nowhere(zero), air)),
+            canopy: None,
             is_of_room: false,
             loads: drops.iter().map(DropSimulation::loads).collect(),
             room,
@@ -329,7 +329,12 @@ impl Abreast {
             set_craft(&mut self.craft, i, &Craft::from(&drop.state));
             set_vector(&mut self.wind_ned, i, &drop.environment().wind_ned_m_s);
         }
-        let Some((body, _)) = &mut self.canopy else { return };
+        let (zero, first) = (self.zero(), &self.drops[0]);
+        if first.canopy.is_none() {
+            return;
+        }
+        let nowhere = || (CanopyBody::nowhere(zero), LocalAir::about(first.environment(), zero));
+        let (body, _) = self.canopy.get_or_insert_with(nowhere);
         for (i, canopy) in self.drops.iter().filter_map(|drop| drop.canopy.as_ref()).enumerate() {
             for (vector, now) in [
                 (&mut body.p_ned, canopy.state.p_ned),
@@ -572,6 +577,8 @@ fn wind_of_all(drops: &[DropSimulation]) -> Option<Option<(WindCourse<LANES>, f6
             && drop.wind.is_some() == first.wind.is_some()
             && drop.course.nominal_release_s == first.course.nominal_release_s
             && drop.course.delay_s == first.course.delay_s
+            && drop.course.canopy_at_s == first.course.canopy_at_s
+            && drop.hang.parachute.suspension == first.hang.parachute.suspension
     };
     if !drops.iter().all(alike) {
         return None;

@@ -10,7 +10,7 @@ use crate::control::test_vehicles::{GRAVITY_M_S2, J_YY, MASS_KG, lander, quadrot
 use crate::frames::{pitch, rotate_body_from_ned, rotate_ned_from_body};
 use crate::math;
 use crate::model::canopy::{Canopy, Opening, Riser, SmallSwings, Suspension};
-use crate::model::parachute::{Pendulum, TipOff};
+use crate::model::parachute::{Hook, Pendulum, TipOff};
 use crate::model::wind::{Gust, GustLength, GustShape, Wind, WindProfile};
 use crate::model::{Environment, Parachute, Vehicle, VehicleOptions};
 use crate::sim::faults::{Fault, FaultKind};
@@ -461,4 +461,43 @@ fn closed_form_tip_off() {
             (plain.state_at_t0(GRAVITY_M_S2), Parachute { tip_off, ..plain }.state_at_t0(GRAVITY_M_S2));
         assert_eq!(b.omega_body, a.omega_body + tip_off.omega_body);
     }
+}
+
+/// A property: a hook holds the vehicle at rest; let go, it comes to the release as a drop does that began
+/// there in steady descent with the drawn swing, to a twentieth of it and 1 % of the descent, and nothing of
+/// its motion jumps where the two bodies take over.
+#[test]
+fn prop_two_bodies_take_over_from_a_hook() {
+    let (hang_s, lets_go_before_s) = (40.0, 30.0);
+    let (amplitude_rad, phase_rad) = (0.1, 1.0);
+    let swinging = parachute(titan(), amplitude_rad, phase_rad);
+    let hooked = swinging.on_hook(Hook { lets_go_before_s });
+    let before_s = hooked.linearised(&lander(false), &site()).built_up_before_s(GRAVITY_M_S2).unwrap();
+    assert!((23.0..24.0).contains(&before_s), "3 v/g of the 30 s: {before_s}");
+    let mut sim = drop_of(lander(false), hooked, hang_s);
+    let mut begun = drop_of(lander(false), swinging, before_s);
+    while sim.phase() == Phase::Hanging {
+        let (body, a_ned, had) = (sim.state().body, sim.sample(&OFF, None).a_ned, sim.canopy().is_some());
+        if sim.time_s() <= hang_s - lets_go_before_s {
+            assert_eq!((body.v_ned, body.omega_body), (Vector3::zeros(), Vector3::zeros()));
+        }
+        let lets_go = (sim.time_s() - (hang_s - lets_go_before_s)).abs() < 2.0 * DT_S;
+        sim.step(&OFF, DT_S);
+        // What lets go falls.
+        let jump = sim.state().body.v_ned - body.v_ned - a_ned * DT_S;
+        assert!(lets_go || jump.norm() < 0.02 * GRAVITY_M_S2 * DT_S, "{} s: {jump:?}", sim.time_s());
+        let turned = sim.state().body.omega_body - body.omega_body;
+        assert!(turned.norm() < 2.0 * amplitude_rad * 4.0 * DT_S, "{} s: {turned:?}", sim.time_s());
+        if sim.canopy().is_some() != had && !had {
+            assert!((sim.time_s() - (hang_s - before_s)).abs() < DT_S, "{}", sim.time_s());
+        }
+    }
+    while begun.phase() == Phase::Hanging {
+        begun.step(&OFF, DT_S);
+    }
+    let [found, wanted] = [&sim, &begun].map(|sim| sim.state().body);
+    let apart = pitch(found.q_ned_from_body) - pitch(wanted.q_ned_from_body);
+    assert!(apart.abs() < 0.05 * amplitude_rad, "{apart}");
+    assert!((found.v_ned - wanted.v_ned).norm() < 0.03, "{:?} {:?}", found.v_ned, wanted.v_ned);
+    assert!(found.p_ned.norm() < 0.5, "{:?}", found.p_ned);
 }

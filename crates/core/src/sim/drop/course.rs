@@ -38,6 +38,8 @@ pub(super) struct Course {
     /// When the release is meant to be [s], and when it is known to come [s].
     pub(super) nominal_release_s: f64,
     pub(super) release_at_s: Option<f64>,
+    /// When a canopy that is a body of its own takes over from what held the vehicle [s].
+    pub(super) canopy_at_s: Option<f64>,
     /// Time from the release until the rotors are free [s].
     pub(super) delay_s: f64,
     pub(super) released: Option<Released>,
@@ -72,7 +74,16 @@ impl Course {
     /// A drop before its release, at its beginning.
     pub(super) fn hanging(nominal_release_s: f64, delay_s: f64, start: Start) -> Self {
         let (clock, phase) = (Clock::default(), Phase::Hanging);
-        Self { clock, phase, start, nominal_release_s, release_at_s: None, delay_s, released: None }
+        Self {
+            clock,
+            phase,
+            start,
+            nominal_release_s,
+            release_at_s: None,
+            canopy_at_s: None,
+            delay_s,
+            released: None,
+        }
     }
 
     /// Powered flight from a state at its beginning.
@@ -94,10 +105,13 @@ impl Course {
         }
     }
 
-    /// Time at which the present phase ends [s], if that is known.
+    /// Time at which the present phase ends, or a canopy takes over [s], if that is known.
     pub(super) fn boundary_s(&self) -> Option<f64> {
         match self.phase {
-            Phase::Hanging => self.release_at_s,
+            Phase::Hanging => match (self.canopy_at_s, self.release_at_s) {
+                (Some(canopy_s), Some(release_s)) => Some(canopy_s.min(release_s)),
+                (canopy_s, release_s) => canopy_s.or(release_s),
+            },
             Phase::Falling => self.powered_from_s(),
             Phase::Powered => None,
         }
@@ -116,6 +130,12 @@ impl Course {
     /// Whether the present phase is over.
     pub(super) fn is_at_boundary(&self) -> bool {
         self.boundary_s().is_some_and(|b| self.clock.time_s >= b - BOUNDARY_TOLERANCE_S)
+    }
+
+    /// Whether a canopy that is a body of its own is to take over now.
+    pub(super) fn is_canopy_due(&self) -> bool {
+        let due = |at_s: f64| self.clock.time_s >= at_s - BOUNDARY_TOLERANCE_S;
+        self.phase == Phase::Hanging && self.canopy_at_s.is_some_and(due)
     }
 
     /// Whether the vehicle falls under gravity and the air.
