@@ -8,8 +8,8 @@ use super::answer::{Answer, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION};
 use super::mission::{chosen_mission, origin};
 use super::terminal::print;
-use samara::config::derived;
-use samara::report::{derived_json, derived_text};
+use samara::report::{checked_json, checked_text, odd};
+use samara::study::checking::checked;
 
 /// `samara check`.
 #[derive(Args, Debug)]
@@ -28,11 +28,11 @@ pub struct CheckArgs {
 /// Prints the derived numbers. No is a mission with something odd.
 pub fn run(args: &CheckArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission, &args.choice)?;
-    let derived = derived(&mission);
+    let checked = checked(&mission);
     print(&if args.json {
-        derived_json(&mission, &derived)
+        checked_json(&mission, &checked)
     } else {
-        origin(&args.mission, &mission) + &derived_text(&mission, &derived)
+        origin(&args.mission, &mission) + &checked_text(&mission, &checked)
     })?;
-    Ok(Answer::from(derived.odd.is_empty()))
+    Ok(Answer::from(odd(&mission, &checked).is_empty()))
 }

@@ -98,9 +98,11 @@ fn of_the_vehicle(mission: &Mission) -> DerivedGroup {
         .map(|radius| weight_n / (vehicle.rotors.len() as f64 * std::f64::consts::PI * radius * radius));
     let unknown = || "not known: the vehicle file gives no rotor radius_m".to_owned();
     let inertia = vehicle.mass.inertia_kg_m2.diagonal();
+    let gyration_m = inertia.map(|moment| (moment / vehicle.mass.mass_kg).sqrt());
     let rows = vec![
         row("mass_kg", "mass", "kg", &[vehicle.mass.mass_kg], String::new()),
         row("inertia_kg_m2", "inertia about x, y, z", "kg m^2", inertia.as_slice(), String::new()),
+        row("gyration_m", "radius of gyration about them", "m", gyration_m.as_slice(), String::new()),
         row("rotors", "rotors", "", &[vehicle.rotors.len() as f64], String::new()),
         row("arm_m", "farthest rotor from the centre", "m", &[arms.fold(0.0, f64::max)], String::new()),
         row("gravity_m_s2", "gravity", "m/s^2", &[site.gravity_m_s2], String::new()),

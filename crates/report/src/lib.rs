@@ -8,6 +8,7 @@
 //! | [`plan`] | the plan for the terminal and as JSON |
 //! | [`verify`] | the checks of `samara verify` |
 //! | [`faults`] | the list of `samara faults` |
+//! | `checked`, `odd` | what a mission amounts to, and what is odd about it |
 //! | [`cut`] | work cut into parts, each with a file of its own |
 //! | `columns` | numbers for people |
 //! | `judged_drop` | a drop that is over, judged |
@@ -47,9 +48,9 @@
 
 pub mod campaign;
 pub mod card;
+mod checked;
 mod columns;
 pub mod cut;
-mod derived;
 pub mod design;
 pub mod document;
 pub mod drops;
@@ -66,6 +67,7 @@ pub mod json;
 mod judged_drop;
 mod marks;
 pub mod mcap;
+mod odd;
 pub mod outcome;
 pub mod paper;
 pub mod params;
@@ -93,7 +95,7 @@ pub mod verdict;
 pub mod verify;
 
 pub use card::manifest::manifest_json;
-pub use derived::{derived_json, derived_text};
+pub use checked::{checked_json, checked_text};
 pub use faults::{faults_json, faults_text};
 pub use figure::{FigureError, bode_figure, convergence_figure, drop_figure, plan_figure};
 pub use flight_columns::flight_arrays;
@@ -101,6 +103,7 @@ pub use flight_csv::FlightCsv;
 pub use json::{DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajectory, drop_json};
 pub use judged_drop::{FlownDrop, judge_drop};
 pub use mcap::{Attachment, drop_mcap};
+pub use odd::odd;
 pub use plan::{plan_json, plan_shortfall, plan_text};
 pub use replay::drop_page;
 pub use shown_drop::ShownDrop;

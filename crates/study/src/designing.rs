@@ -7,7 +7,7 @@ use samara_core::assess::Scenario;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::design::{
     Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, FlyPortions, FreshResults,
-    LeastMargins, NotJudged, PlanDesign, RandomDrops, Unknown, judge_fresh,
+    LeastMargins, NotJudged, PlanDesign, RELEASE, RandomDrops, Unknown, WorstLoop, judge_fresh,
 };
 use samara_core::frames::LEVEL;
 use samara_core::model::rigid_body::BodyState;
@@ -109,6 +109,24 @@ impl RandomDrops for MissionDrops {
         let settle_s = self.mission.design.settle_s.unwrap_or_else(|| self.mission.settle_s(plan));
         begins_s + plan.end_s() + settle_s
     }
+}
+
+/// The loops of the mission's own design, each where it keeps least to instability - at the release unless it
+/// stands on the ground, at the peak of a plan of the mission where there is one, and at the target - and
+/// what it must keep.
+pub fn own_loops(mission: &Mission, plan: Option<&Trajectory>) -> (Vec<WorstLoop>, LeastMargins) {
+    let judge = judge_of_loops(mission);
+    let mut points = judge.operating_points(plan);
+    if mission.release.standing {
+        points.retain(|point| point.name != RELEASE);
+    }
+    (judge.worst_loops(&points, &own_design(mission)), design_bounds(mission).margins)
+}
+
+/// A judge that flies nothing.
+fn judge_of_loops(mission: &Mission) -> DesignJudge<'_> {
+    let flights = DesignFlights { drops: None, ..design_flights(mission) };
+    judge_by(mission, flights, 0, Unknown { vehicle: false, air: false })
 }
 
 /// A body at rest.

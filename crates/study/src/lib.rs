@@ -4,6 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | [`controller`] | the mission's controller, made in this one place |
+//! | [`checking`] | what a mission amounts to, with its plan and its loops |
 //! | [`own`] | campaigns of the mission's own gains, release cases, trials by their coordinates |
 //! | [`effects`] | drops with and without each effect |
 //! | [`replan`] | drops along one plan and along renewed ones |
@@ -14,6 +15,7 @@
 //! | [`tuning`] | how gains are tuned |
 //! | [`designing`] | how plan and gains are designed together |
 
+pub mod checking;
 pub mod controller;
 pub mod designing;
 pub mod effects;

@@ -8,9 +8,12 @@ use samara_core::tune::cma_es::{CmaSettings, Scale};
 use samara_core::tune::gain_judge::Setting;
 use samara_core::tune::gain_space::gains_of;
 use samara_core::tune::objective::PENALTY;
+use samara_core::tune::range_ends::NEAR_AN_END;
 use samara_core::tune::release_cases::{AMPLITUDES, swing_releases};
 use samara_core::tune::swarm::SwarmSettings;
-use samara_core::tune::{GainJudge, GainSpace, Longitudinal, Method, Objective, ReleaseCase, SearchSettings};
+use samara_core::tune::{
+    GainJudge, GainSpace, Longitudinal, Method, Objective, ReleaseCase, SearchSettings, SearchedNumber,
+};
 use samara_mission::{ConfigError, Mission};
 
 /// Random flights with everything off at once, where it is not said how many.
@@ -37,6 +40,51 @@ pub fn gain_space(mission: &Mission) -> GainSpace {
         Some((least, most)) => GainSpace::of_all(least, most),
         None => GainSpace::around(&rules(mission)).holding(&mission.control.gains.as_longitudinal()),
     }
+}
+
+/// Greatest gain of the space Y of (46) [1/s], in which the first gains of all vehicles were searched.
+pub const PAPERS_MOST_PER_S: f64 = 5.0;
+/// The rule for a vehicle is far above that end from this multiple of it on.
+const FAR_ABOVE: f64 = 1.5;
+/// Places of the proportional gains.
+const PROPORTIONAL: [usize; 4] = [0, 2, 3, 5];
+
+/// Gains of a mission beside the rule for its vehicle.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct BesideTheRule {
+    /// Those outside the range about the rule, with that range where the others are what they are. An
+    /// integral may be as small as it likes.
+    pub outside: Vec<SearchedNumber>,
+    /// Those at the end of the paper's range of gains, [`PAPERS_MOST_PER_S`], while the rule is far above it:
+    /// each with the least and the greatest gain of the rule.
+    pub at_papers_end: Vec<SearchedNumber>,
+}
+
+/// The mission's own gains beside the rule for its vehicle; nothing where the mission names a range for them.
+pub fn beside_the_rule(mission: &Mission) -> BesideTheRule {
+    if mission.study.gain_range.is_some() {
+        return BesideTheRule::default();
+    }
+    let (gains, rules) = (mission.control.gains.as_longitudinal(), rules(mission));
+    let searched = GainSpace::around(&rules).searched(&gains);
+    let is_outside = |k: usize| {
+        let SearchedNumber { value, least, most, .. } = searched[k];
+        value > most || (value < least && PROPORTIONAL.contains(&k))
+    };
+    let outside = (0..gains.len()).filter(|k| is_outside(*k)).map(|k| searched[k].clone()).collect();
+    let at_end = |k: &usize| {
+        let [least, most] = rule_of(&rules, *k);
+        let value = gains[*k];
+        let near = (value / PAPERS_MOST_PER_S - 1.0).abs() <= NEAR_AN_END;
+        let name = searched[*k].name.clone();
+        (near && least > FAR_ABOVE * PAPERS_MOST_PER_S).then_some(SearchedNumber { name, value, least, most })
+    };
+    BesideTheRule { outside, at_papers_end: PROPORTIONAL.iter().filter_map(at_end).collect() }
+}
+
+/// Least and greatest of the rules for a gain.
+fn rule_of([a, b]: &[Longitudinal; 2], k: usize) -> [f64; 2] {
+    [a[k].min(b[k]), a[k].max(b[k])]
 }
 
 /// How to search.

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use samara::config::shipped::{MISSIONS, names_in};
-use samara::config::{derived, mission_path, mission_text as text_of};
-use samara::report::{derived_json, derived_text};
+use samara::config::{mission_path, mission_text as text_of};
+use samara::report::{checked_json, checked_text, odd};
+use samara::study::checking::checked;
 
 use crate::fault::OrGiven as _;
 use crate::given::Given;
@@ -33,7 +34,8 @@ pub fn mission_text(py: Python<'_>, name: PathBuf) -> PyResult<(PathBuf, String)
 pub fn check(py: Python<'_>, given: Given) -> PyResult<(String, String, bool)> {
     work(py, move |_| {
         let mission = given.mission()?;
-        let derived = derived(&mission);
-        Ok((derived_json(&mission, &derived), derived_text(&mission, &derived), derived.odd.is_empty()))
+        let checked = checked(&mission);
+        let sound = odd(&mission, &checked).is_empty();
+        Ok((checked_json(&mission, &checked), checked_text(&mission, &checked), sound))
     })
 }

@@ -7,9 +7,10 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::drops::{DrawnDrop, FlownDrop, FreshFlight, RandomDrops, Unknown, fly_drops};
-use super::margins::{LoopSetting, LoopsAt, OperatingPoint, loops_at, steady_near};
+use super::margins::{LoopSetting, LoopsAt, OperatingPoint, RELEASE, loops_at, steady_near};
 use super::objective::{BOUNDED, DesignBounds, DesignObjective, JudgedFlight, Judgement, LOST};
-use super::operating_point::{body_of, shaft_energy_j};
+use super::operating_point::{body_of, body_of_state, shaft_energy_j};
+use super::worst_loop::{LoopPlace, WorstLoop};
 use super::{Design, PlanDesign};
 use crate::assess::Scenario;
 use crate::assess::{Objection, Outcome, ReleaseDistribution, StateCost, VerdictBuilder, judge_trial};
@@ -21,7 +22,7 @@ use crate::plan::{Guess, Plan, PlanProblem, SolverOptions, Status, plan};
 use crate::random::Trials;
 use crate::sim::PlantKind;
 use crate::sim::planar::{NotPlanar, Variation};
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Node, Trajectory};
 use crate::tune::gain_judge::{MeasuredFlight, Setting};
 use crate::tune::unknowns::{tipped, varied};
 use crate::tune::{GainJudge, Longitudinal, ReleaseCase};
@@ -169,8 +170,9 @@ pub struct DesignJudge<'a> {
     drops: Vec<DrawnDrop>,
     /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
     target: Option<OperatingPoint>,
-    /// The vehicle as it is known, and others near it, whose loops must be stable too.
-    vehicles: Vec<Arc<Vehicle>>,
+    /// The vehicle as it is known, and others near it, whose loops must be stable too: each with how far it is
+    /// off.
+    vehicles: Vec<(Variation, Arc<Vehicle>)>,
 }
 
 impl<'a> DesignJudge<'a> {
@@ -195,7 +197,7 @@ impl<'a> DesignJudge<'a> {
             }
             None => draws = numbers.map(|number| flights.draw(number, unknown)).collect(),
         }
-        let target = steady_at_target(&problem, &flights);
+        let target = steady_at_target(&problem);
         let vehicles = vehicles_near(&problem);
         Self { problem, flights, objective, bounds, cases, draws, drops, target, vehicles }
     }
@@ -234,29 +236,33 @@ impl<'a> DesignJudge<'a> {
     /// The loops of a design, linearised at the release, at the plan's greatest J_state and at the target.
     /// `None` when it has no plan.
     pub fn loops(&self, design: &Design) -> Option<Vec<LoopsAt>> {
-        let points = self.operating_points(&self.plan(&design.plan)?.trajectory)?;
+        let points = self.operating_points(Some(&self.plan(&design.plan)?.trajectory));
         points.iter().map(|point| self.loops_at(point, self.problem.vehicle, design)).collect()
     }
 
-    /// Where loops are linearised: at the release, at the plan's greatest J_state and at the target.
-    fn operating_points(&self, plan: &Trajectory) -> Option<[OperatingPoint; 3]> {
+    /// Where loops are linearised: at the release, at the plan's greatest J_state where there is a plan, and
+    /// at the target where a steady flight is found there.
+    pub fn operating_points(&self, plan: Option<&Trajectory>) -> Vec<OperatingPoint> {
         let problem = &self.problem;
-        let peak = plan.nodes().iter().max_by(|a, b| {
+        let nodes = plan.map_or(&[][..], Trajectory::nodes);
+        let peak = nodes.iter().max_by(|a, b| {
             let j_state = |node| StateCost::of(&body_of(node), &self.flights.scenario.limits.safety).max();
             j_state(a).total_cmp(&j_state(b))
-        })?;
+        });
         let of_weight_n = problem.vehicle.mass.mass_kg * problem.environment.gravity_m_s2
             / problem.vehicle.rotors.len().max(1) as f64;
-        Some([
-            // Rotors at rest answer to nothing: they carry the weight here.
-            OperatingPoint {
-                name: "release",
-                body: body_of(plan.nodes().first()?),
-                thrust_n: [of_weight_n; MAX_ROTORS],
-            },
-            OperatingPoint { name: "plan's peak", body: body_of(peak), thrust_n: peak.thrust_n },
-            self.target?,
-        ])
+        // Rotors at rest answer to nothing: they carry the weight here.
+        let release = OperatingPoint {
+            name: RELEASE,
+            body: nodes.first().map_or_else(|| body_of_state(&problem.initial), body_of),
+            thrust_n: [of_weight_n; MAX_ROTORS],
+        };
+        let at_peak = |node: &Node| OperatingPoint {
+            name: "plan's peak",
+            body: body_of(node),
+            thrust_n: node.thrust_n,
+        };
+        [Some(release), peak.map(at_peak), self.target].into_iter().flatten().collect()
     }
 
     fn loops_at(&self, point: &OperatingPoint, vehicle: &Vehicle, design: &Design) -> Option<LoopsAt> {
@@ -272,22 +278,34 @@ impl<'a> DesignJudge<'a> {
         loops_at(&setting, point).ok()
     }
 
+    /// Each loop of a design where it keeps least to instability, of the vehicle as it is known and of others
+    /// near it at each of these states; in the order of [`LOOPS`](super::LOOPS).
+    pub fn worst_loops(&self, points: &[OperatingPoint], design: &Design) -> Vec<WorstLoop> {
+        let mut worst: Vec<WorstLoop> = Vec::new();
+        for point in points {
+            for (off, vehicle) in &self.vehicles {
+                let loops = self.loops_at(point, vehicle, design).map(|at| at.loops).unwrap_or_default();
+                let place = LoopPlace { state: point.name, off: *off };
+                for (i, (_, margins)) in loops.iter().enumerate() {
+                    match worst.get_mut(i) {
+                        Some(worst) => worst.note(margins, place),
+                        None => worst.push(WorstLoop::of(i, margins, place)),
+                    }
+                }
+            }
+        }
+        worst
+    }
+
     /// What the loops of a design keep to instability along a plan, of each vehicle at each state: the least
     /// distance of a response from -1 ([`Judgement::modulus`]) and the least delay [s]
     /// ([`Judgement::delay_s`]).
     pub fn least_margins(&self, plan: &Trajectory, design: &Design) -> (f64, f64) {
-        let (mut modulus, mut delay_s, mut stable) = (1.0f64, DELAY_MOST_S, true);
-        for point in self.operating_points(plan).iter().flatten() {
-            for vehicle in &self.vehicles {
-                let loops = self.loops_at(point, vehicle, design).map(|at| at.loops).unwrap_or_default();
-                for (_, margins) in &loops {
-                    modulus = modulus.min(margins.modulus);
-                    delay_s = margins.delay_s.map_or(delay_s, |found| delay_s.min(found));
-                    stable &= margins.stable;
-                }
-            }
-        }
-        if stable { (modulus, delay_s) } else { (-modulus, 0.0) }
+        let worst = self.worst_loops(&self.operating_points(Some(plan)), design);
+        let modulus = worst.iter().fold(1.0, |least: f64, of| least.min(of.modulus.0));
+        let delays_s = worst.iter().filter_map(|of| of.delay_s).map(|(delay_s, _)| delay_s);
+        let delay_s = delays_s.fold(DELAY_MOST_S, f64::min);
+        if worst.iter().all(|of| of.unstable.is_none()) { (modulus, delay_s) } else { (-modulus, 0.0) }
     }
 
     /// Plans and flies a design, until it is known to cost more than `ceiling`.
@@ -381,22 +399,22 @@ impl<'a> DesignJudge<'a> {
 const MOTOR_LAGS: [f64; 2] = [0.7, 1.5];
 const THRUSTS: [f64; 2] = [0.85, 1.15];
 
-/// The vehicle as it is known, and others near it.
-fn vehicles_near(problem: &PlanProblem<'_>) -> Vec<Arc<Vehicle>> {
+/// The vehicle as it is known, and others near it, each with how far it is off.
+fn vehicles_near(problem: &PlanProblem<'_>) -> Vec<(Variation, Arc<Vehicle>)> {
     let lags = MOTOR_LAGS.map(|motor_lag| Variation { motor_lag, ..Variation::NONE });
     let thrusts = THRUSTS.map(|thrust| Variation { thrust, ..Variation::NONE });
     let all = std::iter::once(Variation::NONE).chain(lags).chain(thrusts);
-    all.filter_map(|off| Some(off.applied(problem.vehicle, problem.environment)?.0)).collect()
+    all.filter_map(|off| Some((off, off.applied(problem.vehicle, problem.environment)?.0))).collect()
 }
 
 /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
-fn steady_at_target(problem: &PlanProblem<'_>, flights: &DesignFlights) -> Option<OperatingPoint> {
+fn steady_at_target(problem: &PlanProblem<'_>) -> Option<OperatingPoint> {
     let trimmed = trim(problem.vehicle, problem.environment, problem.target_v_ned, 0.0).ok()?;
     let body = BodyState {
+        p_ned: Vector3::zeros(),
         q_ned_from_body: trimmed.q_ned_from_body,
         v_ned: problem.target_v_ned,
         omega_body: Vector3::zeros(),
-        ..flights.cases.first().map(ReleaseCase::state)?
     };
     let trimmed = OperatingPoint { name: "target", body, thrust_n: trimmed.thrust_n };
     steady_near(problem.vehicle, problem.environment, &trimmed).ok()?.or(Some(trimmed))

@@ -34,10 +34,13 @@ pub const LOOPS: [(&str, &str); 9] = [
 const IN_PLANE: usize = 4;
 const WITHOUT_YAW: usize = 7;
 
+/// Name of the state at the release.
+pub const RELEASE: &str = "release";
+
 /// A state in which loops are linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatingPoint {
-    /// Name of the state: "release", "plan's peak", "target".
+    /// Name of the state: [`RELEASE`], "plan's peak", "target".
     pub name: &'static str,
     /// State of the body, in the vertical plane to the north.
     pub body: BodyState,

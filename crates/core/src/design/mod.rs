@@ -10,6 +10,7 @@
 //! | [`drops`] | whole drops that judge it |
 //! | [`operating_point`] | rotor speeds of thrusts, energy of a plan |
 //! | [`linear_loop`], [`margins`] | a sampled loop with its margins; those of a vehicle in flight |
+//! | [`worst_loop`] | a loop where it keeps least to instability |
 //! | [`search`] | the search, resumable to the bit |
 //! | [`fresh`] | what was chosen, on flights that chose nothing |
 //!
@@ -27,6 +28,7 @@ pub mod plan_design;
 pub mod search;
 pub mod settings;
 pub mod space;
+pub mod worst_loop;
 
 pub use drops::{DrawnDrop, FlownDrop, FreshFlight, RandomDrops, Unknown, fly_drops};
 pub use fresh::{
@@ -35,9 +37,10 @@ pub use fresh::{
 };
 pub use judge::{DesignFlights, DesignJudge};
 pub use linear_loop::{LinearLoop, Margins};
-pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, loops_at};
+pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, RELEASE, loops_at};
 pub use objective::{BOUNDED, DesignBounds, DesignObjective, Judgement, LeastMargins};
 pub use plan_design::{PlanDesign, WEIGHT_GROUPS};
 pub use search::{DesignSearch, DesignSearchSettings, Generation, TriedDesign};
 pub use settings::{DesignSettings, LightTurbulence};
 pub use space::{Design, DesignSpace, Range};
+pub use worst_loop::{LoopPlace, WorstLoop};

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 
 use crate::model::rigid_body::BodyState;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, Vehicle};
-use crate::plan::PlanProblem;
+use crate::plan::{PlanProblem, PlanState};
 use crate::trajectory::{Node, Trajectory};
 
 /// Halvings of the range of rotor speeds: to a billionth of it.
@@ -17,6 +17,16 @@ pub fn body_of(node: &Node) -> BodyState {
         q_ned_from_body: node.q_ned_from_body,
         v_ned: node.v_ned,
         omega_body: node.omega_body,
+    }
+}
+
+/// The state that a plan starts from; where it is makes no difference.
+pub fn body_of_state(x: &PlanState) -> BodyState {
+    BodyState {
+        p_ned: Vector3::zeros(),
+        q_ned_from_body: [x[0], x[1], x[2], x[3]],
+        v_ned: Vector3::new(x[4], x[5], x[6]),
+        omega_body: Vector3::new(x[7], x[8], x[9]),
     }
 }
 

@@ -8,7 +8,7 @@ use samara_core::assess::Limits;
 use samara_core::frames::{LEVEL, Quaternion};
 use samara_core::math;
 use samara_core::model::rigid_body::BodyState;
-use samara_core::model::{Environment, Interference, RotorLimits, SAME_AXIS, Vehicle};
+use samara_core::model::{Atmosphere, Environment, Interference, Planet, RotorLimits, SAME_AXIS, Vehicle};
 use samara_core::plan::PlanState;
 use samara_core::sim::StateCost;
 use samara_core::sim::two_bodies::SWING_GROWTH_MAX;
@@ -21,6 +21,60 @@ const SAME_MOTION: f64 = 0.02;
 const THRUST_TO_WEIGHT: f64 = 1.2;
 /// Least height between two discs, as a part of their radius, at which one passes above the other.
 const APART_IN_HEIGHT: f64 = 0.05;
+/// Radius of the propellers over the arm, where a vehicle file gives none.
+const RADIUS_PER_ARM: f64 = 0.5;
+/// Least radius of gyration, as a part of how far the rotors reach: a four-hundredth of the mass at their
+/// ends gives it, and motors weigh more.
+const LEAST_GYRATION: f64 = 0.05;
+/// Part of a world's density at an altitude by which that of a site may differ: weather stays well within.
+const OTHER_AIR: f64 = 0.15;
+/// Part of a world's gravity by which that of a site may differ: latitude stays within.
+const SAME_GRAVITY: f64 = 0.01;
+
+/// The moment of inertia that no body of the vehicle's mass and size has, if one is such: its radius of
+/// gyration is beyond the reach of the rotors, or next to nothing. `radius_m` is that of the propellers [m],
+/// where it is known.
+pub(super) fn of_inertia(vehicle: &Vehicle, radius_m: Option<f64>) -> Option<String> {
+    let arm_m = vehicle.rotors.iter().map(|rotor| rotor.position_body_m.norm()).fold(0.0, f64::max);
+    let reach_m = arm_m + radius_m.unwrap_or(RADIUS_PER_ARM * arm_m);
+    let sane_m = LEAST_GYRATION * reach_m..=reach_m;
+    let moments = vehicle.mass.inertia_kg_m2.diagonal();
+    let gyration_m = moments.map(|moment| (moment / vehicle.mass.mass_kg).sqrt());
+    let off = gyration_m.iter().filter(|k| !sane_m.contains(k)).copied();
+    // The one that is farthest off, either way.
+    let beyond = |k: f64| (k / reach_m).max(sane_m.start() / k);
+    let worst_m = off.reduce(|a, b| if beyond(b) > beyond(a) { b } else { a })?;
+    let axis = gyration_m.iter().position(|k| *k == worst_m)?;
+    let all = "all mass at their ends has no more, and motors there no less than a twentieth";
+    Some(format!(
+        "vehicle: inertia_kg_m2 {:.4} about {} is a radius of gyration of {worst_m:.4} m at {} kg, and the rotors reach {reach_m:.3} \
+         m from the centre: {all}",
+        moments[axis],
+        ["x", "y", "z"][axis],
+        vehicle.mass.mass_kg
+    ))
+}
+
+/// A density that is given as a number and is not that of the altitude, on Earth or Titan, as the gravity has
+/// it. That of Mars changes with the seasons.
+pub(super) fn of_air_of_another_altitude(environment: &Environment) -> Option<String> {
+    let Environment { gravity_m_s2, density_kg_m3, atmosphere, .. } = *environment;
+    let altitude_m = environment.anchor.altitude_m;
+    let is_here =
+        |planet: &Planet| (gravity_m_s2 / planet.gravity_m_s2(altitude_m) - 1.0).abs() < SAME_GRAVITY;
+    let planet = [Planet::Earth, Planet::Titan].into_iter().find(is_here)?;
+    let usual = planet.density_kg_m3(altitude_m).ok().filter(|_| atmosphere == Atmosphere::Constant)?;
+    let off = density_kg_m3 / usual - 1.0;
+    (off.abs() > OTHER_AIR).then(|| {
+        format!(
+            "site.density_kg_m3 {density_kg_m3}: at {altitude_m} m it is {usual:.3} kg/m^3 by {}; here it is {:.0} % {}, and no \
+             `site.atmosphere` is named",
+            planet.source(),
+            100.0 * off.abs(),
+            if off > 0.0 { "more" } else { "less" }
+        )
+    })
+}
 
 /// The closest rotors whose discs of this radius [m] meet, where some do: two in nearly one plane whose hubs
 /// are less than a diameter apart, as an arm or a propeller in another unit makes them.

@@ -81,7 +81,7 @@ impl Mission {
         self.inputs.texts(&self.file, &self.vehicle_file, gains_name)
     }
 
-    /// Numbers that the vehicle contradicts: each with its key and what the vehicle makes of it.
+    /// Numbers that the vehicle, or the world, contradicts: each with its key and what they make of it.
     pub fn contradictions(&self) -> Vec<String> {
         let (environment, descent_m_s) = (&self.site.environment, self.release.parachute.descent_m_s);
         let start = self.plan_initial_state();
@@ -90,6 +90,8 @@ impl Mission {
         let meet = |radius_m| contradictions::of_rotors_that_meet(&self.vehicle, radius_m);
         odd.extend(self.rotor_radius_m.and_then(meet));
         odd.extend(contradictions::of_a_wake_without_a_factor(&self.vehicle, self.rotor_radius_m));
+        odd.extend(contradictions::of_inertia(&self.vehicle, self.rotor_radius_m));
+        odd.extend(contradictions::of_air_of_another_altitude(environment));
         let sigma_rad = self.study.monte_carlo.amplitude_sigma_rad;
         odd.extend(contradictions::of_two_bodies(&self.vehicle, environment, &self.release, sigma_rad));
         odd

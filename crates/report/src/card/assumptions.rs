@@ -5,10 +5,12 @@ use super::finding::Finding;
 use super::manifest::Kind;
 use super::{Card, first};
 use crate::columns::short;
+use crate::odd::odd;
 use samara_core::assess::outcome::QUANTITIES;
 use samara_core::model::Interference;
 use samara_core::units::DEG_PER_RAD;
 use samara_mission::{Effect, Mission};
+use samara_study::checking::checked;
 
 /// What is assumed, a sentence each, which names at most so many pieces of evidence.
 pub fn assumed(card: &Card<'_>, most: usize) -> Vec<String> {
@@ -47,7 +49,7 @@ pub fn assumed(card: &Card<'_>, most: usize) -> Vec<String> {
     sentences.push(format!(
         "The design was fixed before its trials were flown{chosen}, and so were their seed and number."
     ));
-    let odd = samara_mission::derived(mission).odd;
+    let odd = odd(mission, &checked(mission));
     if !odd.is_empty() {
         sentences.push(format!("samara check finds odd: {}.", odd.join("; ")));
     }

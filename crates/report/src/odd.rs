@@ -1,0 +1,153 @@
+//! What is odd about a mission, a sentence each, with its key.
+
+use super::columns::short;
+use super::json::status_name;
+use samara_core::design::{LOOPS, LoopPlace, WorstLoop};
+use samara_core::tune::SearchedNumber;
+use samara_mission::Mission;
+use samara_study::checking::{Checked, CheckedPlan, Room, SlowLoop};
+use samara_study::tuning::PAPERS_MOST_PER_S;
+
+/// What is odd about a mission; a mission without any is fine.
+pub fn odd(mission: &Mission, checked: &Checked) -> Vec<String> {
+    let mut odd = checked.derived.odd.clone();
+    odd.extend(of_the_plan(&checked.plan));
+    odd.extend(checked.room.as_ref().and_then(|room| of_the_ground(mission, checked, room)));
+    odd.extend(of_the_loops(mission, checked));
+    odd.extend(checked.slow.iter().map(|slow| of_a_slow_loop(mission, slow)));
+    odd.extend(of_the_rule(mission, checked));
+    odd
+}
+
+fn of_the_plan(plan: &CheckedPlan) -> Option<String> {
+    match plan {
+        CheckedPlan::Solved(plan) if plan.diagnosis.is_some() => Some(format!(
+            "plan: the solve ends as {}; `samara plan` says more",
+            status_name(plan.status).replace('_', " ")
+        )),
+        CheckedPlan::Unposed(unposed) => Some(format!("plan: {unposed}: {}", unposed.source)),
+        CheckedPlan::Solved(_) | CheckedPlan::None | CheckedPlan::Long => None,
+    }
+}
+
+fn of_the_ground(mission: &Mission, checked: &Checked, room: &Room) -> Option<String> {
+    if room.is_enough() {
+        return None;
+    }
+    let needed = match (room.needed_m, checked.plan.trajectory()) {
+        (Some(needed_m), Some(_)) => format!("fall and plan lose {} m", short(needed_m, 3)),
+        (Some(needed_m), None) => {
+            format!("the fall and what the greatest lift takes to end it lose {} m", short(needed_m, 3))
+        }
+        (None, _) => "the rotors end no fall".to_owned(),
+    };
+    let altitude_m = mission.site.environment.anchor.altitude_m;
+    Some(format!(
+        "site.ground_altitude_m {}: the release is {} m above the ground, and {needed}",
+        short(altitude_m - room.height_m, 6),
+        short(room.height_m, 4)
+    ))
+}
+
+/// The loops that do not keep what they must, by the one that is nearest to instability.
+fn of_the_loops(mission: &Mission, checked: &Checked) -> Option<String> {
+    let least = &checked.least;
+    let lacking: Vec<&WorstLoop> = checked.loops.iter().filter(|of| !of.keeps(least)).collect();
+    let gains = &mission.control.gains_name;
+    let unstable: Vec<&WorstLoop> = lacking.iter().filter(|of| of.unstable.is_some()).copied().collect();
+    if let Some(at) = unstable.first().and_then(|of| of.unstable) {
+        let names: Vec<&str> = unstable.iter().map(|of| loop_name(of.index)).collect();
+        return Some(format!(
+            "gains {gains}: unstable: {}; {} at the {}",
+            names.join(", "),
+            names[0],
+            place_words(&at)
+        ));
+    }
+    let by_modulus = lacking.iter().min_by(|a, b| a.modulus.0.total_cmp(&b.modulus.0))?;
+    let others = match lacking.len() - 1 {
+        0 => String::new(),
+        1 => "; another loop keeps less than it should".to_owned(),
+        n => format!("; {n} other loops keep less than they should"),
+    };
+    let (modulus, at) = by_modulus.modulus;
+    let of_modulus = least.modulus.filter(|least| modulus < *least).map(|least| {
+        let name = loop_name(by_modulus.index);
+        format!("{name} loop: modulus {modulus:.2} at the {}, {least} expected", place_words(&at))
+    });
+    let delays = lacking.iter().filter_map(|of| Some((of.index, of.delay_s?)));
+    let by_delay = delays.min_by(|(_, (a, _)), (_, (b, _))| a.total_cmp(b));
+    let of_delay = least.delay_s.zip(by_delay).filter(|(least_s, (_, (delay_s, _)))| delay_s < least_s);
+    let of_delay = of_delay.map(|(least_s, (index, (delay_s, at)))| {
+        format!(
+            "{} loop: unstable by a delay of {:.1} ms at the {}, {:.0} ms expected",
+            loop_name(index),
+            1e3 * delay_s,
+            place_words(&at),
+            1e3 * least_s
+        )
+    });
+    let said: Vec<String> = of_modulus.into_iter().chain(of_delay).collect();
+    Some(format!("gains {gains}: {}{others}", said.join("; ")))
+}
+
+fn of_a_slow_loop(mission: &Mission, slow: &SlowLoop) -> String {
+    format!(
+        "gains {}: {} loop: crosses 1 at {} rad/s, so that a difference falls to a twentieth in {:.0} s, and from t = 0 on \
+         the mission has {:.1} s",
+        mission.control.gains_name,
+        loop_name(slow.index),
+        short(slow.crossover_rad_s, 3),
+        slow.settles_s,
+        slow.left_s
+    )
+}
+
+/// Gains outside the range about the rule for the vehicle, and those that lean on the paper's range.
+fn of_the_rule(mission: &Mission, checked: &Checked) -> Vec<String> {
+    let name = &mission.control.gains_name;
+    let joined = |numbers: &[SearchedNumber], words: &dyn Fn(&SearchedNumber) -> String| {
+        numbers.iter().map(words).collect::<Vec<_>>().join(", ")
+    };
+    let gains = &checked.gains;
+    let outside = (!gains.outside.is_empty()).then(|| {
+        let words = |n: &SearchedNumber| {
+            let SearchedNumber { name, value, least, most } = n;
+            format!("{name} {} (from {} to {})", short(*value, 4), short(*least, 4), short(*most, 4))
+        };
+        format!(
+            "gains {name}: outside the range about the rule for the vehicle: {}",
+            joined(&gains.outside, &words)
+        )
+    });
+    let leaning = (!gains.at_papers_end.is_empty()).then(|| {
+        let words = |n: &SearchedNumber| {
+            let SearchedNumber { name, value, least, most } = n;
+            let rule = if most > least { format!("{least:.1} to {most:.1}") } else { format!("{least:.1}") };
+            format!("{name} {value:.2} (by the rule for the vehicle {rule})")
+        };
+        format!(
+            "gains {name}: lean on the old search box, whose end is {PAPERS_MOST_PER_S} 1/s: {}",
+            joined(&gains.at_papers_end, &words)
+        )
+    });
+    outside.into_iter().chain(leaning).collect()
+}
+
+/// Name of a loop by its place.
+pub(super) fn loop_name(index: usize) -> &'static str {
+    LOOPS.get(index).map_or("", |(name, _)| name)
+}
+
+/// A state and the vehicle there, in words that follow "at the".
+pub(super) fn place_words(at: &LoopPlace) -> String {
+    let LoopPlace { state, off } = at;
+    let mut words = (*state).to_owned();
+    if off.motor_lag != 1.0 {
+        words += &format!(", motor lag x {}", off.motor_lag);
+    }
+    if off.thrust != 1.0 {
+        words += &format!(", thrust x {}", off.thrust);
+    }
+    words
+}
