@@ -5,10 +5,10 @@ use std::fmt::Write as _;
 use serde_json::{Map, Value, json};
 
 use super::json::VERSION;
-use super::odd::{loop_name, odd, place_words};
+use super::odd::{loop_name, odd};
 use samara_core::design::{LOOPS, LoopPlace, WorstLoop};
 use samara_mission::{DerivedRow, Mission};
-use samara_study::checking::{Checked, CheckedPlan, NODES_MOST, Room};
+use samara_study::checking::{Checked, CheckedPlan, LATENCY_MOST_S, NODES_MOST, Room};
 
 /// The quantities as a table in groups, the loops, and what is odd.
 pub fn checked_text(mission: &Mission, checked: &Checked) -> String {
@@ -20,7 +20,7 @@ pub fn checked_text(mission: &Mission, checked: &Checked) -> String {
     if let Some(room) = &checked.room {
         grouped(&mut text, GROUND, &ground_rows(checked, room));
     }
-    loops(&mut text, checked);
+    loops(&mut text, mission, checked);
     // Writing to a String cannot fail.
     match odd(mission, checked).as_slice() {
         [] => text += "\nnothing odd\n",
@@ -68,7 +68,15 @@ fn ground_rows(checked: &Checked, room: &Room) -> [DerivedRow; 2] {
 }
 
 /// The loops, a line each, with the least that they keep to instability and where that is.
-fn loops(text: &mut String, checked: &Checked) {
+fn loops(text: &mut String, mission: &Mission, checked: &Checked) {
+    let latency_s = mission.vehicle.latency_s;
+    if latency_s > LATENCY_MOST_S {
+        let _ = writeln!(
+            text,
+            "\nloops\n  not looked at: control.latency_s is {latency_s} s, and more than {LATENCY_MOST_S} s take long; \
+             `samara design --budget 0` has them"
+        );
+    }
     if checked.loops.is_empty() {
         return;
     }
@@ -80,17 +88,26 @@ fn loops(text: &mut String, checked: &Checked) {
     let _ = writeln!(text, "\nloops{}{}", if bounds.is_empty() { "" } else { ": " }, bounds.join(", "));
     let _ = writeln!(text, "  {}", states_words(checked));
     for of in &checked.loops {
-        let modulus = match of.unstable {
-            Some(at) => format!("unstable at the {}", place_words(&at)),
-            None => format!("{:.2} at the {}", of.modulus.0, place_words(&of.modulus.1)),
+        let (modulus, at) = match of.unstable {
+            Some(at) => ("unstable".to_owned(), at),
+            None => (format!("{:.2}", of.modulus.0), of.modulus.1),
         };
-        let delay = match of.delay_s.filter(|_| of.unstable.is_none()) {
-            Some((delay_s, at)) => format!("{:.0} ms at the {}", 1e3 * delay_s, place_words(&at)),
-            None => "-".to_owned(),
+        let (delay, late_at) = match of.delay_s.filter(|_| of.unstable.is_none()) {
+            Some((delay_s, at)) => (format!("{:.0} ms", 1e3 * delay_s), short_place(&at)),
+            None => Default::default(),
         };
         let verdict = if of.keeps(&checked.least) { "ok" } else { "NO" };
-        let _ = writeln!(text, "  {:15} {modulus:52} {delay:52} {verdict}", loop_name(of.index));
+        let (name, at) = (loop_name(of.index), short_place(&at));
+        let _ = writeln!(text, "  {name:14} {modulus:>8}  {at:28} {delay:>8}  {late_at:28} {verdict}");
     }
+}
+
+/// A state, and how far the vehicle is off there.
+fn short_place(at: &LoopPlace) -> String {
+    let LoopPlace { state, off } = at;
+    let off = [("motor lag", off.motor_lag), ("thrust", off.thrust)];
+    let off = off.into_iter().filter(|(_, factor)| *factor != 1.0);
+    off.fold((*state).to_owned(), |words, (name, factor)| format!("{words}, {name} x {factor}"))
 }
 
 /// Where the loops were looked at, in words.

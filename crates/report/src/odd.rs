@@ -2,7 +2,8 @@
 
 use super::columns::short;
 use super::json::status_name;
-use samara_core::design::{LOOPS, LoopPlace, WorstLoop};
+use samara_core::design::{LOOPS, LoopPlace, TARGET, WorstLoop};
+use samara_core::math::with_digits;
 use samara_core::tune::SearchedNumber;
 use samara_mission::Mission;
 use samara_study::checking::{Checked, CheckedPlan, Room, SlowLoop};
@@ -54,15 +55,8 @@ fn of_the_loops(mission: &Mission, checked: &Checked) -> Option<String> {
     let least = &checked.least;
     let lacking: Vec<&WorstLoop> = checked.loops.iter().filter(|of| !of.keeps(least)).collect();
     let gains = &mission.control.gains_name;
-    let unstable: Vec<&WorstLoop> = lacking.iter().filter(|of| of.unstable.is_some()).copied().collect();
-    if let Some(at) = unstable.first().and_then(|of| of.unstable) {
-        let names: Vec<&str> = unstable.iter().map(|of| loop_name(of.index)).collect();
-        return Some(format!(
-            "gains {gains}: unstable: {}; {} at the {}",
-            names.join(", "),
-            names[0],
-            place_words(&at)
-        ));
+    if let Some(words) = unstable_words(&lacking) {
+        return Some(format!("gains {gains}: {words}"));
     }
     let by_modulus = lacking.iter().min_by(|a, b| a.modulus.0.total_cmp(&b.modulus.0))?;
     let others = match lacking.len() - 1 {
@@ -91,13 +85,30 @@ fn of_the_loops(mission: &Mission, checked: &Checked) -> Option<String> {
     Some(format!("gains {gains}: {}{others}", said.join("; ")))
 }
 
+/// The loops that are unstable, by the places where they are; `None` where none is.
+fn unstable_words(loops: &[&WorstLoop]) -> Option<String> {
+    let mut places: Vec<(LoopPlace, Vec<&str>)> = Vec::new();
+    for (at, name) in loops.iter().filter_map(|of| Some((of.unstable?, loop_name(of.index)))) {
+        match places.iter_mut().find(|(place, _)| *place == at) {
+            Some((_, names)) => names.push(name),
+            None => places.push((at, vec![name])),
+        }
+    }
+    let words = places.iter().map(|(at, names)| {
+        let (noun, verb) = if names.len() == 1 { ("loop", "is") } else { ("loops", "are") };
+        let still = if at.state == TARGET { "" } else { ", as if it flew on there" };
+        format!("the {noun} of {} {verb} unstable at the {}{still}", names.join(", "), place_words(at))
+    });
+    words.reduce(|all, next| format!("{all}; {next}"))
+}
+
 fn of_a_slow_loop(mission: &Mission, slow: &SlowLoop) -> String {
     format!(
         "gains {}: {} loop: crosses 1 at {} rad/s, so that a difference falls to a twentieth in {:.0} s, and from t = 0 on \
          the mission has {:.1} s",
         mission.control.gains_name,
         loop_name(slow.index),
-        short(slow.crossover_rad_s, 3),
+        with_digits(slow.crossover_rad_s, 2),
         slow.settles_s,
         slow.left_s
     )
@@ -113,7 +124,10 @@ fn of_the_rule(mission: &Mission, checked: &Checked) -> Vec<String> {
     let outside = (!gains.outside.is_empty()).then(|| {
         let words = |n: &SearchedNumber| {
             let SearchedNumber { name, value, least, most } = n;
-            format!("{name} {} (from {} to {})", short(*value, 4), short(*least, 4), short(*most, 4))
+            let [value, least, most] = [value, least, most].map(|x| with_digits(*x, 3));
+            // An integral may be as small as it likes.
+            let from = if name.starts_with("k_i") { String::new() } else { format!("from {least} ") };
+            format!("{name} {value} ({from}to {most})")
         };
         format!(
             "gains {name}: outside the range about the rule for the vehicle: {}",
@@ -140,14 +154,14 @@ pub(super) fn loop_name(index: usize) -> &'static str {
 }
 
 /// A state and the vehicle there, in words that follow "at the".
-pub(super) fn place_words(at: &LoopPlace) -> String {
+fn place_words(at: &LoopPlace) -> String {
     let LoopPlace { state, off } = at;
     let mut words = (*state).to_owned();
     if off.motor_lag != 1.0 {
-        words += &format!(", motor lag x {}", off.motor_lag);
+        words += &format!(" with motors {} times as slow", off.motor_lag);
     }
     if off.thrust != 1.0 {
-        words += &format!(", thrust x {}", off.thrust);
+        words += &format!(" with {} of the thrust", off.thrust);
     }
     words
 }

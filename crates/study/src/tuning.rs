@@ -52,8 +52,8 @@ const PROPORTIONAL: [usize; 4] = [0, 2, 3, 5];
 /// Gains of a mission beside the rule for its vehicle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BesideTheRule {
-    /// Those outside the range about the rule, with that range where the others are what they are. An
-    /// integral may be as small as it likes.
+    /// Those outside the range about the rule by more than [`NEAR_AN_END`], with that range where the others
+    /// are what they are. An integral may be as small as it likes.
     pub outside: Vec<SearchedNumber>,
     /// Those at the end of the paper's range of gains, [`PAPERS_MOST_PER_S`], while the rule is far above it:
     /// each with the least and the greatest gain of the rule.
@@ -69,7 +69,8 @@ pub fn beside_the_rule(mission: &Mission) -> BesideTheRule {
     let searched = GainSpace::around(&rules).searched(&gains);
     let is_outside = |k: usize| {
         let SearchedNumber { value, least, most, .. } = searched[k];
-        value > most || (value < least && PROPORTIONAL.contains(&k))
+        let beyond = 1.0 + NEAR_AN_END;
+        value > beyond * most || (beyond * value < least && PROPORTIONAL.contains(&k))
     };
     let outside = (0..gains.len()).filter(|k| is_outside(*k)).map(|k| searched[k].clone()).collect();
     let at_end = |k: &usize| {

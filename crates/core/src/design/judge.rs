@@ -7,7 +7,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::drops::{DrawnDrop, FlownDrop, FreshFlight, RandomDrops, Unknown, fly_drops};
-use super::margins::{LoopSetting, LoopsAt, OperatingPoint, RELEASE, loops_at, steady_near};
+use super::margins::{LoopSetting, LoopsAt, OperatingPoint, RELEASE, TARGET, loops_at, steady_near};
 use super::objective::{BOUNDED, DesignBounds, DesignObjective, JudgedFlight, Judgement, LOST};
 use super::operating_point::{body_of, body_of_state, shaft_energy_j};
 use super::worst_loop::{LoopPlace, WorstLoop};
@@ -416,7 +416,7 @@ fn steady_at_target(problem: &PlanProblem<'_>) -> Option<OperatingPoint> {
         v_ned: problem.target_v_ned,
         omega_body: Vector3::zeros(),
     };
-    let trimmed = OperatingPoint { name: "target", body, thrust_n: trimmed.thrust_n };
+    let trimmed = OperatingPoint { name: TARGET, body, thrust_n: trimmed.thrust_n };
     steady_near(problem.vehicle, problem.environment, &trimmed).ok()?.or(Some(trimmed))
 }
 

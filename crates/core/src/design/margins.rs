@@ -36,11 +36,13 @@ const WITHOUT_YAW: usize = 7;
 
 /// Name of the state at the release.
 pub const RELEASE: &str = "release";
+/// Name of the state at the target, the only one that is steady.
+pub const TARGET: &str = "target";
 
 /// A state in which loops are linearised.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OperatingPoint {
-    /// Name of the state: [`RELEASE`], "plan's peak", "target".
+    /// Name of the state: [`RELEASE`], "plan's peak", [`TARGET`].
     pub name: &'static str,
     /// State of the body, in the vertical plane to the north.
     pub body: BodyState,

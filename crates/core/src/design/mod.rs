@@ -37,7 +37,7 @@ pub use fresh::{
 };
 pub use judge::{DesignFlights, DesignJudge};
 pub use linear_loop::{LinearLoop, Margins};
-pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, RELEASE, loops_at};
+pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, RELEASE, TARGET, loops_at};
 pub use objective::{BOUNDED, DesignBounds, DesignObjective, Judgement, LeastMargins};
 pub use plan_design::{PlanDesign, WEIGHT_GROUPS};
 pub use search::{DesignSearch, DesignSearchSettings, Generation, TriedDesign};

@@ -25,8 +25,8 @@ pub struct WorstLoop {
     /// Least delay that takes the loop to the limit of stability [s], and where; `None` where its gain is
     /// nowhere 1.
     pub delay_s: Option<(f64, LoopPlace)>,
-    /// Greatest frequency at which the gain is 1 [rad/s], of the vehicle as it is known, least of all states;
-    /// `None` where its gain is nowhere 1.
+    /// Greatest frequency at which the gain is 1 [rad/s], of the vehicle as it is known, the greatest of all
+    /// states; `None` where its gain is nowhere 1.
     pub crossover_rad_s: Option<f64>,
 }
 
@@ -52,7 +52,7 @@ impl WorstLoop {
             self.delay_s = Some((delay_s, place));
         }
         if let Some(omega) = margins.crossover_rad_s.filter(|_| known) {
-            self.crossover_rad_s = Some(self.crossover_rad_s.map_or(omega, |other| other.min(omega)));
+            self.crossover_rad_s = Some(self.crossover_rad_s.map_or(omega, |other| other.max(omega)));
         }
     }
 
@@ -88,7 +88,7 @@ mod tests {
         worst.note(&of(0.7, Some(0.025), Some(2.0), true), at("target", 1.0));
         assert_eq!(worst.modulus, (0.6, at("release", 1.5)));
         assert_eq!(worst.delay_s, Some((0.025, at("target", 1.0))));
-        assert_eq!(worst.crossover_rad_s, Some(2.0));
+        assert_eq!(worst.crossover_rad_s, Some(3.0));
         assert!(worst.keeps(&bound) && !worst.keeps(&LeastMargins { modulus: Some(0.61), delay_s: None }));
         assert!(!worst.keeps(&LeastMargins { modulus: None, delay_s: Some(0.026) }));
         worst.note(&of(0.9, None, None, false), at("target", 1.5));

@@ -45,13 +45,16 @@ pub(super) fn of_inertia(vehicle: &Vehicle, radius_m: Option<f64>) -> Option<Str
     let beyond = |k: f64| (k / reach_m).max(sane_m.start() / k);
     let worst_m = off.reduce(|a, b| if beyond(b) > beyond(a) { b } else { a })?;
     let axis = gyration_m.iter().position(|k| *k == worst_m)?;
-    let all = "all mass at their ends has no more, and motors there no less than a twentieth";
+    let expected = match worst_m > reach_m {
+        true => format!("at most {reach_m:.3} m are expected, all mass at their ends"),
+        false => format!("at least {:.3} m are expected, some of the mass at their ends", sane_m.start()),
+    };
     Some(format!(
-        "vehicle: inertia_kg_m2 {:.4} about {} is a radius of gyration of {worst_m:.4} m at {} kg, and the rotors reach {reach_m:.3} \
-         m from the centre: {all}",
-        moments[axis],
+        "vehicle: inertia_kg_m2 {} about {} is a radius of gyration of {} m, and the rotors reach {reach_m:.3} m from the \
+         centre: {expected}",
+        math::with_digits(moments[axis], 4),
         ["x", "y", "z"][axis],
-        vehicle.mass.mass_kg
+        math::with_digits(worst_m, 3)
     ))
 }
 

@@ -189,6 +189,11 @@ fn numbers_that_the_vehicle_contradicts_are_reported() {
         let m = load_mission(&shipped(&format!("{MISSIONS}/{path}.json"))).unwrap();
         assert_eq!(m.contradictions(), Vec::<String>::new(), "{path}");
     }
+    let inertia = |m: &mut Mission, factor: f64| {
+        let mut vehicle = (*m.vehicle).clone();
+        vehicle.mass.inertia_kg_m2 *= factor;
+        m.vehicle = vehicle.into();
+    };
     let odd = |change: &dyn Fn(&mut Mission)| {
         let mut m = load_mission(&shipped("mission/x500_drop.json")).unwrap();
         change(&mut m);
@@ -207,6 +212,18 @@ fn numbers_that_the_vehicle_contradicts_are_reported() {
         ("rotors 1 and 3 meet: 0.348 m from hub to hub, diameter 0.508 m", &|m| {
             m.rotor_radius_m = Some(0.254);
         }),
+        // 1.225 over the standard's 0.7364 at 5000 m (Table I), Huygens' 5.144 at 1000 m.
+        ("site.density_kg_m3 1.225: at 5000 m it is 0.736 kg/m^3", &|m| {
+            m.site.environment.anchor.altitude_m = 5000.0;
+        }),
+        ("at 1000 m it is 5.144 kg/m^3 by Huygens' descent", &|m| {
+            let environment = &mut m.site.environment;
+            (environment.gravity_m_s2, environment.density_kg_m3) = (1.352, 1.225);
+            environment.anchor.altitude_m = 1000.0;
+        }),
+        // Radius of gyration sqrt(43.9/2.064) and sqrt(2.36e-5/2.064); arm 0.246 and propeller 0.127 m.
+        ("about z is a radius of gyration of 4.61 m, and the rotors reach 0.373 m", &|m| inertia(m, 1e3)),
+        ("about x is a radius of gyration of 0.00338 m, and the rotors reach 0.373 m", &|m| inertia(m, 1e-3)),
     ] {
         let found = odd(change);
         assert!(found.contains(words), "{words}: {found}");
