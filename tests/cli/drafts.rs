@@ -77,8 +77,8 @@ fn every_draft_is_planned_and_flown_safely_at_once() {
         assert!(said.contains(&format!("samara new mission {name}_drop --vehicle ./{name}.json")), "{said}");
         run(format!("new mission {name}_drop --vehicle ./{name}.json --planet {place}"));
         if name == "martian" {
-            // In Mars' air the loops across the plane are unstable where J_state is greatest, as if it flew on
-            // there; it flies through.
+            // In Mars' air the loops across the plane are unstable where J_state is greatest, as if it flew
+            // on there; it flies through.
             let check = samara_in(folder.path(), "check ./martian_drop.json");
             let said = stdout(&check);
             let (_, odd) = said.split_once("\nodd\n").unwrap();

@@ -181,7 +181,10 @@ pub fn checked_json(mission: &Mission, checked: &Checked) -> String {
 }
 
 fn loop_json(checked: &Checked, of: &WorstLoop) -> Value {
-    let place = |at: LoopPlace| json!({ "state": at.state, "motor_lag_factor": at.off.motor_lag, "thrust_factor": at.off.thrust });
+    let place = |LoopPlace { state, off }: LoopPlace| {
+        let (motor_lag, thrust) = (off.motor_lag, off.thrust);
+        json!({ "state": state, "motor_lag_factor": motor_lag, "thrust_factor": thrust })
+    };
     let (name, broken_at) = LOOPS.get(of.index).copied().unwrap_or_default();
     json!({
         "loop": name,

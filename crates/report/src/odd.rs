@@ -103,13 +103,19 @@ fn unstable_words(loops: &[&WorstLoop]) -> Option<String> {
 }
 
 fn of_a_slow_loop(mission: &Mission, slow: &SlowLoop) -> String {
+    let settles = if slow.settles_s.is_finite() {
+        let crossover = with_digits(slow.crossover_rad_s, 2);
+        format!(
+            "crosses 1 at {crossover} rad/s, so that a difference falls to a twentieth in {:.0} s",
+            slow.settles_s
+        )
+    } else {
+        "its gain is nowhere 1, so that a difference stays".to_owned()
+    };
     format!(
-        "gains {}: {} loop: crosses 1 at {} rad/s, so that a difference falls to a twentieth in {:.0} s, and from t = 0 on \
-         the mission has {:.1} s",
+        "gains {}: {} loop: {settles}, and from t = 0 on the mission has {:.1} s",
         mission.control.gains_name,
         loop_name(slow.index),
-        with_digits(slow.crossover_rad_s, 2),
-        slow.settles_s,
         slow.left_s
     )
 }

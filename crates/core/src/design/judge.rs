@@ -170,8 +170,8 @@ pub struct DesignJudge<'a> {
     drops: Vec<DrawnDrop>,
     /// Steady flight at the target, of the vehicle as it flies; `None` where there is none.
     target: Option<OperatingPoint>,
-    /// The vehicle as it is known, and others near it, whose loops must be stable too: each with how far it is
-    /// off.
+    /// The vehicle as it is known, and others near it, whose loops must be stable too: each with how far it
+    /// is off.
     vehicles: Vec<(Variation, Arc<Vehicle>)>,
 }
 
