@@ -56,6 +56,7 @@ fn measurement(m: &HIL_STATE_QUATERNION_DATA) -> Measurement {
         v_ned: Vector3::new(m.vx, m.vy, m.vz).map(|cm_s| f64::from(cm_s) / 100.0),
         omega_body: Vector3::new(m.rollspeed, m.pitchspeed, m.yawspeed).map(f64::from),
         bus_v: None,
+        pack_a: None,
     }
 }
 

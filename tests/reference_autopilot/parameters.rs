@@ -128,6 +128,7 @@ fn closed_form_a_gain_set_in_flight_acts_at_the_next_step_and_integrals_stay() {
         v_ned: Vector3::new(0.0, 0.0, 3.0),
         omega_body: Vector3::new(0.0, f64::from(0.1f32), 0.0),
         bus_v: None,
+        pack_a: None,
     };
     let setpoint = |v_ned| Setpoint::Velocity { v_ned, a_ff_ned: Vector3::zeros(), yaw_rad: Some(0.0) };
     // At the velocity that there is, what is commanded beyond the weight comes of the integrals.

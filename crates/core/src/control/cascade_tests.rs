@@ -210,6 +210,7 @@ fn lateral_control_mirrors_longitudinal_control() {
             v_ned: Vector3::new(v, 0.0, x),
             omega_body: Vector3::new(0.0, rate, 0.0),
             bus_v: None,
+            pack_a: None,
         };
         // Roll right goes east as pitch down goes north.
         let m_east = Measurement {
@@ -217,6 +218,7 @@ fn lateral_control_mirrors_longitudinal_control() {
             v_ned: Vector3::new(0.0, v, x),
             omega_body: Vector3::new(-rate, 0.0, 0.0),
             bus_v: None,
+            pack_a: None,
         };
         let a = track(&mut north, &m_north, [r, 0.0, 2.0], 0.0);
         let b = track(&mut east, &m_east, [0.0, r, 2.0], 0.0);
@@ -250,7 +252,7 @@ proptest! {
                 q_ned_from_body: [n[0], n[1], n[2], n[3]],
                 v_ned: Vector3::new(n[4], n[5], n[6]),
                 omega_body: Vector3::new(n[7], n[8], n[9]),
-                bus_v: None,
+                bus_v: None, pack_a: None,
             };
             let v = Vector3::new(n[10], n[11], n[12]);
             let setpoint = match mode {

@@ -23,13 +23,15 @@ pub struct Measurement {
     pub omega_body: Vector3<f64>,
     /// Voltage of the bus that the motors are on [V], where it is measured.
     pub bus_v: Option<f64>,
+    /// Current of the battery [A], where it is measured.
+    pub pack_a: Option<f64>,
 }
 
 impl From<&BodyState> for Measurement {
-    /// The state itself: nothing is lost or delayed. There is no voltage in it.
+    /// The state itself: nothing is lost or delayed. There is no voltage or current in it.
     fn from(body: &BodyState) -> Self {
         let BodyState { q_ned_from_body, v_ned, omega_body, .. } = *body;
-        Self { q_ned_from_body, v_ned, omega_body, bus_v: None }
+        Self { q_ned_from_body, v_ned, omega_body, bus_v: None, pack_a: None }
     }
 }
 

@@ -94,7 +94,7 @@ proptest! {
                 q_ned_from_body: quaternion_from_euler(0.0, theta, 0.0),
                 v_ned: Vector3::new(v_n, 0.0, v_d),
                 omega_body: Vector3::new(0.0, q, 0.0),
-                bus_v: None,
+                bus_v: None, pack_a: None,
             };
             let [front, rear] = planar.step(&k, &s, r_n, r_d, 0.05);
             let v_ned = Vector3::new(r_n, 0.0, r_d);

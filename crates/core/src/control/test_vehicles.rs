@@ -110,5 +110,6 @@ pub(crate) fn at_rest(roll: f64, pitch: f64, yaw: f64) -> Measurement {
         v_ned: Vector3::zeros(),
         omega_body: Vector3::zeros(),
         bus_v: None,
+        pack_a: None,
     }
 }

@@ -69,6 +69,13 @@ impl ElectricBattery {
         self.near_v
     }
 
+    /// Current of the pack at that voltage [A]: the voltage that it has lost over the resistance; none of a
+    /// pack without resistance.
+    pub(super) fn near_a(&self) -> f64 {
+        let resistance_ohm = self.pack.limits().resistance_ohm;
+        if resistance_ohm > 0.0 { ((self.open_v() - self.near_v) / resistance_ohm).max(0.0) } else { 0.0 }
+    }
+
     /// Takes a charge [C] and the energy [J] with it, at a bus voltage [V].
     pub(super) fn take(&mut self, charge_c: f64, energy_j: f64, bus_v: f64) {
         self.near_v = bus_v;

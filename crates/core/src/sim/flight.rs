@@ -179,8 +179,9 @@ pub fn fly_by(
 
 /// What a controller measures of a drop, without loss or delay.
 pub(super) fn measured(sim: &DropSimulation) -> Measurement {
-    let bus_v = sim.battery().map(|battery| battery.near_v());
-    Measurement { bus_v, ..Measurement::from(&sim.state().body) }
+    let battery = sim.battery();
+    let (bus_v, pack_a) = (battery.map(|b| b.near_v()), battery.map(|b| b.near_a()));
+    Measurement { bus_v, pack_a, ..Measurement::from(&sim.state().body) }
 }
 
 /// Time of the setpoint in force at `t_s` [s], where setpoints come with this period [s]; `None`: all the

@@ -109,7 +109,13 @@ mod tests {
     use crate::frames::{LEVEL, quaternion_from_euler};
 
     fn at_attitude(q_ned_from_body: [f64; 4]) -> Measurement {
-        Measurement { q_ned_from_body, v_ned: Vector3::zeros(), omega_body: Vector3::zeros(), bus_v: None }
+        Measurement {
+            q_ned_from_body,
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::zeros(),
+            bus_v: None,
+            pack_a: None,
+        }
     }
 
     #[test]

@@ -219,7 +219,13 @@ mod tests {
 
     fn at(roll_deg: f64, pitch_deg: f64) -> Measurement {
         let q_ned_from_body = quaternion_from_euler(roll_deg * RAD_PER_DEG, pitch_deg * RAD_PER_DEG, 0.4);
-        Measurement { q_ned_from_body, v_ned: Vector3::zeros(), omega_body: Vector3::zeros(), bus_v: None }
+        Measurement {
+            q_ned_from_body,
+            v_ned: Vector3::zeros(),
+            omega_body: Vector3::zeros(),
+            bus_v: None,
+            pack_a: None,
+        }
     }
 
     #[test]

@@ -106,6 +106,7 @@ mod tests {
             v_ned: Vector3::new(0.0, 0.0, v_down),
             omega_body: Vector3::new(rate, 0.0, 0.0),
             bus_v: None,
+            pack_a: None,
         };
         let target = VelocityTarget { v_ned: Vector3::new(0.0, 0.0, v_sp_down), ..VelocityTarget::ZERO };
         let output = ControlOutput { collective_n: lift, ..ControlOutput::ZERO };
@@ -147,6 +148,7 @@ mod tests {
             v_ned: Vector3::zeros(),
             omega_body: Vector3::zeros(),
             bus_v: None,
+            pack_a: None,
         };
         let mut detector = LandDetector::default();
         let mut look = |now_us, lift| {

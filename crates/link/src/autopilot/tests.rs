@@ -47,6 +47,7 @@ impl Bench {
             v_ned: Vector3::zeros(),
             omega_body: Vector3::zeros(),
             bus_v: None,
+            pack_a: None,
         };
         Self {
             autopilot: Autopilot::new(cascade().settings().clone()),

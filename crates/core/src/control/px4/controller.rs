@@ -16,6 +16,7 @@ use nalgebra::Vector3;
 use super::Parameters;
 use super::allocator::Allocator;
 use super::attitude::{attitude_for, rates_for};
+use super::battery::BatteryScale;
 use super::filter::{LowPass1, LowPass2};
 use super::law::Law;
 use super::mixer::{self, Saturation};
@@ -56,6 +57,7 @@ pub struct Px4Controller {
     velocity: VelocityLoop,
     rate: RateLoop,
     filters: Option<Filters>,
+    battery: BatteryScale,
     motors: Motors,
     /// The state at the IMU sample before.
     before: Option<Measurement>,
@@ -130,6 +132,7 @@ impl Px4Controller {
             velocity_due_s: 0.0,
             velocity_run_s: None,
             filters: None,
+            battery: BatteryScale::default(),
             motors: Motors::QUAD_X(),
             before: None,
             trace: Trace {
@@ -168,8 +171,9 @@ impl Px4Controller {
         &self.trace
     }
 
-    fn rate_control(&mut self, omega: Vector3<f64>, dt_s: f64) -> [f64; MAX_ROTORS] {
+    fn rate_control(&mut self, m: &Measurement, dt_s: f64) -> [f64; MAX_ROTORS] {
         let (p, law) = (&self.parameters, &self.law);
+        let omega = m.omega_body * self.similarity;
         let filters = self.filters.get_or_insert_with(|| Filters {
             rate: LowPass2::new(1.0 / dt_s, p.gyro_cutoff_hz),
             acceleration: if law.smooths_acceleration_once {
@@ -189,8 +193,16 @@ impl Px4Controller {
             torque.z = filter.apply(filtered.unwrap_or(torque.z), torque.z);
             *filtered = Some(torque.z);
         }
+        let mut thrust = self.trace.rate_thrust_sp;
+        if let (true, Some(bus_v)) = (p.bat_scale_en != 0.0, m.bus_v) {
+            let scale = self.battery.step(p, law, bus_v, m.pack_a, dt_s);
+            (torque, thrust) = (torque * scale, thrust * scale);
+            if law.allocates {
+                (torque, thrust) = (torque.map(|x| x.clamp(-1.0, 1.0)), thrust.clamp(-1.0, 1.0));
+            }
+            self.battery.note_throttle(thrust);
+        }
         self.trace.torque = torque;
-        let thrust = self.trace.rate_thrust_sp;
         match &mut self.motors {
             Motors::QuadX(saturation) => {
                 let signals = output::signals(p, mixer::mix(&torque, thrust));
@@ -241,8 +253,7 @@ impl Controller for Px4Controller {
         let k = self.similarity;
         let dt_s = dt_s / k;
         self.time_s += dt_s;
-        let omega = m.omega_body * k;
-        let commands = self.rate_control(omega, dt_s);
+        let commands = self.rate_control(m, dt_s);
         let before = self.before.replace(*m);
         let m = &before.filter(|_| self.law.estimates_the_sample_before).unwrap_or(*m);
         if let Setpoint::Rates { omega_body, collective } = *setpoint {

@@ -40,6 +40,7 @@ fn until_the_first_row() -> Px4Controller {
         v_ned: Vector3::zeros(),
         omega_body: vector(&first[4..]),
         bus_v: None,
+        pack_a: None,
     };
     // The velocity loop runs after 8 and 12 ms by turns.
     let velocities: Vec<Vec<f64>> = rows(RECORDED, "watch").collect();
@@ -77,6 +78,7 @@ fn px4s_own_loops_mixer_and_outputs_give_the_same_in_the_same_sample() {
             v_ned,
             omega_body: vector(&row[4..]),
             bus_v: None,
+            pack_a: None,
         };
         // What the mixer is given came with the rates of the sample before.
         pushed = pushed.max((controller.trace().rate_thrust_sp - row[19]).abs());
@@ -112,6 +114,7 @@ fn allocating(recorded: &str, law: Law) -> Px4Controller {
         v_ned: Vector3::zeros(),
         omega_body: vector(&first[4..]),
         bus_v: None,
+        pack_a: None,
     };
     for row in rows(recorded, "watch") {
         m.v_ned = vector(&row[1..]);
@@ -140,7 +143,8 @@ fn worst(recorded: &str, law: Law) -> [f64; 4] {
             setpoint = Setpoint::Velocity { v_ned: v_sp, a_ff_ned: a_ff, yaw_rad: None };
         }
         let q_ned_from_body = row[..4].try_into().unwrap();
-        let m = Measurement { q_ned_from_body, v_ned, omega_body: vector(&row[4..]), bus_v: None };
+        let m =
+            Measurement { q_ned_from_body, v_ned, omega_body: vector(&row[4..]), bus_v: None, pack_a: None };
         let pushed = (controller.trace().rate_thrust_sp - row[22]).abs();
         let commands = controller.step(&m, &setpoint, DT_S).throttle;
         let trace = controller.trace();

@@ -1,5 +1,6 @@
 //! What differs in the control law between versions of PX4. Everything else of the law is in all of them.
 
+use super::Parameters;
 use super::timing::SWITCH_S;
 
 /// How a thrust becomes a pulse of whole microseconds.
@@ -9,6 +10,19 @@ pub enum Rounding {
     Down,
     /// The nearest one.
     Nearest,
+}
+
+/// How PX4 comes from what a power module measures to the voltage of a cell without load, by which it scales
+/// torque and thrust (MC_BAT_SCALE_EN).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CellVoltage {
+    /// The filtered voltage, raised by BAT1_R_INTERNAL times the filtered current, or where that is negative
+    /// by BAT1_V_LOAD_DROP times the filtered throttle; between BAT1_V_EMPTY and BAT1_V_CHARGED.
+    RaisedByFilteredThrottle,
+    /// As before, but the throttle counts unfiltered, and in place of no current too.
+    RaisedByThrottle,
+    /// Voltage raised by BAT1_R_INTERNAL times the current, then filtered.
+    RaisedThenFiltered,
 }
 
 /// The control law of a version, in what differs from the others'.
@@ -38,6 +52,8 @@ pub struct Law {
     pub ramps_up: bool,
     /// How pulses are rounded.
     pub rounding: Rounding,
+    /// How the voltage of a cell without load is estimated.
+    pub cell_voltage: CellVoltage,
 }
 
 impl Law {
@@ -55,6 +71,7 @@ impl Law {
         allocates: false,
         ramps_up: true,
         rounding: Rounding::Down,
+        cell_voltage: CellVoltage::RaisedByFilteredThrottle,
     };
     /// The law of v1.14.3.
     pub const V1_14: Self = Self {
@@ -66,6 +83,7 @@ impl Law {
         smooths_acceleration_once: true,
         allocates: true,
         ramps_up: false,
+        cell_voltage: CellVoltage::RaisedByThrottle,
         ..Self::V1_12
     };
     /// The law of v1.16.0 and v1.17.0-beta1.
@@ -75,6 +93,7 @@ impl Law {
         may_couple_accelerations: true,
         filters_yaw_torque: true,
         rounding: Rounding::Nearest,
+        cell_voltage: CellVoltage::RaisedThenFiltered,
         ..Self::V1_14
     };
 
@@ -84,7 +103,19 @@ impl Law {
             "MPC_THR_XY_MARG" => self.leaves_horizontal_room,
             "MPC_ACC_DECOUPLE" => self.may_couple_accelerations,
             "MC_YAW_TQ_CUTOFF" => self.filters_yaw_torque,
+            "BAT1_V_EMPTY" | "BAT1_V_LOAD_DROP" => self.cell_voltage != CellVoltage::RaisedThenFiltered,
             _ => true,
         }
+    }
+
+    /// PX4's defaults: v1.12's, but for the battery's, which later versions have changed
+    /// (`lib/battery/module.yaml`).
+    pub fn defaults(&self) -> Parameters {
+        let (bat_v_empty, bat_v_load_drop, bat_r_internal_ohm) = match self.cell_voltage {
+            CellVoltage::RaisedByFilteredThrottle => return Parameters::default(),
+            CellVoltage::RaisedByThrottle => (3.6, 0.1, 0.005),
+            CellVoltage::RaisedThenFiltered => (3.6, 0.1, -1.0),
+        };
+        Parameters { bat_v_empty, bat_v_load_drop, bat_r_internal_ohm, ..Parameters::default() }
     }
 }

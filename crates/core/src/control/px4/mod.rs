@@ -8,6 +8,7 @@
 //! | [`velocity`] | velocity error to thrust vector, tilt | `PositionControl`, `MulticopterPositionControl` |
 //! | [`attitude`] | thrust vector to attitude to body rates | `bodyzToAttitude`, `AttitudeControl::update` |
 //! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
+//! | [`battery`] | torque and thrust scaled by the battery's voltage | `Battery::computeScale` |
 //! | [`law`] | what differs in the law between versions | |
 //! | [`allocator`] | torque and thrust to any rotors, v1.14 on | `ControlAllocationSequentialDesaturation` |
 //! | [`effectiveness`] | what the rotors make, its pseudo-inverse | `ActuatorEffectivenessRotors`, `geninv` |
@@ -22,6 +23,7 @@
 
 pub mod allocator;
 pub mod attitude;
+pub mod battery;
 pub mod controller;
 pub mod effectiveness;
 pub mod filter;
@@ -40,7 +42,7 @@ mod controller_replay_tests;
 mod replay_tests;
 
 pub use controller::{Px4Controller, Trace};
-pub use law::Law;
+pub use law::{CellVoltage, Law};
 pub use parameters::Parameters;
 pub use versions::{NotModelled, Version};
 

@@ -32,6 +32,11 @@ macro_rules! parameters {
                 }
             }
 
+            /// Whether a parameter is the battery's, and nothing is scaled by it.
+            pub fn is_idle(&self, name: &str) -> bool {
+                name.starts_with("BAT1_") && self.bat_scale_en == 0.0
+            }
+
             /// Sets a value by PX4's name.
             ///
             /// # Errors
@@ -138,6 +143,18 @@ parameters! {
     acc_decouple "MPC_ACC_DECOUPLE" 1.0
     /// Cutoff of the yaw torque's filter [Hz], from v1.16 on.
     yaw_tq_cutoff_hz "MC_YAW_TQ_CUTOFF" 2.0
+    /// Whether torque and thrust are scaled by the battery's voltage (1).
+    bat_scale_en "MC_BAT_SCALE_EN" 0.0
+    /// Cells of the battery in series; 0: unknown, nothing is scaled.
+    bat_n_cells "BAT1_N_CELLS" 0.0
+    /// Voltage of a full cell [V].
+    bat_v_charged "BAT1_V_CHARGED" 4.05
+    /// Voltage of an empty cell [V].
+    bat_v_empty "BAT1_V_EMPTY" 3.5
+    /// Voltage that a cell loses at full throttle [V], up to v1.15.
+    bat_v_load_drop "BAT1_V_LOAD_DROP" 0.3
+    /// Resistance of a cell [ohm]; below 0: unknown.
+    bat_r_internal_ohm "BAT1_R_INTERNAL" -1.0
     /// How quadratic a motor's thrust is in its command, 0..1.
     thr_mdl_fac "THR_MDL_FAC" 0.0
 }

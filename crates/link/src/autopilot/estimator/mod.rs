@@ -249,7 +249,11 @@ impl Estimator {
     pub fn estimate(&self) -> Option<(u64, Vector3<f64>, Measurement)> {
         let (state, omega_body) = self.present?;
         let NominalState { q_ned_from_body, v_ned, .. } = state;
-        Some((self.now_us?, state.p_ned, Measurement { q_ned_from_body, v_ned, omega_body, bus_v: None }))
+        Some((
+            self.now_us?,
+            state.p_ned,
+            Measurement { q_ned_from_body, v_ned, omega_body, bus_v: None, pack_a: None },
+        ))
     }
 
     /// How good the estimate is; `None` before the filter has begun.

@@ -13,8 +13,15 @@ use proptest::prelude::*;
 fn bench() -> (Parameters, Autopilot) {
     let vehicle = quadrotor([0.9, 1.1], [250.0, 300.0, 400.0], [0.0; 3], VehicleOptions::default());
     let (gains, limits) = (Gains::near_hover(), ControlLimits::default());
-    let subject =
-        Subject { vehicle: &vehicle, environment: &site(), gains: &gains, limits: &limits, speed_m_s: 8.0 };
+    let subject = Subject {
+        vehicle: &vehicle,
+        environment: &site(),
+        gains: &gains,
+        limits: &limits,
+        speed_m_s: 8.0,
+        tilt_from: None,
+        pack: None,
+    };
     let airframe = Airframe::new(&vehicle, &site()).unwrap();
     let autopilot = Autopilot::new(ControlSettings { airframe, gains, limits });
     (Parameters::of(&subject, 3).unwrap(), autopilot)
@@ -77,7 +84,15 @@ fn closed_form_roll_follows_pitch() {
     }
     let vehicle = quadrotor([0.9, 1.1], [250.0, 300.0, 400.0], [0.0; 3], VehicleOptions::default());
     let ControlSettings { gains, limits, .. } = autopilot.control_settings();
-    let subject = Subject { vehicle: &vehicle, environment: &site(), gains, limits, speed_m_s: 8.0 };
+    let subject = Subject {
+        vehicle: &vehicle,
+        environment: &site(),
+        gains,
+        limits,
+        speed_m_s: 8.0,
+        tilt_from: None,
+        pack: None,
+    };
     let exported = export(&subject, Purpose::Samara).unwrap().parameters;
     let product = |get: &dyn Fn(&str) -> f64, term: &str| get("MC_ROLLRATE_K") * get(term);
     let of_export = |name: &str| exported[name].as_f64();
@@ -136,6 +151,8 @@ fn regress_every_default_lies_in_its_range() {
                 gains: &gains,
                 limits: &limits,
                 speed_m_s,
+                tilt_from: None,
+                pack: None,
             };
             for entry in Parameters::of(&subject, 3).unwrap().iter() {
                 assert!(entry.known.contains(entry.start.as_f64()), "{entry:?}");
@@ -219,8 +236,15 @@ fn closed_form_the_gains_of_a_file_are_those_that_the_mission_took_from_it() {
     let file = ParameterFile::parse(&text).unwrap();
     let vehicle = quadrotor([0.9, 1.1], [250.0, 300.0, 400.0], [0.0; 3], VehicleOptions::default());
     let (gains, limits) = (Gains::near_hover(), ControlLimits::default());
-    let subject =
-        Subject { vehicle: &vehicle, environment: &site(), gains: &gains, limits: &limits, speed_m_s: 8.0 };
+    let subject = Subject {
+        vehicle: &vehicle,
+        environment: &site(),
+        gains: &gains,
+        limits: &limits,
+        speed_m_s: 8.0,
+        tilt_from: None,
+        pack: None,
+    };
     let imported = crate::params::import(&file, &subject).unwrap();
     let subject = Subject { gains: &imported.gains, limits: &imported.limits, ..subject };
     let airframe = Airframe::new(&vehicle, &site()).unwrap();

@@ -95,7 +95,7 @@ impl HilInput {
         };
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
         let p_ned = vector([message.x, message.y, message.z]);
-        let measurement = Measurement { q_ned_from_body: q, v_ned, omega_body, bus_v: None };
+        let measurement = Measurement { q_ned_from_body: q, v_ned, omega_body, bus_v: None, pack_a: None };
         self.odometry = checked(message.time_usec, p_ned, measurement).or(self.odometry);
     }
 
@@ -104,7 +104,7 @@ impl HilInput {
         let v_ned = vector([message.vx, message.vy, message.vz].map(f32::from)) / 100.0;
         let omega_body = vector([message.rollspeed, message.pitchspeed, message.yawspeed]);
         let q_ned_from_body = normalized(message.attitude_quaternion.map(f64::from));
-        let measurement = Measurement { q_ned_from_body, v_ned, omega_body, bus_v: None };
+        let measurement = Measurement { q_ned_from_body, v_ned, omega_body, bus_v: None, pack_a: None };
         self.coarse = checked(message.time_usec, p_ned, measurement).or(self.coarse);
     }
 
