@@ -34,6 +34,8 @@ pub struct Px4Gains {
     pub parameters: Parameters,
     /// Those of the numbers searched that stand at an end of their range.
     pub range_ends: RangeEnds,
+    /// Latency of all these drops, on the site's clock [s].
+    pub latency_s: f64,
     /// Drops that candidates were judged by.
     pub drops: u64,
     /// Unseen drops.
@@ -79,8 +81,9 @@ impl Px4Gains {
         let measured_by = self.other_measure();
         let found = vec![
             format!(
-                "found on the model of PX4 {}'s control law, {} drops; means of {} others: {}",
+                "found on the model of PX4 {}'s control law with {:.1} ms of latency, {} drops; means of {} others: {}",
                 self.law.since,
+                1e3 * self.latency_s,
                 self.drops,
                 self.unseen,
                 listed(&self.found)
@@ -94,12 +97,13 @@ impl Px4Gains {
 /// What is said of the gains, beside PX4's defaults.
 pub fn document(mission: &Mission, gains: &Px4Gains) -> Document {
     let done = format!(
-        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4's control law{}",
+        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4's control law with {:.1} ms of latency{}",
         mission.name,
         gains.name,
         gains.purpose.name(),
         gains.evaluations,
         gains.drops,
+        1e3 * gains.latency_s,
         if gains.stopped { ", stopped" } else { "" }
     );
     let mut parameters = Grid::new("Parameters", ["parameter", "default", "found"]);
@@ -146,6 +150,7 @@ pub fn gains_json(mission: &Mission, gains: &Px4Gains) -> String {
         at_range_ends: RangeEndsObject::of(&gains.range_ends),
         evaluations: gains.evaluations,
         drops_per_evaluation: gains.drops,
+        latency_s: gains.latency_s,
         unseen_drops: gains.unseen,
         defaults: measured(&gains.defaults),
         measured_by: gains.measured_by,

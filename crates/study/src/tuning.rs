@@ -88,6 +88,19 @@ fn rule_of([a, b]: &[Longitudinal; 2], k: usize) -> [f64; 2] {
     [a[k].min(b[k]), a[k].max(b[k])]
 }
 
+/// The least and the greatest of each gain, between which PX4's are searched: the range that the mission names,
+/// or what lies around the rules for its vehicle, each gain with the others as in the rule.
+pub fn gain_ends(mission: &Mission) -> [Longitudinal; 2] {
+    let rules = rules(mission);
+    let space = match mission.study.gain_range {
+        Some((least, most)) => GainSpace::of_all(least, most),
+        None => GainSpace::around(&rules),
+    };
+    let [about_a_speed, from_rest] = rules.map(|rule| space.searched(&rule));
+    let least = std::array::from_fn(|k| about_a_speed[k].least.min(from_rest[k].least));
+    [least, std::array::from_fn(|k| about_a_speed[k].most.max(from_rest[k].most))]
+}
+
 /// How to search.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum TuningMethod {

@@ -2,6 +2,7 @@
 //! controller.
 
 use std::ops::ControlFlow;
+use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use nalgebra::Vector3;
@@ -15,14 +16,18 @@ use crate::cli::pilot::px4::upload::suits;
 use crate::cli::results::OutputFolder;
 use crate::cli::search::{SearchSession, identity_of, run_search};
 use samara::config::Mission;
+use samara::control::Gains;
 use samara::control::px4::{Law, is_quad_x};
-use samara::params::{ParameterFile, px4_model_export, px4_model_parameters};
+use samara::params::{ParameterFile, Subject, px4_model_export, px4_model_parameters};
 use samara::report::params::params_file;
 use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, document, gains_json};
+use samara::study::tuning::gain_ends;
 use samara::trajectory::Trajectory;
 use samara::tune::objective::PENALTY;
 use samara::tune::px4::space::{Candidate, names, range_ends};
-use samara::tune::px4::{Measures, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from};
+use samara::tune::px4::{
+    LATENCY_S, Measures, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from, latency_s,
+};
 use samara::tune::release_cases::AMPLITUDES;
 
 /// Random drops that a candidate is judged by, besides the mission's release cases.
@@ -53,11 +58,13 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let untouched = ParameterFile::default();
     let of = |given| px4_model_parameters(&mission.parameter_subject(), purpose, &law, given).bad_input();
     let (defaults, missions) = (of(Some(&untouched))?, of(None)?);
+    let similarity = purpose.factors(mission.site.environment.gravity_m_s2).k;
+    let late = on_a_px4_that_flies(mission, similarity);
     let setting = Px4Setting {
         law,
-        scenario: mission.scenario(),
+        scenario: late.scenario(),
         air: mission.site.wind_number,
-        similarity: purpose.factors(mission.site.environment.gravity_m_s2).k,
+        similarity,
         plan,
         feed_forward: mission.control.feed_forward,
         settle_s: mission.settle_s(plan),
@@ -69,7 +76,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let drops = |trials| drops(&setting, &releases, wind_sigma_m_s, mission.seed, trials);
     let references = [(PX4S_DEFAULTS, &defaults), ("the mission's gains", &missions)];
     let folder = args.search.folder("tune", CHECKPOINT, (args.mission.out.as_deref(), &mission.name))?;
-    let mut search = Px4Search::new(&defaults, &missions, settings(args, mission));
+    let mut search = Px4Search::new(&defaults, &missions, settings(args, &late, &law)?);
     let mut seen = drops(0..DROPS);
     seen.extend(drops_from(&setting, mission.case_parachutes()));
     let (seen, stop) = (Px4Judge::new(seen, &references), args.search.interrupt_flag()?);
@@ -106,6 +113,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         found: on_unseen(&found),
         parameters: found,
         range_ends: range_ends(&best, search.bounds()),
+        latency_s: late.vehicle.latency_s,
         drops: seen.count() as u64,
         unseen: args.unseen,
         evaluations: search.evaluations(),
@@ -134,13 +142,27 @@ fn refuse_meaningless(args: &TuneArgs) -> Result<(), Failure> {
     }
 }
 
-fn settings(args: &TuneArgs, mission: &Mission) -> Px4SearchSettings {
-    Px4SearchSettings {
+/// The mission with the latency that gains for PX4 are judged by.
+fn on_a_px4_that_flies(mission: &Mission, similarity: f64) -> Mission {
+    let mut late = mission.clone();
+    let vehicle = Arc::make_mut(&mut late.vehicle);
+    vehicle.latency_s = latency_s(vehicle.latency_s, similarity);
+    late
+}
+
+fn settings(args: &TuneArgs, mission: &Mission, law: &Law) -> Result<Px4SearchSettings, Failure> {
+    let [least, most] = gain_ends(mission).map(|gains| {
+        let gains = Gains::longitudinal(gains);
+        let subject = Subject { gains: &gains, ..mission.parameter_subject() };
+        px4_model_parameters(&subject, mission.px4_purpose(), law, None).bad_input()
+    });
+    Ok(Px4SearchSettings {
         samples: args.particles.map(|n| n as usize),
         iterations: args.iterations as usize,
         tilt_limit_rad: mission.limits.safety.pitch_rad,
+        gain_ends: Some([least?, most?]),
         seed: mission.seed,
-    }
+    })
 }
 
 /// Everything that the search depends on; the most iterations only end it.
@@ -150,7 +172,14 @@ fn identity(args: &TuneArgs, mission: &Mission) -> Vec<(&'static str, String)> {
     let drops = format!("{DROPS} random, {} release cases", mission.case_parachutes().len());
     let searched = names().collect::<Vec<_>>().join(" ");
     identity.extend([("for", name_of(args.target)), ("start", start), ("particles", particles(args))]);
-    identity.extend([("drops", drops), ("searched", searched)]);
+    let latency = format!("at least {LATENCY_S} s on PX4's clock");
+    let range = "around the vehicle's rule, in PX4's";
+    identity.extend([
+        ("drops", drops),
+        ("searched", searched),
+        ("latency", latency),
+        ("range", range.to_owned()),
+    ]);
     if let Some(law) = args.px4_version {
         identity.push(("px4 version", law.since.to_string()));
     }

@@ -25,6 +25,18 @@ const LOST_M_S: f64 = 60.0;
 /// is 0.05 m/s; 0.03 to 0.06 were seen.
 const ESTIMATE_OFF: f64 = 1.0 / 3.0;
 
+/// Least time by which the commands of a PX4 that flies are late beyond its control period, on its clock [s]:
+/// 5.6 ms of the gyroscope's filter (IMU_GYRO_CUTOFF 40 Hz, two poles), 2.5 ms for a pulse at 400 Hz and up to 2
+/// ms of its length, and what the speed controllers' own filters and PX4's queues take. The model of the law has
+/// the gyroscope's filter besides, so that what is judged so is on the safe side.
+pub const LATENCY_S: f64 = 0.015;
+
+/// The latency [s], on the site's clock, by which drops for PX4's gains are judged: a vehicle's own, or
+/// [`LATENCY_S`] on a clock that runs `similarity` times slower, whichever is more.
+pub fn latency_s(vehicle_s: f64, similarity: f64) -> f64 {
+    vehicle_s.max(LATENCY_S * similarity)
+}
+
 /// Vehicle, site, plan and limits of the drops that PX4's gains are judged by.
 #[derive(Clone, Debug)]
 pub struct Px4Setting<'a> {

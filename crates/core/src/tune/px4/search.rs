@@ -3,12 +3,12 @@
 
 use super::super::cma_es::{CmaEs, CmaSettings, Scale};
 use super::super::{CandidateSearch, Optimiser, usable};
-use super::space::{Candidate, DIMENSIONS, parameters, start, widest};
+use super::space::{Candidate, DIMENSIONS, around, parameters, start, widest};
 use crate::control::px4::Parameters;
 use crate::units::DEG_PER_RAD;
 
 /// Method, bounds and length of a search.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Px4SearchSettings {
     /// Candidates of an iteration; `None`: as many as the strategy takes by itself.
     pub samples: Option<usize>,
@@ -16,6 +16,9 @@ pub struct Px4SearchSettings {
     pub iterations: usize,
     /// The largest tilt that the mission allows [rad].
     pub tilt_limit_rad: f64,
+    /// The cascade's gains in PX4's terms, the least and the greatest of each, between which PX4's are
+    /// searched as far as its ranges go; `None`: in the whole of these.
+    pub gain_ends: Option<[Parameters; 2]>,
     /// Seed.
     pub seed: u64,
 }
@@ -36,22 +39,27 @@ pub struct Px4Search {
 impl Px4Search {
     /// Begins at PX4's defaults or at the mission's.
     pub fn new(defaults: &Parameters, missions: &Parameters, settings: Px4SearchSettings) -> Self {
-        let bounds = widest(settings.tilt_limit_rad * DEG_PER_RAD);
-        Self {
-            settings,
-            // A vehicle that needs more torque for its rates than P's range has an overall gain above 1.
-            base: Parameters {
-                rollrate_k: missions.rollrate_k,
-                pitchrate_k: missions.pitchrate_k,
-                ..defaults.clone()
-            },
-            bounds,
-            starts: [defaults, missions].map(|from| start(from, &bounds)),
-            strategy: None,
-            iteration: 0,
-            evaluations: 0,
-            best: None,
-        }
+        let widest = widest(settings.tilt_limit_rad * DEG_PER_RAD);
+        // A vehicle that needs more torque for its rates than P's range has an overall gain above 1. What the
+        // mission says of tilt and battery is no gain.
+        let base = Parameters {
+            rollrate_k: missions.rollrate_k,
+            pitchrate_k: missions.pitchrate_k,
+            acc_decouple: missions.acc_decouple,
+            bat_scale_en: missions.bat_scale_en,
+            bat_n_cells: missions.bat_n_cells,
+            bat_v_charged: missions.bat_v_charged,
+            bat_v_empty: missions.bat_v_empty,
+            bat_v_load_drop: missions.bat_v_load_drop,
+            bat_r_internal_ohm: missions.bat_r_internal_ohm,
+            ..defaults.clone()
+        };
+        let starts = [defaults, missions].map(|from| start(from, &widest));
+        let bounds = match &settings.gain_ends {
+            Some(ends) => around(&widest, ends, &base, &starts),
+            None => widest,
+        };
+        Self { settings, base, bounds, starts, strategy: None, iteration: 0, evaluations: 0, best: None }
     }
 
     /// Within which it searches.
@@ -126,7 +134,7 @@ mod tests {
     use super::*;
 
     const SETTINGS: Px4SearchSettings =
-        Px4SearchSettings { samples: Some(6), iterations: 5, tilt_limit_rad: 0.8, seed: 1 };
+        Px4SearchSettings { samples: Some(6), iterations: 5, tilt_limit_rad: 0.8, gain_ends: None, seed: 1 };
 
     /// A sphere around the middle of the bounds.
     fn cost(candidate: &Candidate) -> f64 {

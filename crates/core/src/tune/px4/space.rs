@@ -1,9 +1,10 @@
 //! The parameters that are searched. Roll has pitch's gains; yaw, filters and limits of rates stay as they
 //! are.
 //!
-//! The bounds are PX4 v1.12's ranges (`mc_pos_control_params.c`, `mc_att_control_params.c`,
+//! The bounds lie within PX4 v1.12's ranges (`mc_pos_control_params.c`, `mc_att_control_params.c`,
 //! `mc_rate_control_params.c`), cut down where a range goes on beyond anything that flies: I of the
-//! horizontal velocity to 3 (of 60), P of the attitude from 2.
+//! horizontal velocity to 3 (of 60), P of the attitude from 2. A gain that the cascade has too is searched
+//! within the part of them that is around the vehicle's rule ([`around`]).
 
 use crate::control::px4::Parameters;
 use crate::tune::{RangeEnds, SearchedNumber};
@@ -42,6 +43,40 @@ pub fn widest(tilt_limit_deg: f64) -> [(f64, f64); DIMENSIONS] {
     SPACE.map(|(names, low, high)| {
         let tilt = names[0] == "MPC_TILTMAX_AIR";
         (low, if tilt { high.min(tilt_limit_deg.max(low)) } else { high })
+    })
+}
+
+/// Parameters that are no gains of the cascade's: damping, and the tilt.
+fn has_counterpart(name: &str) -> bool {
+    !(name.ends_with("RATE_D") || name.ends_with("_D_ACC") || name.starts_with("MPC_TILTMAX"))
+}
+
+/// The parts of the widest bounds that lie between two sets of the cascade's gains in PX4's terms, the least
+/// and the greatest of each, under the overall gains of `base`; as much wider as it takes to hold `starts`.
+/// Where nothing of a range lies there, and of what the cascade has not, the whole range.
+pub fn around(
+    widest: &[(f64, f64); DIMENSIONS],
+    ends: &[Parameters; 2],
+    base: &Parameters,
+    starts: &[Candidate],
+) -> [(f64, f64); DIMENSIONS] {
+    let at_base = |name: &'static str, of: &Parameters| {
+        // K times P is the gain, and K times I.
+        let overall = if name.starts_with("MC_PITCHRATE") { of.pitchrate_k / base.pitchrate_k } else { 1.0 };
+        of.get(name).map(|value| value * overall)
+    };
+    std::array::from_fn(|i| {
+        let (name, (low, high)) = (SPACE[i].0[0], widest[i]);
+        let (mut least, mut most) = match ends.each_ref().map(|end| at_base(name, end)) {
+            [Some(least), Some(most)] if has_counterpart(name) && least < high && most > low => {
+                (least.max(low), most.min(high))
+            }
+            _ => (low, high),
+        };
+        for start in starts {
+            (least, most) = (least.min(start[i]), most.max(start[i]));
+        }
+        (least, most)
     })
 }
 
@@ -102,5 +137,37 @@ mod tests {
             (45.0, 45.0),
             "it is open when a drop begins"
         );
+    }
+
+    /// By hand: a range around the rule is cut by PX4's, holds the starts, counts K, and where it lies beyond
+    /// PX4's, or there is none, PX4's stands.
+    #[test]
+    fn closed_form_bounds_lie_around_the_rule_within_px4s() {
+        let widest = widest(45.0);
+        let (base, whole) = (Parameters { pitchrate_k: 2.0, ..Parameters::default() }, Parameters::default());
+        let least = Parameters {
+            xy_vel_p: 0.5,
+            z_vel_p: 20.0,
+            pitch_p: 3.0,
+            pitchrate_k: 1.0,
+            pitchrate_p: 0.1,
+            ..whole.clone()
+        };
+        let most = Parameters {
+            xy_vel_p: 2.5,
+            z_vel_p: 30.0,
+            pitch_p: 9.0,
+            pitchrate_k: 4.0,
+            pitchrate_p: 0.2,
+            ..whole.clone()
+        };
+        let mut held = start(&whole, &widest);
+        held[6] = 10.0;
+        let bounds = around(&widest, &[least, most], &base, &[held]);
+        assert_eq!([bounds[0], bounds[3], bounds[6]], [(1.2, 2.5), (2.0, 15.0), (3.0, 10.0)]);
+        assert_eq!(bounds[7], (0.05, 0.4), "K is 2");
+        for unlike in [2, 5, 9, 10] {
+            assert_eq!(bounds[unlike], widest[unlike]);
+        }
     }
 }
