@@ -277,3 +277,56 @@ fn a_parameter_file_is_checked_before_it_is_flown() {
         assert!(code.is_none_or(|code| code == found), "{rows}: {found}");
     }
 }
+
+/// A mission whose cascade scales by its battery and says what its tilt comes from asks PX4 for the same: by
+/// its gains and by their exported file alike. Where PX4 has no counterpart it is refused by its name.
+#[test]
+fn battery_and_tilt_are_those_of_the_mission() {
+    let folder = tempfile::tempdir().unwrap();
+    let with_battery = |tilt_from: &str, scales: bool| {
+        elsewhere(folder.path(), |mission| {
+            let airy = fs::read_to_string("mission/x500_real_air.json").unwrap();
+            mission["battery"] = serde_json::from_str::<serde_json::Value>(&airy).unwrap()["battery"].take();
+            mission["control"]["battery_scaling"] = scales.into();
+            mission["control"]["tilt_from"] = tilt_from.into();
+        })
+    };
+    let log = |name: &str| {
+        let text = fs::read_to_string(folder.path().join(name).join("flight.csv")).unwrap();
+        let rows: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
+        rows.join("\n")
+    };
+    let fly = |mission: &str, name: &str, more: &[&str]| {
+        let args = ["drop", mission, "--autopilot", "px4-model=v1.14"];
+        let output = samara(&[&args[..], more].concat(), &folder.path().join(name));
+        assert!(folder.path().join(name).is_dir(), "{}", String::from_utf8_lossy(&output.stderr));
+        log(name)
+    };
+    let export = |mission: &str, more: &[&str]| {
+        let args = ["params", "export", mission, "--for", "px4"];
+        samara(&[&args[..], more].concat(), Path::new("-"))
+    };
+    let mission = with_battery("gravity", true);
+    let text = String::from_utf8(export(&mission, &["--px4-version", "v1.14"]).stdout).unwrap();
+    for row in ["MC_BAT_SCALE_EN\t1\t6", "MPC_ACC_DECOUPLE\t1\t6", "BAT1_N_CELLS\t4\t6"] {
+        assert!(text.contains(&format!("\t{row}\n")), "{row} in {text}");
+    }
+    let file = folder.path().join("exported.params");
+    fs::write(&file, &text).unwrap();
+    let scaled = fly(&mission, "scaled", &[]);
+    assert!(scaled == fly(&mission, "by_file", &["--params", file.to_str().unwrap()]));
+    let unscaled = fly(&with_battery("gravity", false), "unscaled", &[]);
+    assert!(scaled != unscaled, "the battery's voltage counts");
+
+    let mission = with_battery("thrust", false);
+    let whole = ["--drop"];
+    for options in [&["--px4-version", "v1.14"][..], &whole, &["--drop", "--px4-version", "v1.14"]] {
+        let refused = export(&mission, options);
+        let error = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!(refused.status.code(), Some(2), "{options:?}: {error}");
+        let named = error.contains("control.tilt_from: thrust has no counterpart in PX4 before v1.15");
+        assert!(named, "{options:?}: {error}");
+    }
+    let text = String::from_utf8(export(&mission, &["--px4-version", "v1.16"]).stdout).unwrap();
+    assert!(text.contains("\tMPC_ACC_DECOUPLE\t0\t6\n"), "{text}");
+}

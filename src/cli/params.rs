@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, DEFAULT_MISSION};
+use super::args::{ChoiceArgs, DEFAULT_MISSION, px4_law};
 use super::mission::{chosen_mission, mission_for_px4, open_mission, origin};
 use super::pilot::px4::upload::{suits, whole};
 use super::planning::plan_mission;
@@ -14,9 +14,9 @@ use super::results::{OutputFolder, place_of};
 use super::terminal::print;
 use samara::autopilot::parameters::document::{Listed, listed, markdown};
 use samara::config::{Mission, load_parameters};
-use samara::control::px4::is_quad_x;
+use samara::control::px4::{Law, is_quad_x};
 use samara::params::compatibility::written_for;
-use samara::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, import};
+use samara::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, export_for_law, import};
 use samara::plan::Status;
 use samara::report::{params as report, plan_text};
 
@@ -70,6 +70,10 @@ struct ExportArgs {
     /// other vehicle than a quadrotor in X needs it.
     #[arg(long, requires = "drop")]
     allocated: bool,
+    /// The version of PX4 that the file is for: what that has no counterpart of is refused, and it settles
+    /// --allocated [default: v1.14 and later, with --drop v1.12].
+    #[arg(long, value_name = "VERSION", value_parser = px4_law, conflicts_with = "allocated")]
+    px4_version: Option<Law>,
     /// The file; `-` for stdout [default: out/<mission name>/<vehicle>_<for>.params, with --drop
     /// <vehicle>_<for>_drop.params].
     #[arg(long, value_name = "FILE")]
@@ -157,7 +161,12 @@ fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
         (mission, export)
     } else {
         let mission = chosen_mission(&args.mission, &choice)?;
-        let export = export(&mission.parameter_subject(), args.purpose.purpose()).bad_input()?;
+        let (subject, purpose) = (mission.parameter_subject(), args.purpose.purpose());
+        let export = match &args.px4_version {
+            Some(law) => export_for_law(&subject, purpose, law),
+            None => export(&subject, purpose),
+        };
+        let export = export.bad_input()?;
         (mission, export)
     };
     let text = report::params_file(&mission, &export);
@@ -203,9 +212,8 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
             wanted.name()
         )));
     }
-    if !args.allocated
-        && let Err(reason) = is_quad_x(&mission.vehicle)
-    {
+    let allocated = args.px4_version.map_or(args.allocated, |law| law.allocates);
+    if !allocated && let Err(reason) = is_quad_x(&mission.vehicle) {
         return Err(Failure::input(format!(
             "--drop is for a PX4 that mixes by the file `quad_x` (v1.12), and {reason}; with --drop --allocated it is for PX4 v1.14 and \
              later, which takes the rotors from CA_*"
@@ -217,7 +225,10 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
         let text = plan_text(mission, &timed.plan, None);
         return Err(Failure::input(format!("no plan to fly: {text}")));
     }
-    whole(mission, &timed.plan.trajectory, given, !args.allocated)
+    if let (Some(law), None) = (&args.px4_version, given) {
+        export_for_law(&mission.parameter_subject(), wanted, law).bad_input()?;
+    }
+    whole(mission, &timed.plan.trajectory, given, !allocated)
 }
 
 fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {

@@ -52,6 +52,8 @@ fn autopilot(site: &Environment, k: f64) -> AutopilotSession {
         gains: &gains,
         limits: &limits,
         speed_m_s: m.limits.safety.speed_m_s * k,
+        tilt_from: None,
+        pack: None,
     };
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,

@@ -76,6 +76,8 @@ fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<Esti
         gains: &GAINS,
         limits: &m.control.limits,
         speed_m_s: 12.0,
+        tilt_from: None,
+        pack: None,
     };
     let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
     let autopilot = AutopilotSession::new(AutopilotSetup {

@@ -46,8 +46,15 @@ pub fn cascade() -> Cascade {
 
 fn parameters() -> Parameters {
     let limits = ControlLimits::default();
-    let subject =
-        Subject { vehicle: &TITAN, environment: &site(), gains: &gains(), limits: &limits, speed_m_s: 5.0 };
+    let subject = Subject {
+        vehicle: &TITAN,
+        environment: &site(),
+        gains: &gains(),
+        limits: &limits,
+        speed_m_s: 5.0,
+        tilt_from: None,
+        pack: None,
+    };
     Parameters::of(&subject, VEHICLE).unwrap()
 }
 

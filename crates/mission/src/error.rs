@@ -74,10 +74,12 @@ fn shown(path: &Path) -> String {
 }
 
 fn starts_with_line(error: &ParamsError) -> bool {
-    use ParamsError::{Columns, Control, DoesNotBelong, Field, NoGains, NoUnit, Twice, UnknownPurpose};
+    use ParamsError::{
+        Columns, Control, DoesNotBelong, Field, NoCounterpart, NoGains, NoUnit, Twice, UnknownPurpose,
+    };
     match error {
         Columns { .. } | Field { .. } | Twice { .. } | UnknownPurpose { .. } => true,
-        DoesNotBelong(_) | NoGains | Control(_) | NoUnit { .. } => false,
+        DoesNotBelong(_) | NoGains | Control(_) | NoUnit { .. } | NoCounterpart { .. } => false,
     }
 }
 

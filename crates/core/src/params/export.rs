@@ -15,9 +15,10 @@ use super::metadata::Metadata;
 use super::normalised::{Mixing, NormalisedUnits, THRUST_COEFFICIENT};
 use super::purpose::{Factors, GRAVITY_KEY, Purpose};
 use super::{Check, ParamsError, check};
-use crate::control::px4::is_quad_x;
 use crate::control::px4::timing::ALIGNS_G0;
-use crate::control::{Airframe, ControlLimits, Gains};
+use crate::control::px4::{Law, is_quad_x};
+use crate::control::{Airframe, ControlLimits, Gains, TiltFrom};
+use crate::model::supply::Pack;
 use crate::model::{Environment, Vehicle};
 use crate::units::{DEG_PER_RAD, STANDARD_GRAVITY_M_S2};
 
@@ -34,6 +35,10 @@ pub struct Subject<'a> {
     pub limits: &'a ControlLimits,
     /// Greatest speed of any velocity setpoint [m/s]: the safe speed.
     pub speed_m_s: f64,
+    /// What the cascade's tilt is asked to come from; `None`: nothing is said of it.
+    pub tilt_from: Option<TiltFrom>,
+    /// The battery that the motors are on, where there is one.
+    pub pack: Option<&'a Pack>,
 }
 
 /// Parameters for a purpose, with their check.
@@ -55,9 +60,21 @@ pub struct Export {
 ///
 /// # Errors
 /// [`ParamsError::Control`] when a gain or limit is out of range or the rotors cannot be controlled,
-/// [`ParamsError::NoUnit`] when PX4's mixer finds no unit for them.
+/// [`ParamsError::NoUnit`] when PX4's mixer finds no unit for them, [`ParamsError::NoCounterpart`] when the
+/// subject asks for what a PX4 that mixes so does not have.
 pub fn export(subject: &Subject, purpose: Purpose) -> Result<Export, ParamsError> {
     export_for_mixing(subject, purpose, Mixing::default())
+}
+
+/// Exports a vehicle with its gains for a PX4 of a law.
+///
+/// # Errors
+/// As [`export`].
+pub fn export_for_law(subject: &Subject, purpose: Purpose, law: &Law) -> Result<Export, ParamsError> {
+    if purpose != Purpose::Samara {
+        has_tilt_of(subject, law.may_couple_accelerations)?;
+    }
+    export_for_mixing(subject, purpose, Mixing::of(law))
 }
 
 /// Exports a vehicle with its gains for a PX4 that mixes in the given way.
@@ -76,6 +93,10 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
     rows.velocity_and_attitude(subject);
     rows.rates(subject, &units, &metadata);
     rows.vehicle(subject, &units);
+    if purpose != Purpose::Samara && mixing == Mixing::QuadX {
+        has_tilt_of(subject, false)?;
+    }
+    rows.battery_and_tilt(subject, purpose);
     if purpose != Purpose::Samara {
         // PX4's tilt limit starts here and comes to MPC_TILTMAX_AIR by 0.2 rad/s only; a drop is in the air
         // at once.
@@ -91,6 +112,25 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
         ));
     }
     Ok(Export::checked(&metadata, purpose, gravity, parameters, remarks))
+}
+
+/// Refuses a tilt that a PX4 without MPC_ACC_DECOUPLE does not have: it divides by gravity (v1.12.0's
+/// `PositionControl.cpp`:179, v1.14.3's :207); v1.15.0 has the parameter (:209). `may_couple`: whether it is
+/// there.
+///
+/// # Errors
+/// [`ParamsError::NoCounterpart`].
+pub(super) fn has_tilt_of(subject: &Subject, may_couple: bool) -> Result<(), ParamsError> {
+    if subject.tilt_from == Some(TiltFrom::Thrust) && !may_couple {
+        return Err(ParamsError::NoCounterpart {
+            key: "control.tilt_from",
+            found: TiltFrom::Thrust.name(),
+            expected: TiltFrom::Gravity.name(),
+            parameter: TILT_PARAMETER,
+            since: "v1.15",
+        });
+    }
+    Ok(())
 }
 
 /// Remarks on gains that a PX4 which mixes by a file needs otherwise, axis by axis: its mixer ignores
@@ -155,6 +195,22 @@ impl Export {
         notes.extend(self.remarks.iter().map(|r| format!("Note: {r}")));
         notes
     }
+}
+
+/// Whether torque and thrust are scaled by the battery's voltage.
+pub(super) const SCALE_PARAMETER: &str = "MC_BAT_SCALE_EN";
+/// Whether the tilt is set against gravity (1) or the thrust wanted upwards (0).
+pub(super) const TILT_PARAMETER: &str = "MPC_ACC_DECOUPLE";
+/// Voltage of a full cell [V] by which cells are counted.
+const FULL_CELL_V: f64 = 4.2;
+/// Part of it by which a battery's cells may differ from it.
+const SAME_CELL: f64 = 0.03;
+
+/// Number of cells in series of a full battery's voltage [V]; `None` when no number PX4 takes fits.
+fn cells(full_v: f64) -> Option<i32> {
+    let count = (full_v / FULL_CELL_V).round();
+    let fits = (1.0..=16.0).contains(&count) && (full_v / count / FULL_CELL_V - 1.0).abs() <= SAME_CELL;
+    fits.then_some(count as i32)
 }
 
 /// Terms of PX4's controller that samara's cascade does not have; exported as zero.
@@ -249,6 +305,47 @@ impl Rows {
         }
     }
 
+    /// What is said of the tilt, and where the motors are on a battery, whether its voltage counts. PX4 counts
+    /// it from a full cell on: it gets the cells.
+    fn battery_and_tilt(&mut self, subject: &Subject, purpose: Purpose) {
+        if let Some(from) = subject.tilt_from {
+            self.int(TILT_PARAMETER, (from == TiltFrom::Gravity).into());
+            if purpose != Purpose::Samara && from == TiltFrom::Thrust {
+                self.remarks.push(format!(
+                    "{TILT_PARAMETER} 0 is control.tilt_from: thrust; PX4 has it from v1.15 on, earlier ones set the tilt against gravity"
+                ));
+            }
+        }
+        let Some(pack) = subject.pack else { return };
+        let (scales, full_v) = (subject.limits.nominal_v.is_some(), pack.open_circuit_v(1.0));
+        self.int(SCALE_PARAMETER, scales.into());
+        if !scales || purpose == Purpose::Samara {
+            return;
+        }
+        let Some(count) = cells(full_v) else {
+            self.remarks.push(format!(
+                "{SCALE_PARAMETER} is 1 (control.battery_scaling), but {full_v} V of a full battery is no number of cells of {FULL_CELL_V} V: \
+                 set BAT1_N_CELLS, BAT1_V_CHARGED, BAT1_V_EMPTY and BAT1_R_INTERNAL, or PX4 scales nothing"
+            ));
+            return;
+        };
+        let of_a_cell = |of_the_pack: f64| of_the_pack / f64::from(count);
+        self.int("BAT1_N_CELLS", count);
+        self.real("BAT1_V_CHARGED", of_a_cell(full_v));
+        self.real("BAT1_V_EMPTY", of_a_cell(pack.open_circuit_v(0.0)));
+        self.real("BAT1_R_INTERNAL", of_a_cell(pack.limits().resistance_ohm));
+        self.remarks.push(format!(
+            "{SCALE_PARAMETER} is control.battery_scaling; BAT1_N_CELLS, BAT1_V_CHARGED, BAT1_V_EMPTY and BAT1_R_INTERNAL are battery.electric: \
+             open_circuit full and empty, internal_resistance_ohm, over {count} cells of {FULL_CELL_V} V"
+        ));
+        let nominal_v = pack.limits().nominal_v;
+        self.remarks.push(format!(
+            "PX4 scales from a full battery on, samara from {nominal_v} V (battery.electric.motor.nominal_v): at {nominal_v} V without load \
+             PX4's thrust and torque are {:.3} times those of the gains",
+            (full_v / nominal_v).clamp(1.0, 1.3)
+        ));
+    }
+
     fn vehicle(&mut self, subject: &Subject, units: &NormalisedUnits) {
         let (vehicle, environment) = (subject.vehicle, subject.environment);
         self.real("MPC_THR_HOVER", hover_thrust(vehicle, environment, units));
@@ -294,6 +391,8 @@ mod tests {
             gains: &gains,
             limits: &limits,
             speed_m_s: 12.0,
+            tilt_from: None,
+            pack: None,
         };
         export(&subject, purpose).unwrap().parameters
     }
@@ -338,6 +437,8 @@ mod tests {
             gains: &gains,
             limits: &limits,
             speed_m_s: 12.0,
+            tilt_from: None,
+            pack: None,
         };
         let [allocated, by_file] = [Mixing::Allocated, Mixing::QuadX]
             .map(|mixing| export_for_mixing(&subject, Purpose::Px4Froude, mixing).unwrap());

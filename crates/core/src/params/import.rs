@@ -6,13 +6,16 @@
 //! stay as they were.
 
 use super::compatibility::written_for;
-use super::export::{GAINS, LIMITS, WITHOUT_COUNTERPART, hover_thrust, rotor_columns};
+use super::export::{
+    GAINS, LIMITS, SCALE_PARAMETER, TILT_PARAMETER, WITHOUT_COUNTERPART, hover_thrust, rotor_columns,
+};
 use super::file::{ParameterFile, Value};
 use super::normalised::NormalisedUnits;
 use super::purpose::{Factors, Purpose};
 use super::{ParamsError, Subject};
-use crate::control::{ControlLimits, Gains};
+use crate::control::{ControlLimits, Gains, TiltFrom};
 use crate::model::Vehicle;
+use crate::model::supply::{Pack, Throttle};
 use crate::units::RAD_PER_DEG;
 
 /// Gains and limits read from a file.
@@ -52,7 +55,7 @@ pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsE
     if missing.len() == names.len() {
         return Err(ParamsError::NoGains);
     }
-    let (gains, limits) = adopt(&scale, &number, (subject.gains, subject.limits))?;
+    let (gains, mut limits) = adopt(&scale, &number, (subject.gains, subject.limits))?;
     let mut remarks = of_roll(&number, &gains, &scale);
     if !missing.is_empty() {
         remarks.push(format!("not in the file, left as they were: {}", missing.join(", ")));
@@ -61,6 +64,18 @@ pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsE
         WITHOUT_COUNTERPART.into_iter().filter(|name| number(name).is_some_and(|x| x != 0.0)).collect();
     if !ignored.is_empty() {
         remarks.push(format!("not in samara's law, ignored: {}", ignored.join(", ")));
+    }
+    if let Some(decouples) = number(TILT_PARAMETER) {
+        limits.tilt_from = if decouples == 0.0 { TiltFrom::Thrust } else { TiltFrom::Gravity };
+    }
+    if let Some(scales) = number(SCALE_PARAMETER) {
+        let pack = subject.pack.map(Pack::limits).filter(|pack| pack.throttle == Throttle::Duty);
+        limits.nominal_v = pack.filter(|_| scales != 0.0).map(|pack| pack.nominal_v);
+        if scales != 0.0 && pack.is_none() {
+            remarks.push(format!(
+                "{SCALE_PARAMETER} is {scales}; the mission has no battery whose motors' throttle is a duty cycle, so nothing is scaled"
+            ));
+        }
     }
     if let Some(f) = number("THR_MDL_FAC").filter(|f| *f != 1.0) {
         remarks.push(format!("THR_MDL_FAC is {f}; samara's thrust is quadratic in the command, 1"));

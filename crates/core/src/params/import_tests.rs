@@ -2,11 +2,14 @@
 
 use proptest::prelude::*;
 
+use super::export::{SCALE_PARAMETER, TILT_PARAMETER};
 use super::file::write;
 use super::*;
+use crate::control::px4::Law;
 use crate::control::test_vehicles::{lander, site};
-use crate::control::{ControlLimits, Gains};
+use crate::control::{ControlLimits, Gains, TiltFrom};
 use crate::model::Environment;
+use crate::model::supply::{Pack, PackLimits, Throttle};
 use crate::units::STANDARD_GRAVITY_M_S2;
 
 fn at(gravity_m_s2: f64) -> Environment {
@@ -16,7 +19,15 @@ fn at(gravity_m_s2: f64) -> Environment {
 /// The file that samara writes, read back with other gains as its ground.
 fn round_trip(gains: &Gains, purpose: Purpose, environment: &Environment) -> Result<Import, ParamsError> {
     let (vehicle, limits) = (lander(true), ControlLimits::default());
-    let subject = Subject { vehicle: &vehicle, environment, gains, limits: &limits, speed_m_s: 12.0 };
+    let subject = Subject {
+        vehicle: &vehicle,
+        environment,
+        gains,
+        limits: &limits,
+        speed_m_s: 12.0,
+        tilt_from: None,
+        pack: None,
+    };
     let written = export(&subject, purpose).unwrap();
     let file = ParameterFile::parse(&write("x", &written.notes(&[]), &written.parameters)).unwrap();
     assert_eq!(file.purpose(), Some(purpose));
@@ -77,6 +88,8 @@ fn a_file_is_refused_where_it_does_not_belong() {
         gains: &gains,
         limits: &limits,
         speed_m_s: 12.0,
+        tilt_from: None,
+        pack: None,
     };
     let refused = |text: &str, environment, expected: &str| {
         let error = import(&ParameterFile::parse(text).unwrap(), &on(environment)).unwrap_err().to_string();
@@ -100,8 +113,15 @@ fn a_file_is_refused_where_it_does_not_belong() {
 fn what_the_file_leaves_out_stays_and_what_cannot_be_followed_is_reported() {
     let (vehicle, gains, limits, earth) =
         (lander(true), Gains::paper_pso(), ControlLimits::default(), at(STANDARD_GRAVITY_M_S2));
-    let subject =
-        Subject { vehicle: &vehicle, environment: &earth, gains: &gains, limits: &limits, speed_m_s: 12.0 };
+    let subject = Subject {
+        vehicle: &vehicle,
+        environment: &earth,
+        gains: &gains,
+        limits: &limits,
+        speed_m_s: 12.0,
+        tilt_from: None,
+        pack: None,
+    };
     let text = "1\t1\tMC_PITCH_P\t4\t9\n1\t1\tMC_ROLL_P\t5\t9\n1\t1\tMC_PITCHRATE_D\t0.003\t9\n\
                 1\t1\tTHR_MDL_FAC\t0.3\t9\n";
     let read = import(&ParameterFile::parse(text).unwrap(), &subject).unwrap();
@@ -112,4 +132,113 @@ fn what_the_file_leaves_out_stays_and_what_cannot_be_followed_is_reported() {
     {
         assert!(remarks.contains(expected), "{expected} not in {remarks}");
     }
+}
+
+/// A battery of six cells, full at 25.2 V, of 24 mOhm.
+fn six_cells(throttle: Throttle) -> Pack {
+    let limits = PackLimits {
+        resistance_ohm: 0.024,
+        current_max_a: f64::INFINITY,
+        esc_current_max_a: f64::INFINITY,
+        esc_efficiency: 0.95,
+        motor_efficiency: 0.8,
+        nominal_v: 22.2,
+        throttle,
+    };
+    Pack::new(vec![(0.0, 19.8), (1.0, 25.2)], limits).unwrap()
+}
+
+/// What a mission says of tilt and battery comes back; of neither nothing is written.
+#[test]
+fn tilt_and_battery_survive_a_file() {
+    let (vehicle, gains, earth) = (lander(true), Gains::paper_pso(), at(STANDARD_GRAVITY_M_S2));
+    let pack = six_cells(Throttle::Duty);
+    for purpose in Purpose::ALL {
+        for (tilt_from, nominal_v) in [(TiltFrom::Gravity, Some(22.2)), (TiltFrom::Thrust, None)] {
+            let limits = ControlLimits { tilt_from, nominal_v, ..ControlLimits::default() };
+            let subject = Subject {
+                vehicle: &vehicle,
+                environment: &earth,
+                gains: &gains,
+                limits: &limits,
+                speed_m_s: 12.0,
+                tilt_from: Some(tilt_from),
+                pack: Some(&pack),
+            };
+            let written = export(&subject, purpose).unwrap();
+            let row = |name: &str| written.parameters.get(name).map(|value| value.as_f64());
+            let scales = nominal_v.is_some();
+            assert_eq!(row("MC_BAT_SCALE_EN"), Some(f64::from(u8::from(scales))));
+            assert_eq!(row("MPC_ACC_DECOUPLE"), Some(f64::from(u8::from(tilt_from == TiltFrom::Gravity))));
+            let cell = ["BAT1_N_CELLS", "BAT1_V_CHARGED", "BAT1_V_EMPTY", "BAT1_R_INTERNAL"].map(row);
+            if scales && purpose != Purpose::Samara {
+                let wanted = [6.0, 4.2, 3.3, 0.004].map(|x| Some(f64::from(x as f32)));
+                assert_eq!(cell, wanted);
+                let origin = written.remarks.join("\n");
+                assert!(origin.contains("BAT1_R_INTERNAL are battery.electric"), "{origin}");
+                assert!(origin.contains("at 22.2 V without load PX4's thrust and torque are 1.135 times"));
+            } else {
+                assert_eq!(cell, [None; 4]);
+            }
+            let found = written.check.findings.iter().map(|finding| &finding.name);
+            let ours = ["BAT", SCALE_PARAMETER, TILT_PARAMETER];
+            assert_eq!(found.filter(|name| ours.iter().any(|x| name.contains(x))).count(), 0);
+            let text = write("x", &written.notes(&[]), &written.parameters);
+            let file = ParameterFile::parse(&text).unwrap();
+            let other = match tilt_from {
+                TiltFrom::Gravity => ControlLimits::default(),
+                TiltFrom::Thrust => {
+                    ControlLimits { tilt_from: TiltFrom::Gravity, nominal_v: Some(1.0), ..limits }
+                }
+            };
+            let back = import(&file, &Subject { limits: &other, ..subject }).unwrap();
+            assert_eq!((back.limits.tilt_from, back.limits.nominal_v), (tilt_from, nominal_v));
+            assert!(back.remarks.is_empty(), "{:?}", back.remarks);
+            let steady = six_cells(Throttle::Speed);
+            let there = import(&file, &Subject { pack: Some(&steady), ..subject }).unwrap();
+            assert_eq!((there.limits.nominal_v, there.remarks.len()), (None, usize::from(scales)));
+            let silent = Subject { tilt_from: None, pack: None, ..subject };
+            let names = export(&silent, purpose).unwrap().parameters;
+            let ours = [SCALE_PARAMETER, TILT_PARAMETER, "BAT1_N_CELLS"];
+            assert!(ours.iter().all(|name| !names.contains_key(*name)));
+        }
+    }
+}
+
+/// v1.15.0 is the first that has MPC_ACC_DECOUPLE (`PositionControl.cpp`:209); before it the tilt is set against
+/// gravity (v1.14.3:207, v1.12.0:179).
+#[test]
+fn reference_a_tilt_from_thrust_is_refused_for_versions_that_have_none() {
+    let (vehicle, gains, earth) = (lander(true), Gains::paper_pso(), at(STANDARD_GRAVITY_M_S2));
+    let limits = ControlLimits::default();
+    let of = |tilt_from| Subject {
+        vehicle: &vehicle,
+        environment: &earth,
+        gains: &gains,
+        limits: &limits,
+        speed_m_s: 12.0,
+        tilt_from,
+        pack: None,
+    };
+    let (said, silent) = (of(Some(TiltFrom::Thrust)), of(None));
+    for (law, has_it) in [(Law::V1_12, false), (Law::V1_14, false), (Law::V1_16, true)] {
+        for subject in [&said, &silent, &of(Some(TiltFrom::Gravity))] {
+            let refused = !has_it && subject.tilt_from == Some(TiltFrom::Thrust);
+            assert_eq!(export_for_law(subject, Purpose::Px4, &law).is_err(), refused, "{}", law.since);
+            let flown = px4_model_parameters(subject, Purpose::Px4, &law, None);
+            assert_eq!(flown.is_err(), refused, "{}", law.since);
+        }
+        assert!(export_for_law(&said, Purpose::Samara, &law).is_ok());
+        // A file's law is the file's.
+        let file = ParameterFile::parse("1\t1\tMC_PITCH_P\t4\t9").unwrap();
+        assert!(px4_model_parameters(&said, Purpose::Px4, &law, Some(&file)).is_ok());
+    }
+    let error = export_for_mixing(&said, Purpose::Px4, Mixing::QuadX).unwrap_err().to_string();
+    assert_eq!(
+        error,
+        "control.tilt_from: thrust has no counterpart in PX4 before v1.15, where MPC_ACC_DECOUPLE came: `gravity` is expected, or \
+         PX4 v1.15 or later"
+    );
+    let flown = px4_model_parameters(&said, Purpose::Px4, &Law::V1_16, None).unwrap();
+    assert_eq!(flown.acc_decouple, 0.0);
 }

@@ -37,7 +37,7 @@ mod import_tests;
 
 pub use check::{Check, Class, Finding, check};
 pub use diff::{Difference, diff};
-pub use export::{Export, Subject, export, export_for_mixing};
+pub use export::{Export, Subject, export, export_for_law, export_for_mixing};
 pub use file::{ParameterFile, Value};
 pub use import::{Import, Scale, adopt, import};
 pub use metadata::{Metadata, Parameter};
@@ -93,6 +93,22 @@ pub enum ParamsError {
     /// The file was written for another autopilot, gravity or vehicle.
     #[error("{0}")]
     DoesNotBelong(String),
+    /// The mission asks for what PX4 does not have.
+    #[error(
+        "{key}: {found} has no counterpart in PX4 before {since}, where {parameter} came: `{expected}` is expected, or PX4 {since} or later"
+    )]
+    NoCounterpart {
+        /// Key of the mission.
+        key: &'static str,
+        /// Value of the key.
+        found: &'static str,
+        /// Value that PX4 has.
+        expected: &'static str,
+        /// Name of the parameter that later versions have.
+        parameter: &'static str,
+        /// The first version that has it.
+        since: &'static str,
+    },
     /// The file holds none of the gains.
     #[error(
         "none of the gains of samara's autopilot stands in it (MPC_XY_VEL_P_ACC, MC_PITCH_P, MC_PITCHRATE_P, ...)"

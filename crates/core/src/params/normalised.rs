@@ -17,6 +17,7 @@
 //! and `G_pitch = 2 sqrt(2) T_max lx` ([`Mixing::QuadX`]); the two are the same for a square.
 
 use super::ParamsError;
+use crate::control::px4::Law;
 pub use crate::control::px4::effectiveness::THRUST_COEFFICIENT;
 use crate::control::px4::effectiveness::{PseudoInverse, effectiveness, mean_share, spread};
 use crate::model::Vehicle;
@@ -42,6 +43,13 @@ pub enum Mixing {
     Allocated,
     /// By the mixer file `quad_x`, which ignores distances.
     QuadX,
+}
+
+impl Mixing {
+    /// The way of a PX4 of a law.
+    pub fn of(law: &Law) -> Self {
+        if law.allocates { Self::Allocated } else { Self::QuadX }
+    }
 }
 
 impl NormalisedUnits {

@@ -1,41 +1,37 @@
 //! Parameters of the model of PX4's controller ([`crate::control::px4`]), from gains or a file and back.
 
-use super::export::{export_for_mixing, hover_thrust};
+use super::export::{export_for_law, hover_thrust};
 use super::metadata::Kind;
 use super::{Export, Metadata, Mixing, NormalisedUnits, ParameterFile, ParamsError, Purpose, Subject, Value};
 use crate::control::px4::{Law, Parameters};
-
-/// Mixing of a PX4 with that law.
-fn mixing(law: &Law) -> Mixing {
-    if law.allocates { Mixing::Allocated } else { Mixing::QuadX }
-}
 
 /// The parameters with which a PX4 of a law flies a subject: PX4's defaults, the vehicle's hover thrust and
 /// thrust curve, velocities up to the subject's speed, and the file's parameters, or without a file the
 /// subject's gains and limits in PX4's terms.
 ///
 /// # Errors
-/// [`ParamsError`] when the gains cannot be put in PX4's terms or PX4's mixer finds no unit for the rotors.
+/// [`ParamsError`] when the gains cannot be put in PX4's terms, PX4's mixer finds no unit for the rotors or the
+/// law has no counterpart of what the subject asks for.
 pub fn px4_model_parameters(
     subject: &Subject,
     purpose: Purpose,
     law: &Law,
     given: Option<&ParameterFile>,
 ) -> Result<Parameters, ParamsError> {
-    let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, mixing(law))?;
+    let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, Mixing::of(law))?;
     let fastest = subject.speed_m_s * purpose.factors(subject.environment.gravity_m_s2).k;
     let mut made = Parameters {
         thr_hover: f64::from(hover_thrust(subject.vehicle, subject.environment, &units) as f32),
         thr_mdl_fac: 1.0,
         xy_vel_max: fastest,
         z_vel_max_dn: fastest,
-        ..Parameters::default()
+        ..law.defaults()
     };
     // Names that the model does not have are passed over.
     let mut take = |name: &str, value: Value| drop(made.set(name, value.as_f64()));
     match given {
         Some(file) => file.own().for_each(|(name, entry)| take(name, entry.value)),
-        None => export_for_mixing(subject, purpose, mixing(law))?
+        None => export_for_law(subject, purpose, law)?
             .parameters
             .iter()
             .for_each(|(name, value)| take(name, *value)),
@@ -44,7 +40,7 @@ pub fn px4_model_parameters(
 }
 
 /// Content of a parameter file with every parameter that a law reads, so that a flight does not depend on an
-/// airframe's own defaults.
+/// airframe's own defaults; the battery's only where anything is scaled by it.
 pub fn px4_model_export(
     parameters: &Parameters,
     law: &Law,
@@ -59,8 +55,12 @@ pub fn px4_model_export(
         let value = if whole { Value::Int(value as i32) } else { Value::Real(value as f32) };
         Some(((*name).to_owned(), value))
     };
-    let parameters = Parameters::NAMES.iter().filter(|name| law.reads(name)).filter_map(row).collect();
-    Export::checked(&metadata, purpose, gravity_m_s2, parameters, remarks)
+    let rows = Parameters::NAMES
+        .iter()
+        .filter(|name| law.reads(name) && !parameters.is_idle(name))
+        .filter_map(row)
+        .collect();
+    Export::checked(&metadata, purpose, gravity_m_s2, rows, remarks)
 }
 
 #[cfg(test)]
@@ -82,10 +82,12 @@ mod tests {
             gains: &gains,
             limits: &limits,
             speed_m_s: 12.0,
+            tilt_from: None,
+            pack: None,
         };
         let (purpose, law) = (Purpose::Px4Froude, &Law::V1_12);
         let ours = px4_model_parameters(&subject, purpose, law, None).unwrap();
-        let exported = export_for_mixing(&subject, purpose, Mixing::QuadX).unwrap().parameters;
+        let exported = crate::params::export_for_mixing(&subject, purpose, Mixing::QuadX).unwrap().parameters;
         assert_eq!(ours.pitch_p, exported["MC_PITCH_P"].as_f64());
         // The model's mixer is `quad_x`, which knows no distances: with arms of 0.5 m ahead and 1 m aside a
         // unit of roll is twice one of pitch.

@@ -31,10 +31,11 @@ pub(super) struct ControlJson {
     /// Time from a measurement to what the speed controllers do about it, beyond the control period [s]; none
     /// when left out.
     latency_s: Option<NonNegative<1>>,
-    /// What the wanted horizontal acceleration is set against, to get a tilt; `thrust` when left out.
+    /// What the wanted horizontal acceleration is set against, to get a tilt; `thrust` when left out. What is
+    /// said here PX4 is asked for too (MPC_ACC_DECOUPLE).
     tilt_from: Option<TiltFromJson>,
     /// Whether throttles are scaled by the measured voltage of a battery whose motors' throttle is a duty
-    /// cycle; no when left out.
+    /// cycle; no when left out. PX4 then scales in its own way (MC_BAT_SCALE_EN).
     battery_scaling: Option<bool>,
 }
 
@@ -44,7 +45,7 @@ pub(super) struct ControlJson {
 pub(super) enum TiltFromJson {
     /// Gravity, as in PX4 since v1.12.
     Gravity,
-    /// The thrust that is wanted upwards: near none the tilt jumps.
+    /// The thrust that is wanted upwards: near none the tilt jumps. PX4 has it from v1.15 on.
     Thrust,
 }
 
@@ -59,6 +60,8 @@ pub struct Control {
     pub gains_name: String,
     /// Whether the plan's acceleration is fed forward.
     pub feed_forward: bool,
+    /// Whether the mission says what the tilt comes from: PX4 is then asked for the same.
+    pub says_tilt_from: bool,
 }
 
 impl From<TiltFromJson> for TiltFrom {
@@ -95,6 +98,7 @@ impl Control {
             gains: gains.gains,
             gains_name: gains.name,
             feed_forward: json.feed_forward.unwrap_or(false),
+            says_tilt_from: json.tilt_from.is_some(),
         }
     }
 }

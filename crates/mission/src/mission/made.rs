@@ -16,7 +16,7 @@ use samara_core::model::{MAX_ROTORS, Parachute};
 use samara_core::params::{Purpose, Subject};
 use samara_core::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, SolveProgress, SolverOptions, plan};
 use samara_core::replan::{Cadence, PlanSource};
-use samara_core::sim::{DropSimulation, Start, nominal_state_at_t0};
+use samara_core::sim::{DropSimulation, ElectricBattery, Start, nominal_state_at_t0};
 use samara_core::trajectory::Trajectory;
 
 /// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
@@ -312,6 +312,8 @@ impl Mission {
             gains: &self.control.gains,
             limits: &self.control.limits,
             speed_m_s: self.limits.safety.speed_m_s,
+            tilt_from: self.control.says_tilt_from.then_some(self.control.limits.tilt_from),
+            pack: self.electric.as_ref().map(ElectricBattery::pack),
         }
     }
 

@@ -72,7 +72,11 @@ pub fn preparation(
     mixer: bool,
 ) -> Result<Preparation, Failure> {
     let mixing = if mixer { Mixing::QuadX } else { Mixing::Allocated };
-    let subject = mission.parameter_subject();
+    let mut subject = mission.parameter_subject();
+    if given.is_some() {
+        // The file says what the tilt comes from.
+        subject.tilt_from = None;
+    }
     let export = export_for_mixing(&subject, mission.px4_purpose(), mixing).bad_input()?;
     let envelope = DropEnvelope {
         hover_thrust: export.parameters.get("MPC_THR_HOVER").map(|v| v.as_f64()),

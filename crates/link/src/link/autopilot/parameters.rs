@@ -305,6 +305,8 @@ mod tests {
             gains: &Gains::longitudinal([8.0, 2.0, 4.0, 3.0, 1.0, 1.5, 0.2]),
             limits: &ControlLimits::default(),
             speed_m_s: 9.0,
+            tilt_from: None,
+            pack: None,
         };
         let mut server = ParameterServer::new(Parameters::of(&subject, 1).unwrap(), false);
         for link in [Link::GroundStation, Link::Api] {

@@ -89,6 +89,8 @@ pub(super) fn autopilot() -> AutopilotSession {
         gains: &gains,
         limits: &limits,
         speed_m_s: 9.0,
+        tilt_from: None,
+        pack: None,
     };
     AutopilotSession::new(AutopilotSetup {
         system_id: 1,

@@ -14,8 +14,15 @@ const SCRIPT: Peer = Peer { link: Link::Api, id: PeerId(2), system: 245, compone
 fn server() -> FileServer {
     let vehicle = lander(true);
     let (gains, limits) = (Gains::near_hover(), ControlLimits::default());
-    let subject =
-        Subject { vehicle: &vehicle, environment: &site(), gains: &gains, limits: &limits, speed_m_s: 8.0 };
+    let subject = Subject {
+        vehicle: &vehicle,
+        environment: &site(),
+        gains: &gains,
+        limits: &limits,
+        speed_m_s: 8.0,
+        tilt_from: None,
+        pack: None,
+    };
     FileServer::new(&Parameters::of(&subject, 1).unwrap())
 }
 
