@@ -88,8 +88,8 @@ fn rule_of([a, b]: &[Longitudinal; 2], k: usize) -> [f64; 2] {
     [a[k].min(b[k]), a[k].max(b[k])]
 }
 
-/// The least and the greatest of each gain, between which PX4's are searched: the range that the mission names,
-/// or what lies around the rules for its vehicle, each gain with the others as in the rule.
+/// The least and the greatest of each gain, between which PX4's are searched: the range that the mission
+/// names, or what lies around the rules for its vehicle, each gain with the others as in the rule.
 pub fn gain_ends(mission: &Mission) -> [Longitudinal; 2] {
     let rules = rules(mission);
     let space = match mission.study.gain_range {

@@ -305,8 +305,8 @@ impl Rows {
         }
     }
 
-    /// What is said of the tilt, and where the motors are on a battery, whether its voltage counts. PX4 counts
-    /// it from a full cell on: it gets the cells.
+    /// What is said of the tilt, and where the motors are on a battery, whether its voltage counts. PX4
+    /// counts it from a full cell on: it gets the cells.
     fn battery_and_tilt(&mut self, subject: &Subject, purpose: Purpose) {
         if let Some(from) = subject.tilt_from {
             self.int(TILT_PARAMETER, (from == TiltFrom::Gravity).into());

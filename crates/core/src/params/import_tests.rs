@@ -205,8 +205,8 @@ fn tilt_and_battery_survive_a_file() {
     }
 }
 
-/// v1.15.0 is the first that has MPC_ACC_DECOUPLE (`PositionControl.cpp`:209); before it the tilt is set against
-/// gravity (v1.14.3:207, v1.12.0:179).
+/// v1.15.0 is the first that has MPC_ACC_DECOUPLE (`PositionControl.cpp`:209); before it the tilt is set
+/// against gravity (v1.14.3:207, v1.12.0:179).
 #[test]
 fn reference_a_tilt_from_thrust_is_refused_for_versions_that_have_none() {
     let (vehicle, gains, earth) = (lander(true), Gains::paper_pso(), at(STANDARD_GRAVITY_M_S2));

@@ -10,8 +10,8 @@ use crate::control::px4::{Law, Parameters};
 /// subject's gains and limits in PX4's terms.
 ///
 /// # Errors
-/// [`ParamsError`] when the gains cannot be put in PX4's terms, PX4's mixer finds no unit for the rotors or the
-/// law has no counterpart of what the subject asks for.
+/// [`ParamsError`] when the gains cannot be put in PX4's terms, PX4's mixer finds no unit for the rotors or
+/// the law has no counterpart of what the subject asks for.
 pub fn px4_model_parameters(
     subject: &Subject,
     purpose: Purpose,

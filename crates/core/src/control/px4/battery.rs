@@ -8,9 +8,10 @@
 //!                                    -1..1), v1.16.0: 241-256
 //! ```
 //!
-//! How the voltage of a cell comes from what is measured differs between versions ([`CellVoltage`]). PX4 takes
-//! its samples at 100 Hz, here they are those of the IMU: the filters' time constants are the same. Left out:
-//! v1.16's estimate of a resistance that is not given, in whose place stands what that begins with.
+//! How the voltage of a cell comes from what is measured differs between versions ([`CellVoltage`]). PX4
+//! takes its samples at 100 Hz, here they are those of the IMU: the time constants of the filters are the
+//! same. Left out: v1.16's estimate of a resistance that is not given, in whose place stands what that
+//! begins with.
 
 use super::Parameters;
 use super::law::{CellVoltage, Law};
@@ -117,8 +118,8 @@ mod tests {
     }
 
     /// By hand from `battery.cpp` of each version: 22.2 V and 60 A of six cells of 4.2 V. Given a resistance
-    /// of 4 mOhm a cell has 3.7 + 0.24 V without load; not given one, at a throttle of 0.5, v1.12 adds 0.5 times
-    /// 0.3 V; v1.14's default is 5 mOhm, and so is what v1.16 begins with.
+    /// of 4 mOhm a cell has 3.7 + 0.24 V without load; not given one, at a throttle of 0.5, v1.12 adds 0.5
+    /// times 0.3 V; v1.14's default is 5 mOhm, and so is what v1.16 begins with.
     #[test]
     fn reference_the_scale_is_that_of_each_versions_battery() {
         let measured = (22.2, Some(60.0));
@@ -164,7 +165,7 @@ mod tests {
             let mut battery = BatteryScale::default();
             assert_eq!(battery.step(&p, &law, 25.2, Some(1.0), DT_S), 1.0);
             let scale = (0..250).fold(0.0, |_, _| battery.step(&p, &law, 22.2, Some(1.0), DT_S));
-            let wanted = 4.2 / (4.2 - 0.5 * (1.0 - (-1f64).exp()));
+            let wanted = 4.2 / (4.2 - 0.5 * (1.0 - 1.0 / std::f64::consts::E));
             assert!((scale - wanted).abs() < 2e-4, "{}: {scale}, {wanted}", law.since);
         }
     }

@@ -26,9 +26,9 @@ const LOST_M_S: f64 = 60.0;
 const ESTIMATE_OFF: f64 = 1.0 / 3.0;
 
 /// Least time by which the commands of a PX4 that flies are late beyond its control period, on its clock [s]:
-/// 5.6 ms of the gyroscope's filter (IMU_GYRO_CUTOFF 40 Hz, two poles), 2.5 ms for a pulse at 400 Hz and up to 2
-/// ms of its length, and what the speed controllers' own filters and PX4's queues take. The model of the law has
-/// the gyroscope's filter besides, so that what is judged so is on the safe side.
+/// 5.6 ms of the gyroscope's filter (IMU_GYRO_CUTOFF 40 Hz, two poles), 2.5 ms for a pulse at 400 Hz and up
+/// to 2 ms of its length, and what the speed controllers' own filters and PX4's queues take. The model of
+/// the law has the gyroscope's filter besides, so that what is judged so is on the safe side.
 pub const LATENCY_S: f64 = 0.015;
 
 /// The latency [s], on the site's clock, by which drops for PX4's gains are judged: a vehicle's own, or
