@@ -306,7 +306,7 @@ fn searches() {
     );
     place.says(
         "tune_px4",
-        1,
+        0,
         "tune x500_drop --for px4 --particles 4 --iterations 1 --unseen 10 --out OUT/c",
     );
     place.wrote("tune_px4_params", "c/gains.params");
