@@ -180,7 +180,7 @@ fn braking_m(mission: &Mission, start_m_s: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::designing::{least_margins, own_design};
+    use crate::designing::{first_judge, own_design};
     use samara_core::control::Gains;
     use samara_mission::shipped::{MISSIONS, names_in};
 
@@ -207,7 +207,7 @@ mod tests {
                 assert!(found.loops.iter().all(|of| of.modulus.1.state == "target"));
                 continue;
             };
-            let (modulus, delay_s) = least_margins(&mission, plan, &own_design(&mission));
+            let (modulus, delay_s) = first_judge(&mission, 0).least_margins(plan, &own_design(&mission));
             let stable = found.loops.iter().all(|of| of.unstable.is_none());
             let least = found.loops.iter().map(|of| of.modulus.0).fold(1.0, f64::min);
             assert_eq!(if stable { least } else { -least }, modulus, "{name}");
