@@ -231,7 +231,7 @@ impl<'a> Judge<'a> {
         let unfinished = self.going[i] == 0.0 || self.measure.missed > 0 || self.next_node < n;
         let period_s = self.measure.setpoints.period_s();
         let (mean, since) = (self.means.get(i).filter(|_| self.going[i] > 0.0), self.steady_since[i]);
-        let at_once_s = (since >= 0.0).then(|| since * period_s);
+        let at_once_s = (since >= 0.0).then_some(since * period_s);
         let peaks = Peaks {
             pitch_rad: pitch,
             pitch_rate_rad_s: self.rate[i],

@@ -120,6 +120,7 @@ impl MeanVelocity {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math;
     use crate::sim::limits::SafetyLimits;
 
     fn flown(seconds: f64, over_s: f64, within_m_s: f64, v_down: impl Fn(f64) -> f64) -> MeanVelocity {
@@ -142,7 +143,7 @@ mod tests {
     /// t = ln(50 (1 - exp(-2))) = 3.767 on; a window begins every 0.05 s.
     #[test]
     fn closed_form_a_decay_is_steady_when_its_mean_is() {
-        let mean = flown(15.0, 2.0, 0.1, |t_s| 3.0 + 10.0 * (-t_s).exp());
+        let mean = flown(15.0, 2.0, 0.1, |t_s| 3.0 + 10.0 * math::exp(-t_s));
         let steady_s = mean.steady_after_s().unwrap();
         assert!((3.767..3.767 + 0.051).contains(&steady_s), "{steady_s}");
     }
@@ -151,7 +152,7 @@ mod tests {
     /// of the mean square of a/sqrt(2); it is never within a tenth of it at each instant.
     #[test]
     fn closed_form_a_swing_about_the_target_is_steady_with_its_rms() {
-        let mean = flown(12.0, 2.0, 0.03, |t_s| 3.0 + 0.3 * (std::f64::consts::TAU * t_s).sin());
+        let mean = flown(12.0, 2.0, 0.03, |t_s| 3.0 + 0.3 * math::sin_cos(std::f64::consts::TAU * t_s).0);
         assert_eq!(mean.steady_after_s(), Some(0.0));
         assert!((mean.rms_m_s().unwrap() - 0.3 / 2f64.sqrt()).abs() < 1e-3, "{:?}", mean.rms_m_s());
     }
