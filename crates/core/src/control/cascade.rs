@@ -109,8 +109,8 @@ impl Cascade {
             a_ff_ned: if finite(a_ff_ned.as_slice()) { a_ff_ned.into() } else { V3::zero(0.0) },
         };
         let yaw_rad = self.held.yaw_sp_rad;
-        let demand = self.loops.track(&self.settings, &m.motion(), &setpoint, yaw_rad, dt_s);
-        self.put_out(m, demand);
+        let demand = self.loops.track(&self.settings, (&m.motion(), on_bus(m)), &setpoint, yaw_rad, dt_s);
+        self.output = demand.into();
     }
 
     /// One step of attitude, rate and mixer. No collective stops all motors, as in PX4, and leaves the
@@ -121,8 +121,8 @@ impl Cascade {
         }
         if self.take_collective(m, collective) {
             let (q_sp, collective_n) = (self.held.q_sp, self.output.collective_n);
-            let demand = self.loops.turn(&self.settings, &m.motion(), q_sp, collective_n, dt_s);
-            self.put_out(m, demand);
+            let demand = self.loops.turn(&self.settings, (&m.motion(), on_bus(m)), q_sp, collective_n, dt_s);
+            self.output = demand.into();
         }
     }
 
@@ -138,15 +138,8 @@ impl Cascade {
             self.settings.limits;
         let rate_sp = self.held.rate_sp.zip_map(&Vector3::new(rate, rate, yaw), within).into();
         let collective_n = self.output.collective_n;
-        let demand = self.loops.spin(&self.settings, &m.motion(), rate_sp, collective_n, dt_s);
-        self.put_out(m, demand);
-    }
-
-    /// Puts out what the loops demand, at the measured voltage.
-    fn put_out(&mut self, m: &Measurement, demand: Demand<f64>) {
+        let demand = self.loops.spin(&self.settings, (&m.motion(), on_bus(m)), rate_sp, collective_n, dt_s);
         self.output = demand.into();
-        let bus_v = m.bus_v.filter(|v| v.is_finite());
-        self.output.throttle = self.settings.limits.at_voltage(self.output.throttle, bus_v);
     }
 
     /// Takes over the collective; false when there is nothing more to do in this step.
@@ -164,6 +157,11 @@ impl Cascade {
         self.output.collective_n = self.held.collective * self.settings.airframe.lift_max_n;
         true
     }
+}
+
+/// The bus voltage [V], where it is measured and a number.
+fn on_bus(m: &Measurement) -> Option<f64> {
+    m.bus_v.filter(|v| v.is_finite())
 }
 
 impl From<Demand<f64>> for ControlOutput {

@@ -88,6 +88,28 @@ fn closed_form_throttles_are_scaled_by_the_voltage() {
     }
 }
 
+/// On a bus whose full throttle does not make the climb that is asked for the moment is made all the same:
+/// the thrusts differ as on a stiff supply, while the collective gives way.
+#[test]
+fn closed_form_a_low_voltage_takes_from_the_collective_first() {
+    let limits = ControlLimits { nominal_v: Some(14.8), ..ControlLimits::default() };
+    let throttle = |bus_v: f64| {
+        let mut cascade = Cascade::new(airframe(&lander(true)), Gains::near_hover(), limits);
+        let mut m = Measurement { bus_v: Some(bus_v), ..at_rest(0.0, 0.0, 0.0) };
+        m.omega_body.y = -0.05;
+        track(&mut cascade, &m, [0.0, 0.0, -0.7], 0.0).throttle
+    };
+    let differ = |bus_v: f64| {
+        let turning: Vec<f64> = throttle(bus_v).into_iter().filter(|d| *d > 0.0).collect();
+        let ends = turning.iter().fold((1.0f64, 0.0f64), |(least, most), d| (least.min(*d), most.max(*d)));
+        let thrust = |d: f64| (d * bus_v / 14.8).powi(2);
+        (thrust(ends.1) - thrust(ends.0), ends.1)
+    };
+    let ((nominal, below_1), (low, full)) = (differ(14.8), differ(7.4));
+    assert!(below_1 < 1.0 && full == 1.0, "{below_1} {full}");
+    assert!(nominal > 0.0 && (low - nominal).abs() < 1e-12, "{low} {nominal}");
+}
+
 #[test]
 fn north_rolls_left_when_the_nose_points_east() {
     let east = std::f64::consts::FRAC_PI_2;

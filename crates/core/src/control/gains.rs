@@ -3,7 +3,6 @@
 use std::f64::consts::FRAC_PI_2;
 
 use super::ControlError;
-use crate::model::MAX_ROTORS;
 use crate::real::Real;
 use crate::units::RAD_PER_DEG;
 
@@ -164,18 +163,15 @@ impl Default for ControlLimits {
 }
 
 impl ControlLimits {
-    /// Throttles at a measured bus voltage [V]: scaled where they are made for another one. Less than half of
-    /// that is taken for a half: a broken measurement shall not drive the motors to their ends.
+    /// Thrust that a rotor's throttle makes at the nominal voltage where it makes a newton at a measured bus
+    /// voltage [V]: the throttle turns it by the share of the voltage, whose square the thrust goes by. Less
+    /// than half of the nominal voltage is taken for a half: a broken measurement shall not drive the motors
+    /// to their ends. Without a nominal voltage, or on a bus that is not measured, 1.
     #[inline(always)]
-    pub(super) fn at_voltage<S: Real>(&self, throttle: [S; MAX_ROTORS], bus_v: Option<S>) -> [S; MAX_ROTORS] {
-        let (Some(nominal_v), Some(bus_v)) = (self.nominal_v, bus_v) else { return throttle };
-        let (one, nominal) = (bus_v.of(1.0), bus_v.of(nominal_v));
-        let per_share = nominal / bus_v.at_least(bus_v.of(0.5 * nominal_v));
-        let mut scaled = throttle;
-        for throttle in &mut scaled {
-            *throttle = (*throttle * per_share).at_most(one);
-        }
-        scaled
+    pub(super) fn nominal_per_newton<S: Real>(&self, bus_v: Option<S>, kind: S) -> S {
+        let (Some(nominal_v), Some(bus_v)) = (self.nominal_v, bus_v) else { return kind.of(1.0) };
+        let per_share = kind.of(nominal_v) / bus_v.at_least(kind.of(0.5 * nominal_v));
+        per_share * per_share
     }
 
     /// Checks that every limit is positive and finite and the tilt below a quarter turn.

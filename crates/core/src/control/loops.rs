@@ -44,12 +44,13 @@ impl<S: Real> Loops<S> {
         Self { velocity: VelocityLoop::new(kind), rate: RateLoop::new(kind) }
     }
 
-    /// One step of all loops, of a body in this motion, to a velocity at a heading [rad].
+    /// One step of all loops, of a body in this motion on a bus of this voltage [V] where it is measured, to
+    /// a velocity at a heading [rad].
     #[inline(always)]
     pub fn track(
         &mut self,
         settings: &ControlSettings,
-        motion: &Motion<S>,
+        (motion, bus_v): (&Motion<S>, Option<S>),
         setpoint: &VelocitySetpoint<S>,
         yaw_rad: S,
         dt_s: f64,
@@ -59,7 +60,7 @@ impl<S: Real> Loops<S> {
         let (roll, pitch) = wanted.roll_pitch(yaw_rad);
         let collective_n = wanted.collective_m_s2 * airframe.mass_kg;
         let q_sp = quaternion_from_euler(roll, pitch, yaw_rad);
-        let demand = self.turn(settings, motion, q_sp, collective_n, dt_s);
+        let demand = self.turn(settings, (motion, bus_v), q_sp, collective_n, dt_s);
         Demand { acceleration_sp_ned: wanted.acceleration_sp_ned, ..demand }
     }
 
@@ -68,32 +69,36 @@ impl<S: Real> Loops<S> {
     pub fn turn(
         &mut self,
         settings: &ControlSettings,
-        motion: &Motion<S>,
+        (motion, bus_v): (&Motion<S>, Option<S>),
         q_sp: Quaternion<S>,
         collective_n: S,
         dt_s: f64,
     ) -> Demand<S> {
         let rate_sp = rate_setpoint(&settings.gains, &settings.limits, motion.q_ned_from_body, q_sp);
-        Demand { q_sp, ..self.spin(settings, motion, rate_sp, collective_n, dt_s) }
+        Demand { q_sp, ..self.spin(settings, (motion, bus_v), rate_sp, collective_n, dt_s) }
     }
 
-    /// One step of rate loop and mixer, to body rates [rad/s] under a collective [N].
+    /// One step of rate loop and mixer, to body rates [rad/s] under a collective [N]. What the bus makes of a
+    /// throttle is mixed, so that where the voltage is low it is the collective that gives way, not a moment.
     #[inline(always)]
     pub fn spin(
         &mut self,
         settings: &ControlSettings,
-        motion: &Motion<S>,
+        (motion, bus_v): (&Motion<S>, Option<S>),
         rate_sp_body: V3<S>,
         collective_n: S,
         dt_s: f64,
     ) -> Demand<S> {
         let ControlSettings { airframe, gains, limits } = settings;
         let angular = self.rate.step(gains, limits, motion.omega_body, rate_sp_body, dt_s);
-        let thrust_n = airframe.mixer.thrusts_of(collective_n, angular.times(&airframe.inertia_kg_m2));
+        let per_newton = limits.nominal_per_newton(bus_v, collective_n);
+        let moment = angular.times(&airframe.inertia_kg_m2) * per_newton;
+        let mut thrust_n = airframe.mixer.thrusts_of(collective_n * per_newton, moment);
         let limit = collective_n.of(airframe.mixer.thrust_limit_n());
         let mut throttle = [limit; MAX_ROTORS];
-        for (throttle, thrust_n) in throttle.iter_mut().zip(thrust_n) {
-            *throttle = (thrust_n / limit).sqrt();
+        for (throttle, thrust_n) in throttle.iter_mut().zip(&mut thrust_n) {
+            *throttle = (*thrust_n / limit).sqrt();
+            *thrust_n = *thrust_n / per_newton;
         }
         let acceleration_sp_ned = V3::zero(limit);
         let q_sp = motion.q_ned_from_body;
@@ -154,11 +159,10 @@ impl<S: Real> Cascades<S> {
             flies = flies & number.abs().less(beyond);
         }
         let mut loops = self.loops;
-        let demand = loops.track(&self.settings, motion, setpoint, yaw_rad, dt_s);
+        let demand = loops.track(&self.settings, (motion, bus_v), setpoint, yaw_rad, dt_s);
         self.loops.velocity.take(flies, &loops.velocity);
         self.loops.rate.take(flies, &loops.rate);
-        let commanded = self.settings.limits.at_voltage(demand.throttle, bus_v);
-        for (throttle, now) in self.throttle.iter_mut().zip(commanded) {
+        for (throttle, now) in self.throttle.iter_mut().zip(demand.throttle) {
             let held = S::select(asked, *throttle, zero);
             *throttle = S::select(flies, now, held);
         }
