@@ -36,9 +36,10 @@ impl Hang {
         vehicle: &Vehicle,
         environment: &Environment,
     ) -> Option<(Self, f64)> {
+        let (_, suspension) = parachute.hook.zip(parachute.suspension)?;
         let linear = parachute.linearised(vehicle, environment);
         let before_s = linear.built_up_before_s(environment.gravity_m_s2)?;
-        let begun = CanopyFlight::begin(parachute.suspension?, &parachute, vehicle, environment, before_s)?;
+        let begun = CanopyFlight::begin(suspension, &parachute, vehicle, environment, before_s)?;
         let omega_rad_s = linear.pendulum.omega_rad_s;
         let (sin, rate) = (pitch(begun.0.q_ned_from_body), begun.0.omega_body.y);
         let cos = if omega_rad_s > 0.0 { rate / omega_rad_s } else { 0.0 };
