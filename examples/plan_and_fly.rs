@@ -30,7 +30,7 @@ pub fn plan_and_fly(path: &str) -> Result<Verdict, Box<dyn std::error::Error>> {
     let reference = Reference::Plan {
         trajectory: &plan.trajectory,
         then_v_ned: Some(mission.target_v_ned),
-        feed_forward: false,
+        feed_forward: mission.control.feed_forward,
     };
     let mut sim = mission.simulation();
     sim.schedule_release(mission.release.hang_s);

@@ -10,7 +10,7 @@ use samara::assess::envelope::EnvelopeAxis;
 use samara::report::card::command::CHOICES;
 use serde_json::Value;
 
-const X500: &str = "mission/x500_drop.json";
+const X500: &str = "tests/calm_x500.json";
 
 fn samara(args: &[&str], out: &Path) -> Output {
     Command::new(env!("CARGO_BIN_EXE_samara")).args(args).arg("--out").arg(out).output().unwrap()
@@ -188,7 +188,7 @@ fn a_card_goes_by_evidence_that_is_whole_and_of_these_inputs() {
     fs::write(&name, text).unwrap();
     let (_, other) = card("mission/titan_drop.json", &out, &[]);
     let refused = refusals(&other, "drop");
-    assert!(refused[0].contains("of the mission x500_drop, not of titan_drop"), "{refused:?}");
+    assert!(refused[0].contains("of the mission x500_calm, not of titan_drop"), "{refused:?}");
     let edited = fs::read_to_string(&mission).unwrap().replace("\"about\": \"", "\"about\": \"Edited. ");
     fs::write(&mission, edited).unwrap();
     let refused = refusals(&card(&mission, &out, &[]).1, "drop");

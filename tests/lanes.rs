@@ -33,7 +33,7 @@ use crate::lockstep::bench;
 /// Missions whose vehicles and batteries differ in what their rates are made of: rotors by table and by
 /// blades, motors of both kinds, coaxial pairs, a body with a side force, batteries.
 const MISSIONS: [&str; 6] =
-    ["titan_drop", "titan_real_air", "x500_drop", "x500_real_air", "octo_drop", "balloon_drop"];
+    ["titan_paper", "titan_drop", "x500_ground", "x500_drop", "octo_drop", "dragonfly_drop"];
 
 /// A vehicle's state with commands, air and battery: attitude, velocity, body rates, rotor speeds, throttles,
 /// gravity, density, wind, voltage without load, deviations of thrusts, factors on what is known.
@@ -196,12 +196,11 @@ fn prop_dual_numbers_are_the_slopes_of_the_same_source() {
 
 /// Missions whose drops are flown without a wire, and how far their motions are alike: by a prescribed canopy
 /// and a body of its own, on the ground, with a battery, in wind, under rotors that are started.
-const DROPS: [&str; 10] = [
+const DROPS: [&str; 9] = [
+    "titan_paper",
     "titan_drop",
-    "titan_real_air",
     "titan_no_wire",
     "x500_drop",
-    "x500_real_air",
     "x500_ground",
     "octo_drop",
     "hexa_drop",
@@ -283,7 +282,7 @@ fn prop_drops_side_by_side_are_those_of_each_alone() {
 /// So are those whose commands come late, whose cascade tilts from gravity and knows the voltage.
 #[test]
 fn prop_drops_with_latency_and_a_known_voltage_are_those_of_each_alone() {
-    let mut mission = Mission::shipped("x500_real_air").unwrap();
+    let mut mission = Mission::shipped("x500_drop").unwrap();
     mission.vehicle = Arc::new(Vehicle { latency_s: 0.007, ..(*mission.vehicle).clone() });
     let limits = &mut mission.control.limits;
     (limits.tilt_from, limits.nominal_v) = (TiltFrom::Gravity, Some(14.8));
@@ -293,7 +292,7 @@ fn prop_drops_with_latency_and_a_known_voltage_are_those_of_each_alone() {
 /// So are those of vehicles that each are off by factors of their own, with latencies of their own.
 #[test]
 fn prop_varied_drops_are_those_of_each_alone() {
-    for name in ["x500_real_air", "titan_real_air"] {
+    for name in ["x500_drop", "titan_drop"] {
         let mission = Mission::shipped(name).unwrap();
         let varied = |trial: u64, simulation: DropSimulation| {
             let factors = Factors::from_array(std::array::from_fn(|k| {
@@ -310,7 +309,7 @@ fn prop_varied_drops_are_those_of_each_alone() {
 /// their own.
 #[test]
 fn prop_drops_that_come_loose_one_by_one_are_those_of_each_alone() {
-    let mut mission = Mission::shipped("x500_real_air").unwrap();
+    let mut mission = Mission::shipped("x500_drop").unwrap();
     mission.site.ground = Some(Ground { down_m: -4.0 });
     are_those_of_each_alone(&mission, 2.0);
 }
@@ -319,7 +318,7 @@ fn prop_drops_that_come_loose_one_by_one_are_those_of_each_alone() {
 /// from a hook.
 #[test]
 fn prop_drops_from_a_hook_are_those_of_each_alone() {
-    let mut mission = Mission::shipped("x500_real_air").unwrap();
+    let mut mission = Mission::shipped("x500_drop").unwrap();
     mission.release.parachute = mission.release.parachute.on_hook(Hook { lets_go_before_s: 7.0 });
     are_those_of_each_alone(&mission, 1.0);
 }
@@ -328,7 +327,7 @@ fn prop_drops_from_a_hook_are_those_of_each_alone() {
 /// is the same for those that are flown side by side.
 #[test]
 fn prop_outcomes_side_by_side_are_those_of_each_alone() {
-    for name in ["titan_real_air", "x500_real_air", "balloon_drop"] {
+    for name in ["titan_drop", "x500_drop", "balloon_drop"] {
         let mission = Mission::shipped(name).unwrap();
         let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
         for on in EffectsOn::campaigns(&mission.effects()) {

@@ -153,7 +153,7 @@ fn prop_threads_do_not_matter() {
 #[test]
 fn the_landers_loss_is_measured() {
     let folder = tempfile::tempdir().unwrap();
-    let words = ["plan", "titan_drop", "--grid=2x1x3x9", "--grid-check", "20", "--json"];
+    let words = ["plan", "titan_paper", "--grid=2x1x3x9", "--grid-check", "20", "--json"];
     let output = samara(&words, folder.path());
     let found: Value = serde_json::from_slice(&output.stdout).unwrap();
     let loss = &found["loss"];

@@ -285,7 +285,7 @@ fn battery_and_tilt_are_those_of_the_mission() {
     let folder = tempfile::tempdir().unwrap();
     let with_battery = |tilt_from: &str, scales: bool| {
         elsewhere(folder.path(), |mission| {
-            let airy = fs::read_to_string("mission/x500_real_air.json").unwrap();
+            let airy = fs::read_to_string("mission/x500_drop.json").unwrap();
             mission["battery"] = serde_json::from_str::<serde_json::Value>(&airy).unwrap()["battery"].take();
             mission["control"]["battery_scaling"] = scales.into();
             mission["control"]["tilt_from"] = tilt_from.into();

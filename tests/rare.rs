@@ -86,7 +86,7 @@ fn coordinates_of(mission: &Mission, space: &TrialSpace, release: &RandomRelease
 /// ring, swing; its flight in space, too.
 #[test]
 fn reference_coordinates_of_plain_trials_fly_them() {
-    let (mission, mut study, entry) = planned("x500_real_air");
+    let (mission, mut study, entry) = planned("x500_drop");
     // On a battery nothing is flown in the plane.
     study.scenario.battery = None;
     let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases(), None);
@@ -105,13 +105,13 @@ fn reference_coordinates_of_plain_trials_fly_them() {
     assert!((speed - mapped[0].peak_speed_m_s).abs() < 1e-6, "{speed} {}", mapped[0].peak_speed_m_s);
 }
 
-/// The log of a failing trial is the flight of the campaign: J_state in it comes to the J_TPF that is
+/// The log of a trial that fails for its bound is the flight of the campaign: J_state in it comes to the J_TPF that is
 /// printed. The mission has turbulence across the plane and a vortex ring for each rotor, which no trial of
 /// its campaign meets where it has no battery and flies in the plane.
 #[test]
 fn regress_the_log_of_a_failing_trial_is_the_flight_that_failed() {
     let out = tempfile::tempdir().unwrap();
-    let text = fs::read_to_string("mission/x500_real_air.json").unwrap();
+    let text = fs::read_to_string("mission/x500_drop.json").unwrap();
     let mut mission: serde_json::Value = serde_json::from_str(&text).unwrap();
     mission.as_object_mut().unwrap().remove("battery");
     mission["estimated"] = serde_json::json!([]);
@@ -119,7 +119,7 @@ fn regress_the_log_of_a_failing_trial_is_the_flight_that_failed() {
     let file = out.path().join("stiff.json");
     fs::write(&file, text).unwrap();
     let file = file.display().to_string();
-    let output = samara(&[&file, "--only", "1156", "--json", "--no-html"], out.path());
+    let output = samara(&[&file, "--only", "1156", "--bound", "0.4", "--json", "--no-html"], out.path());
     assert_eq!(output.status.code(), Some(1), "{output:?}");
     let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     for flight in found["flights"].as_array().unwrap() {
@@ -136,7 +136,7 @@ fn regress_the_log_of_a_failing_trial_is_the_flight_that_failed() {
 /// that is flown again in the air that it was lost in.
 #[test]
 fn regress_a_lost_trial_flies_again_in_the_air_of_the_plane() {
-    let (mission, mut study, entry) = planned("x500_real_air");
+    let (mission, mut study, entry) = planned("x500_drop");
     let releases: Vec<RandomRelease> = (0..16).map(|k| mission.releases().draw(mission.seed, k)).collect();
     study.scenario.battery = None;
     study.scenario.wind.turbulence.as_mut().unwrap().sigma_m_s = [60.0; 3];
@@ -156,7 +156,7 @@ fn regress_a_lost_trial_flies_again_in_the_air_of_the_plane() {
 /// seen: it is 0.08 of the distribution of a normal variable.
 #[test]
 fn reference_j_tpf_of_normal_coordinates_is_distributed_as_in_plain_trials() {
-    let (mission, study, entry) = planned("x500_real_air");
+    let (mission, study, entry) = planned("x500_drop");
     let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases(), None);
     let n = 4096;
     let releases: Vec<RandomRelease> = (0..n).map(|k| mission.releases().draw(5, k)).collect();
@@ -226,7 +226,7 @@ fn reference_flights_the_interval_covers_in_ninety_of_a_hundred_seeds() {
 /// Unknowns are those of robust tuning: at the coordinates of their draws they are drawn again.
 #[test]
 fn reference_unknowns_are_those_of_robust_tuning() {
-    let (mission, study, entry) = planned("x500_drop");
+    let (mission, study, entry) = planned("titan_paper");
     let (g, speed) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let most = unknowns::ranges(g, speed);
     let space = TrialSpace::new(study, entry, mission.releases(), Some(most));
@@ -279,7 +279,7 @@ fn reference_unknowns_are_those_of_robust_tuning() {
 /// quantity by itself changes the flight of the batch engine.
 #[test]
 fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
-    let (mission, study, entry) = planned("x500_drop");
+    let (mission, study, entry) = planned("titan_paper");
     let (g, speed) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let (vehicle, site) = (study.scenario.vehicle.clone(), study.scenario.environment.clone());
     let space = TrialSpace::new(study, entry, mission.releases(), Some(unknowns::ranges(g, speed)));
@@ -334,7 +334,7 @@ fn samara(args: &[&str], out: &Path) -> Output {
         .unwrap()
 }
 
-const X500: &str = "mission/x500_drop.json";
+const X500: &str = "tests/calm_x500.json";
 
 fn json(path: &Path) -> serde_json::Value {
     serde_json::from_str(&fs::read_to_string(path).unwrap()).unwrap()
@@ -372,7 +372,7 @@ fn a_search_is_reproducible_and_its_failure_flies_again() {
         assert!(output.status.code() == Some(2) && said.contains(words), "{said}");
     };
     let of = failure.to_str().unwrap();
-    refused(&[of, "--seed", "9"], "input_hash: a failure of x500_drop");
+    refused(&[of, "--seed", "9"], "input_hash: a failure of x500_calm");
     refused(&[of, "--bound", "2"], "--bound 2: that of the search, 0.4999, is expected");
     refused(&[of, "--autopilot", "reference"], "a failure of --rare flies without --autopilot");
     refused(&["nowhere.json"], "cannot read failure of --rare");

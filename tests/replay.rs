@@ -57,7 +57,7 @@ fn again(mission: &Mission, hil: &[u8], companion: &[u8]) -> Result<Replayed, Re
 fn prop_a_drop_is_flown_again_to_the_last_bit() {
     let drawn = mission("x500_drop");
     let drawn = drawn.with_drop(&drawn.draw_drop(27));
-    for mission in [mission("x500_drop"), mission("x500_real_air"), mission("titan_drop"), drawn] {
+    for mission in [mission("x500_drop"), mission("titan_drop"), mission("titan_paper"), drawn] {
         let flight = fly(mission);
         let replayed = again(&flight.mission, &flight.hil, &flight.companion).unwrap();
         let last = flight.truth.last().unwrap();

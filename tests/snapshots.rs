@@ -234,8 +234,8 @@ fn drops() {
     place.says("drop_json_printed", 0, "drop x500_drop --json --out OUT/b --no-html");
     place.says("drop_cases", 0, "drop x500_drop --cases --out OUT/c --no-html");
     place.says("drop_replan", 0, "drop x500_drop --replan 10 --out OUT/d --no-html");
-    place.says("drop_real_air", 1, "drop titan_real_air --out OUT/e --no-html");
-    place.wrote("drop_real_air_json", "e/drop.json");
+    place.says("drop_titan_air", 0, "drop titan_drop --out OUT/e --no-html");
+    place.wrote("drop_titan_air_json", "e/drop.json");
 }
 
 /// Drops from too low and never steady; keys and values that are none; campaigns of a limit that is passed.
@@ -249,9 +249,9 @@ fn objections() {
         let text = text.replace("\"../params", &format!("\"{}/params", root.display())).replacen(from, to, 1);
         fs::write(place.0.path().join(name), text).unwrap();
     };
-    mission("low.json", "\"altitude_m\": 608", "\"altitude_m\": 608, \"ground_altitude_m\": 590");
+    mission("low.json", "\"ground_altitude_m\": 488", "\"ground_altitude_m\": 590");
     place.says("drop_too_low", 1, "drop OUT/low.json --out OUT/a --no-html");
-    mission("close.json", "\"steady_within_m_s\": 0.15", "\"steady_within_m_s\": 1e-4");
+    mission("close.json", "\"steady_within_m_s\": 0.3", "\"steady_within_m_s\": 1e-4");
     place.says("drop_never_steady", 1, "drop OUT/close.json --out OUT/b");
     place.wrote("drop_never_steady_page", "b/drop.html");
     place.says("assess_never_steady", 1, "assess OUT/close.json --trials 100 --out OUT/c");
@@ -269,7 +269,7 @@ fn plans() {
     place.wrote("plan_json", "a/plan.json");
     place.says("plan_few_nodes", 1, "plan titan_drop --nodes 10 --out OUT/b");
     place.says("plan_grid", 0, "plan x500_drop --grid=2x2x3x3 --grid-check 20 --out OUT/c");
-    place.says("check", 1, "check x500_drop");
+    place.says("check", 0, "check x500_drop");
 }
 
 #[test]
@@ -291,7 +291,7 @@ fn studies_of_causes() {
     let place = Place::new();
     place.says("assess_sobol", 0, "assess x500_drop --sobol=64 --out OUT/a");
     place.says("assess_rare", 1, "assess x500_drop --rare 1e-2 --bound 0.5 --per-level 800 --out OUT/b");
-    place.says("assess_effects", 0, "assess x500_real_air --effects --trials 4 --out OUT/c");
+    place.says("assess_effects", 0, "assess x500_drop --effects --trials 4 --out OUT/c");
     place.says("assess_replan", 0, "assess x500_drop --replan=release --trials 4 --out OUT/d");
     place.says("assess_free_fall", 0, "assess x500_no_wire --free-fall=1 --trials 20 --out OUT/e");
 }
@@ -301,12 +301,12 @@ fn searches() {
     let place = Place::new();
     place.says(
         "tune",
-        0,
+        1,
         "tune titan_drop --seed 4 --method cma-es --start safety --iterations 2 --unseen 20 --out OUT/a",
     );
     place.says(
         "tune_px4",
-        0,
+        1,
         "tune x500_drop --for px4 --particles 4 --iterations 1 --unseen 10 --out OUT/c",
     );
     place.wrote("tune_px4_params", "c/gains.params");

@@ -1,5 +1,5 @@
 //! Searches gains for plans that are renewed: `cargo run --release --example replan_gains -- titan_drop 1 400
-//! titan_replan`, with the mission, the cadence, the number of candidates and the gains to begin at.
+//! titan`, with the mission, the cadence, the number of candidates and the gains to begin at.
 //!
 //! A candidate flies 12 drops of the mission with the plan renewed at the rate, and four along one plan, by
 //! which it flies on where nothing is renewed. Its cost is half of the mean of J_TPF and half of that of the
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut next = |usual: &str| arguments.next().unwrap_or_else(|| usual.to_owned());
     let (name, cadence, candidates) = (next("titan_drop"), next("1").parse()?, next("400").parse::<usize>()?);
     let mut mission = Mission::shipped(&name)?;
-    mission.use_gains(&next("titan_replan"))?;
+    mission.use_gains(&next("titan"))?;
     let mission = Arc::new(mission);
     let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(()))?;
     search(&mission, &plan, cadence, candidates)

@@ -205,7 +205,7 @@ def test_another_run_is_laid_beside(opened, other):
 
 def test_a_canopy_and_the_wind_are_where_they_were(opened, tmp_path):
     """A canopy that is a body of its own hangs a length of its lines above where they end; its riser is there while it pulls."""
-    lines = (dropped(tmp_path, mission="titan_real_air") / "flight.csv").read_text().splitlines()
+    lines = (dropped(tmp_path, mission="titan_drop") / "flight.csv").read_text().splitlines()
     rows = list(csv.DictReader(line for line in lines if not line.startswith("#")))
     page = opened(tmp_path / "drop.html")
     pulled, labels = set(), 0

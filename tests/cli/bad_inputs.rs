@@ -72,7 +72,7 @@ const EDITS: &[Edit] = &[
     ),
     (VEHICLE, "\"spin_from_above\"", "\"spin\"", 0, "rotors[0].spin: ", &["did you mean `spin_from_above`?"]),
     (VEHICLE, "\"tau_up_s\"", "\"tau_up\"", 0, "motor.first_order.tau_up: ", &["did you mean `tau_up_s`?"]),
-    (HEXA, "\"quadratic\"", "\"quadratc\"", -1, "rotor: ", &["did you mean `quadratic`?"]),
+    (HEXA, "\"blade_element\"", "\"blade_elemnt\"", -1, "rotor: ", &["did you mean `blade_element`?"]),
     (VEHICLE, "\"c_drag\"", "\"cdrag\"", 0, "body_aero.cdrag: ", &["did you mean `c_drag`?"]),
     (GAINS, "\"k_pr_per_s\"", "\"k_pr\"", 0, "k_pr: ", &["did you mean `k_pr_per_s`?"]),
     (GAINS, "\"k_iq_per_s2\"", "\"k_iq_per_s\"", 0, "k_iq_per_s: ", &["did you mean `k_iq_per_s2`?"]),
@@ -532,7 +532,7 @@ const EDITS: &[Edit] = &[
     (MISSION, "\"duration_s\": 30", "\"duration_s\": 1e6", 0, "duration_s: ", &["at most 900 s"]),
     (
         MISSION,
-        "\"tilt_limit_deg\": 37.5",
+        "\"tilt_limit_deg\": 20",
         "\"tilt_limit_deg\": 90",
         0,
         "control.tilt_limit_deg: ",
@@ -883,8 +883,8 @@ const EDITS: &[Edit] = &[
     // Two models where one belongs; JSON that is none.
     (
         HEXA,
-        "\"rotor\": {\n    \"quadratic\": {",
-        "\"rotor\": {\n    \"table\": { \"file\": \"a\", \"density_kg_m3\": 1 },\n    \"quadratic\": {",
+        "\"rotor\": {\n    \"blade_element\": {",
+        "\"rotor\": {\n    \"table\": { \"file\": \"a\", \"density_kg_m3\": 1 },\n    \"blade_element\": {",
         0,
         "rotor: ",
         &["expected a single one of the alternatives"],
@@ -1093,7 +1093,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("assess --envelope --rays 6", &["a multiple of 4 from 4 to 64"]),
     ("assess --envelope --trials 5", &["cannot be used with"]),
     ("assess --rays 8", &["--envelope"]),
-    ("assess titan_drop --free-fall", &["--free-fall: parachute.canopy and parachute.riser are expected"]),
+    ("assess titan_paper --free-fall", &["--free-fall: parachute.canopy and parachute.riser are expected"]),
     ("assess x500_ground --free-fall", &["--free-fall: this mission begins on the ground"]),
     ("assess titan_no_wire --free-fall=0", &["1"]),
     ("assess titan_no_wire --free-fall --bound 2", &["cannot be used with"]),

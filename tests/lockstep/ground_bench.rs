@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use samara::autopilot::estimator::EstimatorSettings;
 use samara::autopilot::parameters::Parameters;
 use samara::config::{Mission, load_mission};
-use samara::control::{Airframe, ControlSettings, Gains};
+use samara::control::{Airframe, ControlLimits, ControlSettings, Gains};
 use samara::link::{
     AutopilotSession, AutopilotSetup, Decoder, Encoder, HilConfig, HilSession, Link, Session as _, Timed,
 };
@@ -19,7 +19,7 @@ use samara::sim::{Battery, DropEvent, DropRunConfig, DropSimulation, ElectricBat
 use crate::command_long::command_long;
 
 static MISSION: LazyLock<Mission> = LazyLock::new(|| {
-    load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("mission/x500_drop.json")).unwrap()
+    load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/calm_x500.json")).unwrap()
 });
 
 /// Gains for a vehicle of 2 kg that turns quickly.
@@ -74,7 +74,7 @@ fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<Esti
         vehicle: &m.vehicle,
         environment: &m.site.environment,
         gains: &GAINS,
-        limits: &m.control.limits,
+        limits: &ControlLimits::default(),
         speed_m_s: 12.0,
         tilt_from: None,
         pack: None,
@@ -82,7 +82,7 @@ fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<Esti
     let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
     let autopilot = AutopilotSession::new(AutopilotSetup {
         system_id: 1,
-        control: ControlSettings { airframe, gains: GAINS, limits: m.control.limits },
+        control: ControlSettings { airframe, gains: GAINS, limits: ControlLimits::default() },
         controller: None,
         environment: m.site.environment.clone(),
         estimator,

@@ -57,17 +57,14 @@ fn closed_form_the_peak_of_a_fall_between_two_nodes() {
     assert!(!found.is_told_by_nodes(1.0), "J_TPF differs by .075");
 }
 
-/// Ten nodes, integrated by another program: at the nodes below the optimum of fine grids (0.5304), between
-/// them above it.
+/// Ten nodes, integrated by another program: between the nodes the plan is above what it is at them.
 #[test]
 fn reference_a_coarse_plan_passes_its_peak_between_nodes() {
-    for (name, at_nodes, along) in [("titan_drop", 0.5215, 0.5375), ("titan_paper", 0.5617, 0.5656)] {
-        let (mission, plan) = planned(name, 10);
-        let found = mission.integrated(&plan);
-        assert!((found.j_tpf_at_nodes - at_nodes).abs() < 6e-5, "{name}: {found:?}");
-        assert!((found.j_tpf - along).abs() < 6e-5, "{name}: {found:?}");
-        assert!(!mission.is_told_by_nodes(&found));
-    }
+    let (mission, plan) = planned("titan_paper", 10);
+    let found = mission.integrated(&plan);
+    assert!((found.j_tpf_at_nodes - 0.5617).abs() < 6e-5, "{found:?}");
+    assert!((found.j_tpf - 0.5656).abs() < 6e-5, "{found:?}");
+    assert!(!mission.is_told_by_nodes(&found));
 }
 
 /// The number of nodes that would do is one whose plan does, and fewer do not.
@@ -114,11 +111,9 @@ fn shipped_missions_have_the_nodes_that_they_need() {
         "titan_no_wire",
         "titan_paper",
         "titan_px4",
-        "titan_real_air",
         "x500_drop",
         "x500_ground",
         "x500_no_wire",
-        "x500_real_air",
     ] {
         let nodes = Mission::shipped(name).unwrap().plan.nodes;
         let (mission, plan) = planned(name, nodes);

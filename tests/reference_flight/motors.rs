@@ -80,7 +80,7 @@ fn faster_first_order(vehicle: &mut Vehicle, up_s: f64, down_s: f64) {
 /// PX4's 10.8 ms, in one step.
 #[test]
 fn closed_form_the_shipped_vehicles_take_one_step() {
-    let (titan, x500) = (Cases::of("mission/titan_paper.json"), Cases::of("mission/x500_drop.json"));
+    let (titan, x500) = (Cases::of("mission/titan_paper.json"), Cases::of("tests/calm_x500.json"));
     let tau_s = 0.2 * 0.09 / (0.9 * 2.9);
     assert!((titan.study.scenario.vehicle.motor.fastest_rate_per_s() * tau_s - 1.0).abs() < 1e-12);
     assert!((titan.study.scenario.vehicle.longest_step_s() / (1.6 * tau_s) - 1.0).abs() < 1e-12);
@@ -92,7 +92,7 @@ fn closed_form_the_shipped_vehicles_take_one_step() {
 /// once: halving them halves what is left. At 10 ms a step the x500 with 2 and 4 ms was lost.
 #[test]
 fn prop_j_tpf_converges_as_motors_get_faster() {
-    let mut x500 = Cases::of("mission/x500_drop.json");
+    let mut x500 = Cases::of("tests/calm_x500.json");
     let mut at = |tau_s: f64| {
         x500.with(|v| faster_first_order(v, tau_s, 2.0 * tau_s));
         x500.fly()
@@ -134,7 +134,7 @@ fn prop_j_tpf_converges_as_rotors_get_lighter() {
 /// the plan's end. [`Cases::fly`] holds both paths against each other.
 #[test]
 fn prop_the_way_and_the_time_to_steady_flight_are_the_same_in_the_plane() {
-    for mission in ["mission/titan_drop.json", "mission/x500_drop.json"] {
+    for mission in ["mission/titan_paper.json", "tests/calm_x500.json"] {
         let mut cases = Cases::of(mission);
         cases.releases.truncate(4);
         let to_the_plans_end = cases.fly();

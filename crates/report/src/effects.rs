@@ -289,7 +289,7 @@ mod tests {
         assert_eq!(kept(EffectsOn::Without(Effect::RotorStart)), [Effect::Gusts, Effect::RotorInflow]);
         assert_eq!(EffectsOn::campaigns(&effects).len(), 8);
         assert_eq!(EffectsOn::campaigns(&effects[..1]), [EffectsOn::Plain, EffectsOn::All]);
-        let mission = Mission::shipped("titan_real_air").unwrap();
+        let mission = Mission::shipped("titan_drop").unwrap();
         let campaigns = EffectsOn::campaigns(&effects)
             .into_iter()
             .map(|on| EffectCampaign { on, drops: Vec::new() })
@@ -304,7 +304,7 @@ mod tests {
     /// A leg of the bridle hangs up under the canopy that it is of, and not where that is left out.
     #[test]
     fn a_riser_hangs_up_under_its_canopy_alone() {
-        let mut mission = Mission::shipped("titan_real_air").unwrap();
+        let mut mission = Mission::shipped("titan_drop").unwrap();
         let kind = FaultKind::RiserHungUp { attachment_body_m: nalgebra::Vector3::new(0.6, 0.0, -0.5) };
         mission.faults.list = vec![Fault { kind, at_s: -1.0, until_s: None }];
         assert_eq!(mission.with_effects(&mission.effects()).faults.list.len(), 1);
@@ -317,7 +317,7 @@ mod tests {
     /// A mission with all of its effects is itself, and without any of them it has none.
     #[test]
     fn prop_effects_can_be_left_out_and_kept() {
-        for name in ["titan_real_air", "x500_real_air"] {
+        for name in ["titan_drop", "x500_drop"] {
             let mission = Mission::shipped(name).unwrap();
             let effects = mission.effects();
             assert!(effects.len() >= 8, "{effects:?}");

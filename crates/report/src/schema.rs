@@ -106,7 +106,7 @@ mod tests {
     #[test]
     fn results_are_of_their_types() {
         is_of::<DropObject>("drop_json");
-        is_of::<DropObject>("drop_real_air_json");
+        is_of::<DropObject>("drop_titan_air_json");
         is_of::<PlanObject>("plan_json");
         is_of::<AssessObject>("assess_json");
         is_of::<CardObject>("card_json");

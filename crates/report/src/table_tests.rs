@@ -34,9 +34,9 @@ fn page_table<R>(columns: &Columns<R>) -> String {
 
 /// The tables of docs/files.md by their marks.
 fn tables() -> Vec<(&'static str, String)> {
-    let mut mission = Mission::shipped("titan_real_air").unwrap();
+    let mut mission = Mission::shipped("titan_drop").unwrap();
     mission.study.monte_carlo.tip_off_sigma.v_body.x = 0.1;
-    for name in ["x500_real_air", "balloon_drop"] {
+    for name in ["x500_drop", "balloon_drop"] {
         let other = Mission::shipped(name).unwrap();
         mission.electric = mission.electric.or(other.electric);
     }

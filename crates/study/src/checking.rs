@@ -182,6 +182,7 @@ mod tests {
     use super::*;
     use crate::designing::{first_judge, own_design};
     use samara_core::control::Gains;
+    use samara_mission::Effect;
     use samara_mission::shipped::{MISSIONS, names_in};
 
     fn shipped(name: &str, change: impl FnOnce(&mut Mission)) -> Checked {
@@ -257,6 +258,7 @@ mod tests {
     fn closed_form_room_above_the_ground() {
         let room = |down_m: f64, nodes: usize| {
             let found = shipped("x500_drop", |m| {
+                *m = m.with_effects(&[Effect::RotorInflow]);
                 m.site.ground = Some(samara_core::sim::Ground { down_m });
                 m.plan.nodes = nodes;
             });
@@ -269,19 +271,22 @@ mod tests {
         let by_hand = 0.25 * (5.0 + 8.933) + 8.933 * 0.0412 + braking;
         let long = room(10.0, NODES_MOST + 1);
         assert!((long.needed_m.unwrap() / by_hand - 1.0).abs() < 0.01, "{long:?}, by hand {by_hand}");
-        assert_eq!(shipped("x500_drop", |_| {}).room, None);
+        assert_eq!(shipped("titan_paper", |_| {}).room, None);
     }
 
-    /// The x500's gains were found in the paper's range, and lean on its end; a mission that names the range
-    /// has it for its own.
+    /// Gains that were found in the paper's range and lean on its end, an x500's of version 0.1; a mission that
+    /// names the range has it for its own.
     #[test]
     fn gains_that_lean_on_the_papers_range_are_named() {
         let names = |found: &Checked| {
             found.gains.at_papers_end.iter().map(|n| n.name.clone().into_owned()).collect::<Vec<_>>()
         };
-        let x500 = shipped("x500_drop", |_| {});
+        let lean = Gains::longitudinal([4.81, 1.8, 4.73, 4.97, 3.07, 1.31, 0.29]);
+        let x500 = shipped("x500_drop", |m| m.control.gains = lean);
         assert_eq!(names(&x500), ["k_pq_per_s", "k_pvz_per_s"]);
-        let own = shipped("x500_drop", |m| m.study.gain_range = Some((1e-4, 5.0)));
+        let own = shipped("x500_drop", |m| {
+            (m.control.gains, m.study.gain_range) = (lean, Some((1e-4, 5.0)));
+        });
         assert_eq!(own.gains, BesideTheRule::default());
         assert_eq!(shipped("octo_drop", |_| {}).gains, BesideTheRule::default());
     }

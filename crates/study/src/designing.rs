@@ -249,7 +249,7 @@ mod tests {
     /// as the campaign's drops of their numbers, to the bit: canopy, battery, ring and gusts too.
     #[test]
     fn prop_drops_of_a_search_are_those_of_a_campaign() {
-        let mission = Mission::shipped("x500_real_air").unwrap();
+        let mission = Mission::shipped("x500_drop").unwrap();
         let plan = mission.solve(&SolverOptions::default(), &mut |_| ControlFlow::Continue(())).unwrap();
         let drops = MissionDrops::of(&mission).unwrap();
         let own = own_design(&mission);

@@ -226,7 +226,7 @@ mod tests {
     use samara_core::sim::nominal_state_at_t0;
 
     fn titan() -> (Mission, Trajectory) {
-        let mission = Mission::shipped("titan_drop").unwrap();
+        let mission = Mission::shipped("titan_paper").unwrap();
         let observe = &mut |_: &_| std::ops::ControlFlow::Continue(());
         let options = SolverOptions::default();
         let plan = plan(&mission.plan_problem(), &Guess::StraightLine, &options, observe).unwrap();

@@ -11,7 +11,7 @@ use crate::cli::narrator::Narrator;
 use crate::cli::planning::{TimedPlan, plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
-use crate::cli::terminal::print;
+use crate::cli::terminal::{print, print_err};
 use samara::assess::{Limits, SafetyStudy};
 use samara::config::Mission;
 use samara::plan::{Plan, Status};
@@ -48,7 +48,7 @@ pub fn mission(args: &AssessArgs, narrator: &Narrator) -> Result<Mission, Failur
     mission.faults.check_from_t0().bad_input()?;
     narrator.say(&origin(&args.mission.mission, &mission));
     let remarks = mission.t0_remarks().into_iter().chain(mission.battery_remark().map(str::to_owned));
-    remarks.for_each(|remark| narrator.say(&format!("{remark}\n")));
+    remarks.for_each(|remark| print_err(&format!("samara: {remark}\n")));
     Ok(mission)
 }
 

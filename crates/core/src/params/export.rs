@@ -201,6 +201,8 @@ impl Export {
 pub(super) const SCALE_PARAMETER: &str = "MC_BAT_SCALE_EN";
 /// Whether the tilt is set against gravity (1) or the thrust wanted upwards (0).
 pub(super) const TILT_PARAMETER: &str = "MPC_ACC_DECOUPLE";
+/// Parameters that say how the cascade works, not how fast: read with the gains of a file.
+pub const OF_THE_CASCADE: [&str; 2] = [SCALE_PARAMETER, TILT_PARAMETER];
 /// Voltage of a full cell [V] by which cells are counted.
 const FULL_CELL_V: f64 = 4.2;
 /// Part of it by which a battery's cells may differ from it.

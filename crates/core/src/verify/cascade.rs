@@ -70,7 +70,8 @@ struct Flights {
 
 impl Flights {
     fn new(vehicle: &Vehicle, environment: &Environment, gains: Gains) -> Result<Self, VerifyError> {
-        let vehicle = Arc::new(Vehicle { aero: vehicle.aero.scaled([0.0; 3]), ..vehicle.clone() });
+        let vehicle = Vehicle { aero: vehicle.aero.scaled([0.0; 3]), latency_s: 0.0, ..vehicle.clone() };
+        let vehicle = Arc::new(vehicle);
         let environment = Environment { wind_ned_m_s: Vector3::zeros(), ..environment.clone() };
         let airframe = Airframe::new(&vehicle, &environment)?;
         let lift_max_n = airframe.up_max_m_s2() * vehicle.mass.mass_kg;

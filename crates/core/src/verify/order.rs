@@ -48,7 +48,7 @@ pub fn of_convergence(
 }
 
 /// The quadrotor with a formula for its rotors, of the same static thrust and torque: a table's knots are
-/// kinks, over which no method keeps its order.
+/// kinks, over which no method keeps its order, and a command that comes late is a step.
 fn with_smooth_rotors(problem: &PlanProblem<'_>) -> Arc<Vehicle> {
     let (vehicle, density_kg_m3) = (problem.vehicle, problem.environment.density_kg_m3);
     let omega_max = vehicle.motor.omega_max_rad_s();
@@ -58,7 +58,7 @@ fn with_smooth_rotors(problem: &PlanProblem<'_>) -> Arc<Vehicle> {
         torque_per_thrust_m: load.torque_nm / load.thrust_n,
         density_kg_m3,
     };
-    Arc::new(Vehicle { rotor, ..vehicle.clone() })
+    Arc::new(Vehicle { rotor, latency_s: 0.0, ..vehicle.clone() })
 }
 
 /// Velocity of the quadrotor under power after 0.1 s, everything switched on, motors speeding up, NED [m/s].

@@ -46,7 +46,7 @@ mod tests {
         };
         // 3 sqrt(6^2 + 2.5^2) = 3 * 6.5.
         assert!(near(mission.drawn_off(), [9.0, 19.5, 0.3, 0.0, 4.5, 0.0]), "{:?}", mission.drawn_off());
-        let real = Mission::shipped("x500_real_air").unwrap();
+        let real = Mission::shipped("x500_drop").unwrap();
         let sigma_m_s = real.site.wind.turbulence.as_ref().unwrap().sigma_m_s;
         assert_eq!(real.drawn_off()[5], sigma_m_s.into_iter().fold(0.0, f64::max));
     }

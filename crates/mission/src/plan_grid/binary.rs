@@ -336,7 +336,7 @@ mod tests {
         assert_eq!(bytes.len(), 104 + 8 * (7 + 4) + 4 * 6 * 4 * 19 + 4);
         assert_eq!((&bytes[..8], u32_at(&bytes, 12) as usize), (&b"SAMPGRID"[..], bytes.len()));
         assert_eq!([16, 20, 24, 28, 32, 36, 40, 44].map(|at| u32_at(&bytes, at)), [1, 2, 1, 3, 4, 19, 6, 0]);
-        assert_eq!([48, 56, 64].map(|at| f64_at(&bytes, at)), [4.0, 0.0, 4.0]);
+        assert_eq!([48, 56, 64].map(|at| f64_at(&bytes, at)), [5.0, 0.0, 2.5]);
         // Point 4, node 2, column 5: the acceleration down.
         let at = 104 + 8 * 11 + 4 * ((4 * 4 + 2) * 19 + 5);
         let found = f32::from_le_bytes(array_at(&bytes, at));

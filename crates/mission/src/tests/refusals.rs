@@ -145,7 +145,7 @@ fn a_hook_that_outlasts_the_hang_is_refused() {
 /// From a hook a canopy takes over before the release: by hand, 3 v/g of Titan's 3 m/s are 6.6 s.
 #[test]
 fn a_hook_that_leaves_no_time_to_a_canopy_is_refused() {
-    let file = "mission/titan_real_air.json";
+    let file = "mission/titan_drop.json";
     let hooked = |hook: &str| spoil(load_mission, file, file, "\"hang_s\": 10,", hook);
     assert!(hooked("\"hang_s\": 10, \"hook_s\": 3,").loaded.is_ok());
     hooked("\"hang_s\": 10, \"hook_s\": 5,").refused_at(

@@ -19,10 +19,10 @@ use crate::rare::{MostLikely, RareObject};
 use samara_core::assess::envelope::{AxisRange, EnvelopeAxis};
 use samara_core::assess::outcome::J_TPF;
 use samara_core::assess::{ChosenAmong, Outcome};
-use samara_mission::{Estimated, Mission};
+use samara_mission::{Effect, Estimated, Mission};
 
 fn mission(wind_sigma_m_s: f64) -> Mission {
-    let mut mission = Mission::shipped("x500_drop").unwrap();
+    let mut mission = Mission::shipped("x500_drop").unwrap().with_effects(&[Effect::RotorInflow]);
     mission.study.monte_carlo.wind_sigma_m_s = wind_sigma_m_s;
     mission.estimated = Estimated { vehicle: Some(Vec::new()), mission: Some(Vec::new()) };
     mission

@@ -4,6 +4,7 @@ use super::table::Role;
 use super::{Entry, Parameters, range_in_words};
 use crate::autopilot::Autopilot;
 use crate::control::ControlSettings;
+use crate::params::export::OF_THE_CASCADE;
 use crate::params::metadata::Kind;
 use crate::params::{ParameterFile, Value, adopt};
 use crate::units::US_PER_S;
@@ -99,6 +100,7 @@ impl Parameters {
         for (name, entry) in file.own() {
             match self.start_from(name, entry.value, autopilot) {
                 Ok(()) => {}
+                Err(Refusal::Unknown(name)) if OF_THE_CASCADE.contains(&name.as_str()) => {}
                 Err(Refusal::Unknown(name)) => unknown.push(name),
                 Err(Refusal::ReadOnly { .. }) if self.is_judged_elsewhere(name) => {}
                 Err(refusal) => remarks.push(format!("line {}: {refusal}", entry.line)),
