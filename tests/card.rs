@@ -284,7 +284,7 @@ fn evidence_with_choices_is_of_the_same_inputs() {
         .iter()
         .filter_map(|evidence| evidence["command"].as_str())
         .collect();
-    let expected = "samara drop mission/x500_drop.json --seed 5 --autopilot px4-model=v1.16 --feed-forward";
+    let expected = "samara drop tests/calm_x500.json --seed 5 --autopilot px4-model=v1.16 --feed-forward";
     assert!(commands.contains(&expected), "{commands:?}");
 }
 

@@ -105,9 +105,9 @@ fn reference_coordinates_of_plain_trials_fly_them() {
     assert!((speed - mapped[0].peak_speed_m_s).abs() < 1e-6, "{speed} {}", mapped[0].peak_speed_m_s);
 }
 
-/// The log of a trial that fails for its bound is the flight of the campaign: J_state in it comes to the J_TPF that is
-/// printed. The mission has turbulence across the plane and a vortex ring for each rotor, which no trial of
-/// its campaign meets where it has no battery and flies in the plane.
+/// The log of a trial that fails for its bound is the flight of the campaign: J_state in it comes to the
+/// J_TPF that is printed. The mission has turbulence across the plane and a vortex ring for each rotor, which
+/// no trial of its campaign meets where it has no battery and flies in the plane.
 #[test]
 fn regress_the_log_of_a_failing_trial_is_the_flight_that_failed() {
     let out = tempfile::tempdir().unwrap();

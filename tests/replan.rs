@@ -69,7 +69,7 @@ fn prop_a_plan_renewed_where_it_was_is_the_rest_of_it() {
 /// solved within its iterations all the same, and is the plan of a solve that knew none.
 #[test]
 fn reference_a_plan_from_far_off_is_that_of_a_cold_solve() {
-    let setup = setup("titan_drop", Cadence::Release);
+    let setup = setup("titan_paper", Cadence::Release);
     for (pitch_rad, rate_rad_s) in [(0.15, 0.33), (0.1, -0.25), (-0.1, 0.1), (0.0, -0.15)] {
         let seen = BodyState {
             p_ned: nalgebra::Vector3::zeros(),

@@ -261,13 +261,15 @@ fn the_table_of_contents_has_every_page() {
     }
 }
 
-/// Rows of tables cannot be wrapped; everything else can.
+/// Rows of tables and what a command says cannot be wrapped; everything else can.
 #[test]
 fn no_line_of_prose_is_wider_than_110_columns() {
     for (path, page) in pages() {
+        let mut made = false;
         for (i, line) in page.lines().enumerate() {
+            made = line.starts_with("<!-- results:") || made && line != "<!-- end -->";
             assert!(
-                line.starts_with('|') || line.chars().count() <= 110,
+                made || line.starts_with('|') || line.chars().count() <= 110,
                 "{}:{}: {} columns",
                 path.display(),
                 i + 1,

@@ -237,7 +237,12 @@ fn the_timeline_runs_forward() {
     let stamps: Vec<f64> =
         said.lines().filter_map(|line| line.split_once(" s  ")?.0.trim().parse().ok()).collect();
     assert!(stamps.len() >= 6 && stamps.is_sorted(), "{said}");
-    assert!(said.contains("\nsteady after 2.44 s, from 17.944 s to the end: within 0.3 m/s of [2 0 1] m/s in the mean"), "{said}");
+    assert!(
+        said.contains(
+            "\nsteady after 2.44 s, from 17.944 s to the end: within 0.3 m/s of [2 0 1] m/s in the mean"
+        ),
+        "{said}"
+    );
 }
 
 #[test]

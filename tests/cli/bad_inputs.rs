@@ -19,7 +19,7 @@ fn samara_in(folder: &Path, args: &[&str]) -> Output {
 type Edit = (&'static str, &'static str, &'static str, isize, &'static str, &'static [&'static str]);
 
 const MISSION: &str = "mission/x500_drop.json";
-const LANDERS: &str = "mission/titan_drop.json";
+const LANDERS: &str = "mission/titan_paper.json";
 const VEHICLE: &str = "params/vehicles/x500.json";
 const BALLOON: &str = "mission/balloon_drop.json";
 const HEXA: &str = "params/vehicles/hexa_4kg5.json";
@@ -710,7 +710,7 @@ const EDITS: &[Edit] = &[
         &["did you mean `thrust_rms_share`?"],
     ),
     (
-        BALLOON,
+        LANDERS,
         "\"seed\": 1,",
         "\"seed\": 1, \"vortex_ring\": { \"thrust_rms_share\": 0.2, \"frequency_hz\": 5 },",
         0,
@@ -917,7 +917,7 @@ const EDITS: &[Edit] = &[
     (GAINS, "\"k_pr_per_s\": 1.0", "\"k_pr_per_s\": 1,0", 0, "", &["double quotes"]),
     // The rotors' start.
     (
-        HEXA,
+        LANDER,
         "  \"motor\": {",
         "  \"rotor_start\": { \"before\": \"free\", \"friction_nm\": 0 },\n  \"motor\": {",
         0,
@@ -973,7 +973,7 @@ const EDITS: &[Edit] = &[
 /// The mission that is checked for a fault in a file.
 fn mission_of(file: &str) -> &'static str {
     match file {
-        LANDER | LANDERS | TABLE => "titan_drop",
+        LANDER | LANDERS | TABLE => "titan_paper",
         BALLOON | HEXA => "balloon_drop",
         _ => "x500_drop",
     }
@@ -983,6 +983,9 @@ fn mission_of(file: &str) -> &'static str {
 fn faults_in_files_are_told_with_file_line_and_path() {
     let folder = tempfile::tempdir().unwrap();
     assert_eq!(code(&samara_in(folder.path(), &["init", "."])), 0);
+    // A mission that has none of the sections that faults are put into.
+    let calm = fs::read_to_string("tests/calm_x500.json").unwrap().replace("x500_calm", "x500_drop");
+    fs::write(folder.path().join(MISSION), calm).unwrap();
     let mut faults = Vec::new();
     for (file, from, to, lines, path, words) in EDITS {
         let place = folder.path().join(file);

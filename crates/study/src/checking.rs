@@ -274,8 +274,8 @@ mod tests {
         assert_eq!(shipped("titan_paper", |_| {}).room, None);
     }
 
-    /// Gains that were found in the paper's range and lean on its end, an x500's of version 0.1; a mission that
-    /// names the range has it for its own.
+    /// Gains that were found in the paper's range and lean on its end, an x500's of version 0.1; a mission
+    /// that names the range has it for its own.
     #[test]
     fn gains_that_lean_on_the_papers_range_are_named() {
         let names = |found: &Checked| {

@@ -314,10 +314,9 @@ fn coaxial_pairs_are_found_and_their_lower_rotors_weakened() {
     assert!(message.contains("coaxial: expected a rotor on another one's axis, below it"), "{message}");
 }
 
-/// By hand: a rotor of the dragonfly makes 332 N at its greatest speed in Titan's air of 5.11 kg/m3, of which an
-/// upper one holds 324, and a lower one 180.6; all together 2020 over a weight of 1184 N.
-/// At one throttle for all, a share of the greatest speed, the thrusts go with its square: W = d^2 (4 + 4 f)
-/// T.
+/// By hand: a rotor of the dragonfly makes 332 N at its greatest speed in Titan's air of 5.11 kg/m3, of which
+/// an upper one holds 324, and a lower one 180.6; all together 2020 over a weight of 1184 N. At one throttle
+/// for all, a share of the greatest speed, the thrusts go with its square: W = d^2 (4 + 4 f) T.
 #[test]
 fn closed_form_coaxial_rotors_lift_together() {
     let mission = Mission::shipped("dragonfly_drop").unwrap();
