@@ -15,7 +15,7 @@ vehicle.arm()
 free_s = vehicle.release(at_s=10) + mission["parachute"]["delay_s"]
 vehicle.stream(vehicle.flies(plan, free_s))
 vehicle.until(free_s + plan.end_s)
-print("steady at", vehicle.wait_until_steady(plan.target_v_ned), "s")
+print("steady at", vehicle.wait_until_steady(plan.target_v_ned, mission["limits"]["steady_within_m_s"]), "s")
 print("J_TPF", vehicle.assert_limits(mission["limits"], since_s=free_s))
 vehicle.until_the_end()
 ```
@@ -40,6 +40,7 @@ PARACHUTE = mavlink.MAV_COMP_ID_PARACHUTE
 PX4_OFFBOARD = 6
 ATTITUDE_AND_THRUST = 0x07
 VELOCITY_ONLY = 0x0DC7
+VELOCITY_AND_ACCELERATION = 0x0C07
 SETPOINT_PERIOD_S = 0.02
 HEARTBEAT_PERIOD_S = 1.0
 # A wait that lasts longer than this in wall time has failed.
@@ -78,6 +79,19 @@ class Plan:
                     for i in range(3)
                 ]
         return self.target_v_ned
+
+    def acceleration_ned(self, t_s):
+        """Acceleration [m/s^2] at `t_s`, that of the velocity; none before the plan and after it."""
+        for (ta, *a), (tb, *b) in zip(self.nodes, self.nodes[1:]):
+            if ta <= t_s < tb:
+                h = tb - ta
+                s = (t_s - ta) / h
+                r = 1 - s
+                return [
+                    6 * s * r * (b[i] - a[i]) / h + a[i + 3] * r * (1 - 3 * s) + b[i + 3] * s * (3 * s - 2)
+                    for i in range(3)
+                ]
+        return [0, 0, 0]
 
 
 @dataclass
@@ -190,16 +204,18 @@ class Vehicle:
             round(now_s * 1e3), self.system, AUTOPILOT, ATTITUDE_AND_THRUST, [1, 0, 0, 0], 0, 0, 0, 0
         )
 
-    def velocity(self, now_s, v_ned):
-        """A setpoint of velocity [m/s]."""
-        frame = mavlink.MAV_FRAME_LOCAL_NED
+    def velocity(self, now_s, v_ned, a_ned=None):
+        """A setpoint of velocity [m/s], and of the acceleration [m/s^2] that goes with it."""
+        frame, mask = mavlink.MAV_FRAME_LOCAL_NED, VELOCITY_ONLY if a_ned is None else VELOCITY_AND_ACCELERATION
         self.link.mav.set_position_target_local_ned_send(
-            round(now_s * 1e3), self.system, AUTOPILOT, frame, VELOCITY_ONLY, 0, 0, 0, *v_ned, 0, 0, 0, 0, 0
+            round(now_s * 1e3), self.system, AUTOPILOT, frame, mask, 0, 0, 0, *v_ned, *(a_ned or (0, 0, 0)), 0, 0
         )
 
     def flies(self, plan, start_s):
         """The setpoints of a plan that begins at `start_s`."""
-        return lambda now_s: self.velocity(now_s, plan.velocity_ned(now_s - start_s))
+        return lambda now_s: self.velocity(
+            now_s, plan.velocity_ned(now_s - start_s), a_ned=plan.acceleration_ned(now_s - start_s)
+        )
 
     def command(self, component, command, *params):
         """Sends a command and demands that it is accepted."""

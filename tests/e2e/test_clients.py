@@ -90,7 +90,7 @@ def test_a_drop_through_a_router_that_answers_the_last_sender(samara, reference,
 def test_mavproxy_flies_a_drop(samara, mission, tmp_path):
     """Its `velocity` carries the type mask 4039, in the body's frame; north is ahead."""
     # It takes its time for parameters: the ground is far.
-    path = mission("titan_drop", lambda m: over_ground(m, 3000, 900))
+    path = mission("titan_paper", lambda m: over_ground(m, 3000, 900))
     sim = samara.sim("--speed", 4, "--json", path)
     samara.autopilot("--once", path).says("connected to simulator")
     mavproxy = start_mavproxy(samara, tmp_path)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from pyulog import ULog
 
-from programs import MISSION, SAMARA
+from programs import MISSION, REPOSITORY, SAMARA
 
 
 REVIEW = os.environ.get("SAMARA_FLIGHT_REVIEW")
@@ -92,7 +92,7 @@ def test_commands_and_conditions_tell_the_drop(log, reference):
 
 
 def test_on_the_estimator_the_truth_is_logged_beside_it(tmp_path):
-    mission = MISSION.parent / "x500_drop.json"
+    mission = REPOSITORY / "mission" / "x500_drop.json"
     subprocess.run([SAMARA, "drop", mission, "--estimator", "ekf", "--out", tmp_path], check=True, capture_output=True)
     log = ULog(str(tmp_path / "flight.ulg"))
     assert log.initial_parameters["EKF2_EN"] == 1 and log.initial_parameters["EKF2_GPS_DELAY"] == 110
@@ -133,7 +133,7 @@ def test_thrust_and_moments_are_those_of_the_rotors(log):
 @pytest.mark.skipif(not REVIEW, reason="SAMARA_FLIGHT_REVIEW does not name a checkout of PX4/flight_review")
 @pytest.mark.parametrize("estimator", [[], ["--estimator", "ekf"]])
 def test_flight_review_draws_the_log(tmp_path, estimator):
-    mission = MISSION.parent / "x500_drop.json"
+    mission = REPOSITORY / "mission" / "x500_drop.json"
     subprocess.run([SAMARA, "drop", mission, *estimator, "--out", tmp_path], check=True, capture_output=True)
     python = os.environ.get("SAMARA_FLIGHT_REVIEW_PYTHON", sys.executable)
     script = Path(__file__).parent / "flight_review.py"
