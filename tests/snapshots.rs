@@ -125,8 +125,16 @@ fn type_of(name: &str, path: &Path) -> Option<Again> {
 
 /// Whether a line says how long something took, and nothing else.
 fn is_of_the_clock(line: &str) -> bool {
-    let keys =
-        ["real_time_factor", "solve_ms", "wall_s", "_per_s\"", "times real time", " s left", "takes about"];
+    let keys = [
+        "real_time_factor",
+        "solve_ms",
+        "wall_s",
+        "_per_s\"",
+        "times real time",
+        " s left",
+        " min left",
+        "takes about",
+    ];
     keys.iter().any(|key| line.contains(key))
 }
 
