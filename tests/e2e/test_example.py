@@ -34,4 +34,4 @@ def test_the_example_flies(samara, capsys, monkeypatch, tmp_path, speed):
     assert sim.ends() == 0, "the script has streamed to the end"
     said = capsys.readouterr().out
     steady_s, j_tpf = (float(x) for x in re.fullmatch(r"steady at (\S+) s\nJ_TPF (\S+)\n", said).groups())
-    assert 34 < steady_s < 45 and 0.45 < j_tpf < 0.55
+    assert 40.4 < steady_s < 41.0 and 0.49 < j_tpf < 0.51
