@@ -109,7 +109,7 @@ fn closed_form_a_gust_by_distance_lasts_as_long_as_the_flight_through_it() {
     }
 }
 
-/// Turbulence acts along and across the mean wind: with given noise in one filter only, each moves the air in
+/// Turbulence acts along and across the mean wind at the site: with given noise in one filter only, each moves the air in
 /// its own direction.
 #[test]
 fn turbulence_is_in_the_axes_of_the_mean_wind() {
@@ -133,6 +133,37 @@ fn turbulence_is_in_the_axes_of_the_mean_wind() {
         let gust = sim.environment().wind_ned_m_s - mean;
         assert!(gust.norm() > 0.5 && (gust.normalize() - direction).norm() < 1e-12, "{k}: {gust}");
     }
+}
+
+/// Turbulence keeps its axes where the mean wind by altitude passes through zero and turns about: it changes by
+/// no more than its filter lets it, `sqrt(2 dt/T)` of its standard deviation for each unit of noise.
+#[test]
+fn turbulence_does_not_turn_about_where_the_mean_wind_does() {
+    let mut environment = weightless();
+    environment.anchor.altitude_m = 600.0;
+    let east = |e: f64| Vector3::new(0.0, e, 0.0);
+    // 0.1 m/s to the east at the site, none 1 m below it, to the west further down.
+    let profile = WindProfile::new(vec![(500.0, east(-9.9)), (700.0, east(10.1))]).unwrap();
+    environment.wind_ned_m_s = profile.at(600.0);
+    let turbulence = Turbulence {
+        sigma_m_s: [2.0; 3],
+        scale: TurbulenceScale::Fixed([1e6; 3]),
+        seed: 0,
+        follows_mission: true,
+        noise: Some([[1.0, 0.0, 0.0, 0.0, 0.0]].into()),
+    };
+    let wind = Wind { turbulence: Some(turbulence), profile: Some(profile.clone()), ..Wind::default() };
+    let falling = BodyState { v_ned: Vector3::new(0.0, 0.0, 4.0), ..at_rest() };
+    let course = wind.course(&environment, 1);
+    let sim = DropSimulation::at_t0(Arc::new(drag_body()), environment, falling, PlantKind::Ideal);
+    let mut sim = sim.in_wind(course);
+    for _ in 0..100 {
+        let mean = profile.at(600.0 - sim.state().body.p_ned.z);
+        sim.step(&OFF, 0.01);
+        let gust = sim.environment().wind_ned_m_s - mean;
+        assert!((gust - east(2.0)).norm() < 1e-3, "{gust} where the mean wind is {mean}");
+    }
+    assert!(sim.state().body.p_ned.z > 2.0, "the mean wind did not turn");
 }
 
 /// Under the canopy the vehicle drifts with the mean wind at the site's altitude whatever blows; the wind by

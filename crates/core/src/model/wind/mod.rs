@@ -13,6 +13,9 @@
 //! value of the filters. One velocity acts on the whole vehicle; what is left out by that is how much the air
 //! differs from rotor to rotor: across a gust over a distance r small against L, an rms of about
 //! `sigma sqrt(3 r/L)`.
+//!
+//! Turbulence lies along the mean wind at the site's altitude throughout a flight. The one at the vehicle's own
+//! altitude may pass through zero on the way down, and turbulence along it would turn about within a step.
 
 use nalgebra::Vector3;
 
@@ -47,7 +50,7 @@ pub struct Wind {
     pub profile: Option<WindProfile>,
     /// Gusts, in addition to the mean wind and to each other.
     pub gusts: Vec<Gust>,
-    /// Turbulence about all of these.
+    /// Turbulence about all of these, along and across the mean wind at the site's altitude.
     pub turbulence: Option<Turbulence>,
     /// Altitude of the ground above mean sea level [m], where turbulence takes its scale from the height
     /// above it.
@@ -239,7 +242,7 @@ impl<const N: usize> WindCourse<N> {
             }
         }
         if let (Some(turbulence), Some(eddies)) = (&self.wind.turbulence, &mut self.eddies) {
-            let velocity = along(&mean, &eddies.velocity(), turbulence.sigma_m_s);
+            let velocity = along(&self.site_wind_ned, &eddies.velocity(), turbulence.sigma_m_s);
             let mut distances = [[0.0; N]; 3];
             for i in 0..N {
                 for k in 0..3 {

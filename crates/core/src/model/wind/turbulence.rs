@@ -10,7 +10,8 @@ use crate::real::straight::{exp_of_minus, ln};
 /// Turbulence in Dryden's form.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Turbulence {
-    /// Standard deviations of the air's velocity along the mean wind, across it and vertically [m/s].
+    /// Standard deviations of the air's velocity along the mean wind at the site's altitude, across it and
+    /// vertically [m/s].
     pub sigma_m_s: [f64; 3],
     /// Scale lengths of the eddies.
     pub scale: TurbulenceScale,
