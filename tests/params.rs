@@ -118,7 +118,7 @@ fn closed_form_header_and_rows() {
 #[test]
 fn exported_gains_fly_the_same() {
     let folder = tempfile::tempdir().unwrap();
-    let flown = [(TITAN, "near_hover"), (TITAN, "paper_pso"), (TITAN, "safety"), (X500, "safety")];
+    let flown = [(TITAN, "near_hover"), (TITAN, "paper_pso"), (TITAN, "safety"), (X500, "x500")];
     for (i, (mission, gains)) in flown.into_iter().enumerate() {
         let [direct, loaded] = ["direct", "loaded"].map(|name| folder.path().join(format!("{name}_{i}")));
         let path = folder.path().join(format!("{gains}.params"));

@@ -239,7 +239,7 @@ fn the_timeline_runs_forward() {
     assert!(stamps.len() >= 6 && stamps.is_sorted(), "{said}");
     assert!(
         said.contains(
-            "\nsteady after 2.44 s, from 17.944 s to the end: within 0.3 m/s of [2 0 1] m/s in the mean"
+            "\nsteady after 2.34 s, from 17.840 s to the end: within 0.3 m/s of [2 0 1] m/s in the mean"
         ),
         "{said}"
     );

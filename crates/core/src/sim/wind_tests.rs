@@ -109,8 +109,8 @@ fn closed_form_a_gust_by_distance_lasts_as_long_as_the_flight_through_it() {
     }
 }
 
-/// Turbulence acts along and across the mean wind at the site: with given noise in one filter only, each moves the air in
-/// its own direction.
+/// Turbulence acts along and across the mean wind at the site: with given noise in one filter only, each
+/// moves the air in its own direction.
 #[test]
 fn turbulence_is_in_the_axes_of_the_mean_wind() {
     let mean = Vector3::new(-3.0, 4.0, 0.5);
@@ -135,8 +135,8 @@ fn turbulence_is_in_the_axes_of_the_mean_wind() {
     }
 }
 
-/// Turbulence keeps its axes where the mean wind by altitude passes through zero and turns about: it changes by
-/// no more than its filter lets it, `sqrt(2 dt/T)` of its standard deviation for each unit of noise.
+/// Turbulence keeps its axes where the mean wind by altitude passes through zero and turns about: eddies of
+/// 1000 km do not change on the way.
 #[test]
 fn turbulence_does_not_turn_about_where_the_mean_wind_does() {
     let mut environment = weightless();

@@ -87,8 +87,8 @@ struct TurbulenceJson {
     /// Form of the spectra.
     #[serde(rename = "form")]
     _form: FormJson,
-    /// Standard deviations of the air's velocity along the mean wind at site.altitude_m (north, where there is
-    /// none), across it and vertically [m/s].
+    /// Standard deviations of the air's velocity along the mean wind at site.altitude_m (north, where there
+    /// is none), across it and vertically [m/s].
     sigma_m_s: Exactly<NonNegative<100>, 3>,
     /// Scale lengths of the eddies along the mean wind, across it and vertically [m], or a rule by height.
     scale_m: ScaleJson,

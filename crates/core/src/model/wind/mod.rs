@@ -14,8 +14,8 @@
 //! differs from rotor to rotor: across a gust over a distance r small against L, an rms of about
 //! `sigma sqrt(3 r/L)`.
 //!
-//! Turbulence lies along the mean wind at the site's altitude throughout a flight. The one at the vehicle's own
-//! altitude may pass through zero on the way down, and turbulence along it would turn about within a step.
+//! Turbulence lies along the mean wind at the site's altitude throughout a flight. The one at the vehicle's
+//! own altitude may pass through zero on the way down, and turbulence along it would turn about at once.
 
 use nalgebra::Vector3;
 
