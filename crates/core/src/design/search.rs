@@ -70,8 +70,9 @@ pub struct DesignSearch {
     /// Designs to be judged next.
     pending: Vec<Design>,
     optimiser: Option<CmaEs<DIMENSIONS>>,
-    /// Whether the best start has been tried with its alternatives.
-    has_alternatives: bool,
+    /// The best design whose alternatives have been tried, and in how many rounds.
+    varied: Option<Design>,
+    rounds: usize,
     /// How often the strategy has begun.
     begun: u64,
     ceiling: f64,
@@ -89,7 +90,8 @@ impl DesignSearch {
             settings,
             pending,
             optimiser: None,
-            has_alternatives: false,
+            varied: None,
+            rounds: 0,
             begun: 0,
             ceiling: f64::INFINITY,
             tried,
@@ -169,12 +171,15 @@ impl DesignSearch {
     }
 
     fn next_generation(&mut self) {
-        let space = &self.settings.space;
-        if !self.has_alternatives {
-            self.has_alternatives = true;
-            self.pending = self.best().map_or_else(Vec::new, |best| space.alternatives(&best.design));
+        let may_vary = self.optimiser.is_none() && self.rounds < ROUNDS;
+        if let Some(best) = self.best().filter(|best| may_vary && self.varied != Some(best.design)) {
+            self.varied = Some(best.design);
+            self.rounds += 1;
+            let alternatives = self.settings.space.alternatives(&best.design);
+            let is_new = |design: &Design| !self.tried.iter().any(|tried| tried.design.is_same_as(design));
+            self.pending = alternatives.into_iter().filter(is_new).collect();
             if !self.pending.is_empty() {
-                // They are compared with the best start, so they fly all their flights.
+                // They are compared with the best so far, so they fly all their flights.
                 self.ceiling = f64::INFINITY;
                 return;
             }
@@ -192,6 +197,9 @@ impl DesignSearch {
         self.pending = optimiser.candidates().iter().map(|place: &Place| space.design(place)).collect();
     }
 }
+
+/// Most rounds of alternatives to the best design.
+const ROUNDS: usize = 4;
 
 /// The strategy has converged when it is narrower than this share of the ranges: it begins anew then, while
 /// the budget lasts.

@@ -225,7 +225,8 @@ impl DesignSpace {
 
     /// The design with each other choice in turn that the starts leave as it is: a peak that costs, bounds on
     /// pitch and pitch rate, feed-forward, what the tilt comes from. A spread of numbers seldom leads from
-    /// one choice to another.
+    /// one choice to another. And with what makes it calmer, near in effect and far in the numbers: commands
+    /// of less tilt and rate, a slower attitude, both.
     pub fn alternatives(&self, to: &Design) -> Vec<Design> {
         let with = |put: &dyn Fn(&mut Design)| {
             let mut design = *to;
@@ -237,8 +238,18 @@ impl DesignSpace {
         let rates = self.pitch_rate_rad_s.iter().map(|&x| with(&|d| d.plan.pitch_rate_rad_s = x));
         let ahead = self.feed_forward.iter().map(|&x| with(&|d| d.feed_forward = x));
         let tilts = self.tilt_from.iter().map(|&x| with(&|d| d.limits.tilt_from = x));
-        let all = peaks.chain(pitches).chain(rates).chain(ahead).chain(tilts);
-        all.filter(|design| design != to).collect()
+        let calmer = [(CALMER, 1.0), (1.0, CALMER), (CALMER, CALMER)].map(|(commands, attitude)| {
+            let mut calmer = *to;
+            calmer.limits.tilt_rad *= commands;
+            calmer.limits.rate_command_rad_s *= commands;
+            let [_, _, of_attitude, _, _, of_north, of_way] = &mut calmer.gains;
+            *of_attitude *= attitude;
+            *of_north *= attitude;
+            *of_way *= attitude * attitude;
+            self.design(&self.place(&calmer))
+        });
+        let all = peaks.chain(pitches).chain(rates).chain(ahead).chain(tilts).chain(calmer);
+        all.filter(|design| !design.is_same_as(to)).collect()
     }
 
     /// Which numbers of a design stand at an end of their range; choices have none.
@@ -288,6 +299,8 @@ const WEIGHTS: [&str; WEIGHT_GROUPS.len()] =
 const V_DOWN: usize = 2;
 /// Factor on its weight in half of the starts.
 const BRAKE_FIRST: f64 = 10.0;
+/// Factor on the limits of commands, and on the gains of attitude and horizontal velocity, of what is calmer.
+const CALMER: f64 = 0.6;
 
 fn choice<T: Copy>(among: &[T], s: f64) -> Option<T> {
     let last = among.len().checked_sub(1)?;
@@ -389,8 +402,8 @@ mod tests {
         let plan = PlanDesign { weights: [1.0; 4], ..own.plan };
         let starts = space().starts(&Design { plan, ..own });
         assert_eq!(starts.len(), 8);
-        // A peak that costs, a bound on the pitch, feed-forward, the tilt from gravity.
-        assert_eq!(space().alternatives(&starts[0]).len(), 4);
+        // A peak that costs, a bound on the pitch, feed-forward, the tilt from gravity; three that are calmer.
+        assert_eq!(space().alternatives(&starts[0]).len(), 4 + 3);
         assert_eq!((starts[0].plan.nodes, starts[0].plan.input_reference), (38, InputReference::Zero));
     }
 }
