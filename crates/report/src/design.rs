@@ -94,8 +94,8 @@ impl DesignRun {
     /// Chooses the best of the finalists, and whether there are any.
     pub fn choose(&mut self, finalists: Vec<Finalist>, judge: &DesignJudge<'_>) -> bool {
         self.finalists = finalists;
-        let (objective, bounds) = judge.objective();
-        let best = best_finalist(&self.finalists, objective, &bounds);
+        let (_, bounds) = judge.objective();
+        let best = best_finalist(&self.finalists, judge);
         if let Some(chosen) = best {
             self.chosen = or_own(chosen, &self.own);
             self.allowed = chosen.judgement.is_allowed(&bounds);

@@ -44,6 +44,7 @@ pub fn design_flights(mission: &Mission) -> DesignFlights {
         cases: mission.study.cases.clone(),
         releases: mission.releases(),
         seed: mission.seed,
+        own_air: mission.site.wind.turbulence.is_some(),
         drops: MissionDrops::of(mission).map(|drops| Arc::new(drops) as _),
     }
 }

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::drops::{FreshFlight, Unknown};
 use super::judge::DesignJudge;
-use super::objective::{DesignBounds, DesignObjective, LOST};
+use super::objective::{DesignObjective, LOST};
 use super::search::TriedDesign;
 use super::space::Design;
 use crate::assess::better::passes_less_often;
@@ -146,20 +146,20 @@ pub fn judge_finalists(
     judged.collect::<Result<_, NotJudged>>().unwrap_or_default()
 }
 
-/// The best finalist by the objective, of those that keep the bounds before others, and of the fewest
-/// flights over a limit; the first of equals.
-pub fn best_finalist(
-    finalists: &[Finalist],
-    objective: DesignObjective,
-    bounds: &DesignBounds,
-) -> Option<TriedDesign> {
+/// The best finalist by the objective of a judge, of those that keep the bounds before others, and of the
+/// fewest flights that are not safe - in air that the mission does not name, over a limit; the first of
+/// equals.
+pub fn best_finalist(finalists: &[Finalist], judge: &DesignJudge<'_>) -> Option<TriedDesign> {
+    let ((objective, bounds), own_air) = (judge.objective(), judge.flights().own_air);
     let number = |finalist: &Finalist| match objective {
         DesignObjective::Quantile(p) => finalist.results.quantile(p),
         DesignObjective::Worst => finalist.results.of_quantity(&J_TPF).max(),
     };
     let order = |a: &&Finalist, b: &&Finalist| {
-        let rank =
-            |finalist: &Finalist| (!finalist.tried.judgement.is_allowed(bounds), finalist.results.over_limit);
+        let rank = |Finalist { tried, results }: &Finalist| {
+            let unsafe_flights = if own_air { results.safe.misses() } else { results.over_limit };
+            (!tried.judgement.is_allowed(&bounds), unsafe_flights)
+        };
         rank(a).cmp(&rank(b)).then(number(a).total_cmp(&number(b)))
     };
     finalists.iter().min_by(order).map(|finalist| finalist.tried)

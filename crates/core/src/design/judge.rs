@@ -46,6 +46,9 @@ pub struct DesignFlights {
     pub releases: ReleaseDistribution,
     /// Seed of all that is drawn.
     pub seed: u64,
+    /// Whether the air of the random flights is the mission's own: then one that is never steady is not safe.
+    /// In turbulence that the mission does not name a vehicle need not come to rest within what is steady.
+    pub own_air: bool,
     /// Whole drops in place of random flights from t = 0, where those leave out what the mission names.
     pub drops: Option<Arc<dyn RandomDrops>>,
 }
@@ -346,14 +349,19 @@ impl<'a> DesignJudge<'a> {
         plan: &Trajectory,
         places: Range<usize>,
     ) -> Vec<JudgedFlight> {
+        let own_air = self.flights.own_air;
+        let strict = |flight: JudgedFlight| {
+            let within_limits = if own_air { flight.safe } else { flight.within_limits };
+            JudgedFlight { within_limits, ..flight }
+        };
         if self.flights.drops.is_some() {
             let flown = self.fly_drops(places, design, plan);
-            return flown.iter().map(|drop| drop.judged(self.flights.horizon_s)).collect();
+            return flown.iter().map(|drop| strict(drop.judged(self.flights.horizon_s))).collect();
         }
         let portion = &self.draws[places];
         let flown = pilot.measure_others(&design.gains, portion);
         let starts = portion.iter().map(|(start, _)| start);
-        starts.zip(&flown).map(|(start, flight)| self.flights.judged(start, flight)).collect()
+        starts.zip(&flown).map(|(start, flight)| strict(self.flights.judged(start, flight))).collect()
     }
 
     fn judge_cases(&self, pilot: &GainJudge<'_>, k: &Longitudinal) -> Judgement {

@@ -86,8 +86,8 @@ pub(super) struct JudgedFlight {
     pub(super) steady_share: f64,
     /// Whether the judge of all flights objects to nothing ([`crate::assess::judge_trial`]).
     pub(super) safe: bool,
-    /// Whether no limit is among its objections. The turbulence that a design is tried in may be stronger
-    /// than the mission's: there a vehicle need not come to rest within what is steady.
+    /// Whether none of its objections counts: those of limits, and in the mission's own air, too, that it is
+    /// never steady ([`super::DesignFlights::own_air`]).
     pub(super) within_limits: bool,
 }
 
@@ -111,7 +111,7 @@ pub struct Judgement {
     pub steady_share: f64,
     /// Greatest J_TPF of all flights.
     pub worst: f64,
-    /// Flights that passed a limit or were lost.
+    /// Flights that passed a limit or were lost, and in the mission's own air those never steady.
     pub over_limit: f64,
     /// Worst distance from rest at the target of a release case ([`crate::tune::Evaluation::unrest`]).
     pub unrest: f64,
