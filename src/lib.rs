@@ -34,7 +34,7 @@ pub mod link;
 
 pub use samara_core::{
     assess, checksum, control, design, frames, math, model, params, plan, printable, random, real, replan,
-    sim, simd, time, trajectory, tune, units, vector, verify,
+    sim, simd, time, trajectory, tune, uncertain, units, vector, verify,
 };
 pub use samara_link::autopilot;
 #[cfg(feature = "files")]

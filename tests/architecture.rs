@@ -23,6 +23,7 @@ const FLOORS: &[&[&str]] = &[
     &["trajectory"],
     &["control", "plan"],
     &["sim"],
+    &["uncertain"],
     &["assess", "replan", "verify"],
     &["tune"],
     &["design", "params"],

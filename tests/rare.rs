@@ -5,19 +5,19 @@
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::Arc;
 
 use samara::assess::coordinates::{DrawnQuantity, Part, TrialSpace};
 use samara::assess::rare::{PER_LEVEL, RareSearch};
 use samara::assess::{RandomRelease, SafetyStudy, StudyEntry};
 use samara::config::Mission;
 use samara::math::erfc;
-use samara::model::rigid_body::BodyState;
 use samara::model::wind::{Turbulence, TurbulenceScale};
 use samara::plan::SolverOptions;
 use samara::random::{Purpose, Stream, normal_pair};
-use samara::sim::planar::Variation;
 use samara::study::own::own_entries;
-use samara::tune::unknowns::{self, varied};
+use samara::tune::unknowns;
+use samara::uncertain::{Distribution, JointNormal, UncertainQuantity, Uncertainty};
 use samara::units::RAD_PER_DEG;
 
 /// Share of 1e7 plain trials with a J_TPF of 0.50265 and more (docs/rare_events.md, "How well it covers").
@@ -89,7 +89,7 @@ fn reference_coordinates_of_plain_trials_fly_them() {
     let (mission, mut study, entry) = planned("x500_drop");
     // On a battery nothing is flown in the plane.
     study.scenario.battery = None;
-    let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases(), None);
+    let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases());
     assert!(space.one_at_a_time().is_none() && space.dimensions() > 5000, "{}", space.dimensions());
     let releases: Vec<RandomRelease> = (3..12).map(|k| mission.releases().draw(mission.seed, k)).collect();
     let points: Vec<Vec<f64>> = releases.iter().map(|r| coordinates_of(&mission, &space, r)).collect();
@@ -157,7 +157,7 @@ fn regress_a_lost_trial_flies_again_in_the_air_of_the_plane() {
 #[test]
 fn reference_j_tpf_of_normal_coordinates_is_distributed_as_in_plain_trials() {
     let (mission, study, entry) = planned("x500_drop");
-    let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases(), None);
+    let space = TrialSpace::new(study.clone(), entry.clone(), mission.releases());
     let n = 4096;
     let releases: Vec<RandomRelease> = (0..n).map(|k| mission.releases().draw(5, k)).collect();
     let numbers = |k| pairs(Stream::new(77, Purpose::Dice, k), space.dimensions());
@@ -193,7 +193,7 @@ fn reference_flights_the_interval_covers_in_ninety_of_a_hundred_seeds() {
     let plan =
         mission.solve(&SolverOptions::default(), &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
     let [along_plan, _] = own_entries(&mission).unwrap();
-    let space = TrialSpace::new(mission.safety_study(&plan.trajectory), along_plan, mission.releases(), None);
+    let space = TrialSpace::new(mission.safety_study(&plan.trajectory), along_plan, mission.releases());
     let (mut covered, mut near, mut flights, mut found_by_seed) = (0, 0, 0, Vec::new());
     for seed in 0..100 {
         let search = RareSearch { bound: 0.50265, least: 1e-6, per_level: PER_LEVEL, seed };
@@ -223,53 +223,42 @@ fn reference_flights_the_interval_covers_in_ninety_of_a_hundred_seeds() {
     assert!(variation <= 0.3, "{variation}");
 }
 
-/// Unknowns are those of robust tuning: at the coordinates of their draws they are drawn again.
+/// What is uncertain of the mission by its own quantities, some of them together.
+fn uncertain(mission: &Mission) -> Uncertainty {
+    let covariance = [vec![4e-4, -1e-4], vec![-1e-4, 9e-4]];
+    let together = vec![UncertainQuantity::Thrust, UncertainQuantity::Mass];
+    unknowns::usual(mission.target_v_ned.norm())
+        .with(UncertainQuantity::Drag, Distribution::Normal { mean: 0.1, sigma: 0.05 })
+        .with_together(JointNormal::new(together, vec![0.0, 0.01], &covariance).unwrap())
+}
+
+/// Draws by a stream are at coordinates, too: each uniform or normal number by the inverse of its
+/// distribution.
 #[test]
-fn reference_unknowns_are_those_of_robust_tuning() {
+fn reference_draws_by_a_stream_are_those_of_their_coordinates() {
     let (mission, study, entry) = planned("titan_paper");
-    let (g, speed) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
-    let most = unknowns::ranges(g, speed);
-    let space = TrialSpace::new(study, entry, mission.releases(), Some(most));
+    let usual = unknowns::usual(mission.target_v_ned.norm());
+    let releases = mission.releases().with_uncertain(Some(Arc::new(usual.clone())));
+    let space = TrialSpace::new(study, entry, releases.clone());
     let still = mission.releases().state(0.0, 0.0);
     for k in 0..50 {
-        let (state, variation): (BodyState, Variation) = varied(&still, 3, k, g, speed);
+        let release = releases.draw(3, k);
         let coordinate = |part: &Part| match part.quantity {
+            DrawnQuantity::Off(quantity) => {
+                let [least, most] = usual.of(quantity).unwrap().support();
+                normal_of((2.0 * release.off.of(quantity) - least - most) / (most - least))
+            }
             DrawnQuantity::Amplitude | DrawnQuantity::Phase => 0.0,
-            DrawnQuantity::Mass => normal_of((variation.mass - 1.0) / most.mass),
-            DrawnQuantity::Inertia => normal_of((variation.inertia - 1.0) / most.inertia),
-            DrawnQuantity::Drag => normal_of((variation.aero[0] - 1.0) / most.aero),
-            DrawnQuantity::PitchingMoment => normal_of((variation.aero[2] - 1.0) / most.aero),
-            DrawnQuantity::Density => normal_of((variation.density - 1.0) / most.density),
-            DrawnQuantity::Wind => normal_of(variation.wind_m_s[0] / most.wind_m_s),
-            DrawnQuantity::Latency => normal_of(2.0 * variation.latency_s / most.latency_s - 1.0),
-            DrawnQuantity::Thrust => normal_of((variation.thrust - 1.0) / most.thrust),
-            DrawnQuantity::MotorLag => normal_of((variation.motor_lag - 1.0) / most.motor_lag),
-            DrawnQuantity::Delay => normal_of((state.v_ned.z - still.v_ned.z) / most.fall_m_s),
             other => panic!("{other:?} is not drawn"),
         };
         let point: Vec<f64> = space.parts().iter().map(coordinate).collect();
-        let drawn = space.drawn(&point);
-        let numbers = |v: &Variation| {
-            let [drag, lift, moment] = v.aero;
-            let [north, down] = v.wind_m_s;
-            [
-                v.mass,
-                v.inertia,
-                drag,
-                lift,
-                moment,
-                v.density,
-                v.thrust,
-                v.motor_lag,
-                north,
-                down,
-                v.latency_s,
-            ]
-        };
-        for (found, expected) in numbers(&drawn.variation).into_iter().zip(numbers(&variation)) {
+        let drawn = space.drawn(&point).release;
+        for quantity in UncertainQuantity::ALL {
+            let (found, expected) = (drawn.off.of(quantity), release.off.of(quantity));
             assert!((found - expected).abs() < 1e-12, "{found} {expected}");
         }
-        assert!((drawn.release.state.v_ned - state.v_ned).norm() < 1e-12);
+        let fallen_m_s = mission.site.environment.gravity_m_s2 * release.off.release_delay_s();
+        assert!((drawn.state.v_ned.z - still.v_ned.z - fallen_m_s).abs() < 1e-12);
     }
     let swung = space.drawn(&[1.0]).release.amplitude_rad;
     assert!((swung - 3.0 * RAD_PER_DEG).abs() < 1e-15, "{swung}");
@@ -280,39 +269,39 @@ fn reference_unknowns_are_those_of_robust_tuning() {
 #[test]
 fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
     let (mission, study, entry) = planned("titan_paper");
-    let (g, speed) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
     let (vehicle, site) = (study.scenario.vehicle.clone(), study.scenario.environment.clone());
-    let space = TrialSpace::new(study, entry, mission.releases(), Some(unknowns::ranges(g, speed)));
+    let uncertain = Arc::new(uncertain(&mission));
+    let releases = mission.releases().with_uncertain(Some(uncertain.clone()));
+    let space = TrialSpace::new(study, entry, releases);
     let nominal = vec![0.1; space.dimensions()];
     let unmoved = space.fly(std::slice::from_ref(&nominal))[0];
     for part in space.parts() {
         let mut point = nominal.clone();
         point[part.range.start] = -1.3;
         let flown = space.simulation(&space.drawn(&point));
-        // A uniform quantity is 2 Phi(z) - 1 of its range away.
-        let off = |quantity: DrawnQuantity, most: f64| {
-            let z = if quantity == part.quantity { -1.3 } else { 0.1f64 };
-            most * (1.0 - erfc(z * std::f64::consts::FRAC_1_SQRT_2))
-        };
-        let most = unknowns::ranges(g, speed);
+        let z = |of: UncertainQuantity| if part.quantity == DrawnQuantity::Off(of) { -1.3 } else { 0.1 };
+        // By hand: uniform by 2 Phi(z) - 1, normal by z, the second of a pair by the rows of Cholesky's root.
+        let uniform = |of, most: f64| most * (1.0 - erfc(z(of) * std::f64::consts::FRAC_1_SQRT_2));
+        let (thrust, mass) = (z(UncertainQuantity::Thrust), z(UncertainQuantity::Mass));
         let (factors, latency_s) = flown.variation();
         let factors = factors.unwrap();
+        let latency_most_s = unknowns::LATENCY_S;
         for (found, expected) in [
-            (factors.mass, 1.0 + off(DrawnQuantity::Mass, most.mass)),
-            (factors.inertia, 1.0 + off(DrawnQuantity::Inertia, most.inertia)),
-            (factors.aero[0], 1.0 + off(DrawnQuantity::Drag, most.aero)),
+            (factors.thrust, 1.0 + 0.02 * thrust),
+            (factors.mass, 1.01 - 0.005 * thrust + (9e-4f64 - 2.5e-5).sqrt() * mass),
+            (factors.aero[0], 1.1 + 0.05 * z(UncertainQuantity::Drag)),
             (factors.aero[1], 1.0),
-            (factors.aero[2], 1.0 + off(DrawnQuantity::PitchingMoment, most.aero)),
-            (factors.density, 1.0 + off(DrawnQuantity::Density, most.density)),
-            (factors.thrust, 1.0 + off(DrawnQuantity::Thrust, most.thrust)),
-            (factors.motor_lag, 1.0 + off(DrawnQuantity::MotorLag, most.motor_lag)),
+            (factors.inertia, 1.0 + uniform(UncertainQuantity::Inertia, unknowns::INERTIA)),
+            (factors.aero[2], 1.0 + uniform(UncertainQuantity::PitchingMoment, unknowns::AERO)),
+            (factors.density, 1.0 + uniform(UncertainQuantity::Density, unknowns::DENSITY)),
+            (factors.motor_lag, 1.0 + uniform(UncertainQuantity::MotorLag, unknowns::MOTOR_LAG)),
             (
                 flown.environment().wind_ned_m_s.x - site.wind_ned_m_s.x,
-                off(DrawnQuantity::Wind, most.wind_m_s),
+                uniform(UncertainQuantity::Wind, unknowns::WIND * mission.target_v_ned.norm()),
             ),
             (
                 latency_s - vehicle.latency_s,
-                0.5 * (most.latency_s + off(DrawnQuantity::Latency, most.latency_s)),
+                0.5 * (latency_most_s + uniform(UncertainQuantity::Latency, latency_most_s)),
             ),
         ] {
             assert!((found - expected).abs() < 1e-12, "{part:?}: {found} {expected}");
@@ -320,9 +309,15 @@ fn what_was_drawn_is_read_back_from_the_vehicle_that_flies() {
         let moved = space.fly(&[point])[0];
         // A vehicle without a pitching moment of the air has none at any factor.
         let load = vehicle.aero.load(samara::vector::V3::new(5.0, 0.0, 2.0), 1.0);
-        let idle = part.quantity == DrawnQuantity::PitchingMoment && load.moment_body.y == 0.0;
+        let idle = part.quantity == DrawnQuantity::Off(UncertainQuantity::PitchingMoment)
+            && load.moment_body.y == 0.0;
         assert!(idle || moved.final_v_ned() != unmoved.final_v_ned(), "{part:?} changes nothing");
     }
+    // What is correlated has no share of its own: one group for both.
+    let groups = space.groups();
+    let both = groups.iter().find(|group| group.key == "thrust_and_mass").unwrap();
+    assert_eq!((both.ranges.len(), both.words.as_str()), (2, "thrust of the rotors and mass"));
+    assert_eq!(groups.len(), space.parts().len() - 1);
 }
 
 fn samara(args: &[&str], out: &Path) -> Output {

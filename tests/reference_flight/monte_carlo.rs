@@ -37,6 +37,7 @@ fn distribution(length_m: f64) -> ReleaseDistribution {
         drift_ned_m_s: nalgebra::Vector3::zeros(),
         amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
         tip_off_sigma: TipOff::default(),
+        uncertain: None,
     }
 }
 

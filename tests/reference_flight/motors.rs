@@ -10,6 +10,7 @@ use samara::control::{Airframe, Cascade};
 use samara::model::{Motor, Vehicle};
 use samara::plan::{Guess, SolverOptions, plan};
 use samara::tune::ReleaseCase;
+use samara::uncertain::Deviations;
 use samara::units::RAD_PER_DEG;
 
 /// A mission's study with another motor, the flights of its cases with the mission's gains on the plan.
@@ -32,6 +33,7 @@ impl Cases {
             amplitude_rad: 0.0,
             phase_rad: 0.0,
             state: case.state(),
+            off: Deviations::default(),
         };
         let airframe = Airframe::new(&m.vehicle, &m.site.environment).unwrap();
         Self {

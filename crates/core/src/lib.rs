@@ -17,6 +17,7 @@
 //! | [`trajectory`] | a planned trajectory |
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
 //! | [`sim`] | the drop in simulated time |
+//! | [`uncertain`] | what is not known exactly of it |
 //! | [`assess`] | how safe it was |
 //! | [`replan`] | plans that are renewed during a drop |
 //! | [`verify`] | whether all this is right: NASA's check cases, closed forms |
@@ -46,6 +47,7 @@ pub mod simd;
 pub mod time;
 pub mod trajectory;
 pub mod tune;
+pub mod uncertain;
 pub mod units;
 pub mod vector;
 pub mod verify;

@@ -1,5 +1,7 @@
 //! What the numbers of a mission amount to: derived quantities in groups, and what is odd about them.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 use samara_core::control::Airframe;
 use samara_core::frames::{LEVEL, pitch};
@@ -9,7 +11,8 @@ use samara_core::model::wind::LEAST_CONVECTION_M_S;
 use samara_core::model::{Rotor, RotorLimits, RotorStart, trim};
 use samara_core::sim::rotor_start::start_in_steady_flow;
 use samara_core::sim::{ElectricBattery, StateCost};
-use samara_core::tune::ReleaseCase;
+use samara_core::tune::{ReleaseCase, unknowns};
+use samara_core::uncertain::JointNormal;
 use samara_core::units::DEG_PER_RAD;
 
 use super::mission::Mission;
@@ -75,6 +78,7 @@ pub fn derived(mission: &Mission) -> Derived {
         groups.push(of_the_wind(mission));
     }
     groups.extend(of_the_vortex_ring(mission));
+    groups.push(of_what_is_uncertain(mission));
     if !mission.release.standing {
         groups.push(of_the_release(mission));
         if let Some(start) = &mission.vehicle.start {
@@ -252,6 +256,30 @@ fn of_the_vortex_ring(mission: &Mission) -> Option<DerivedGroup> {
         rows.push(row("frequency_2r_per_v_h", "the same, over v_h/(2 R)", "", &[relative], String::new()));
     }
     Some(DerivedGroup { name: "fluctuation in the vortex ring", rows })
+}
+
+/// What may be off what is known, and how far: as mission and vehicle say, or what searches take where neither
+/// says anything.
+fn of_what_is_uncertain(mission: &Mission) -> DerivedGroup {
+    let usual = || Arc::new(unknowns::usual(mission.target_v_ned.norm()));
+    let (name, uncertain) = match &mission.uncertain {
+        Some(uncertain) => ("uncertain, drawn in all that is random", uncertain.clone()),
+        None => ("uncertain, in searches alone: no file says", usual()),
+    };
+    let rows = uncertain.quantities().into_iter().filter_map(|quantity| {
+        let distribution = uncertain.of(quantity)?;
+        let (mean, sigma) = distribution.mean_and_sigma();
+        let mut remark = distribution.words();
+        for other in uncertain.joint_of(quantity).map_or(&[][..], JointNormal::quantities) {
+            let joint = uncertain.joint_of(quantity).and_then(|joint| joint.correlation(quantity, *other));
+            if let Some(correlation) = joint.filter(|_| *other != quantity) {
+                remark += &format!(", correlation {correlation:.2} with {}", other.key());
+            }
+        }
+        let unit = if quantity.is_share() { "of it" } else { quantity.unit() };
+        Some(row(quantity.key(), quantity.words(), unit, &[mean, sigma], remark))
+    });
+    DerivedGroup { name, rows: rows.collect() }
 }
 
 /// The state that a plan starts from.

@@ -6,7 +6,8 @@
 //! | `derived` | what the numbers of a mission amount to |
 //! | [`draft`] | first drafts of vehicles and missions |
 //! | `designing` | the mission file that a design makes
-//! | `estimated` | which numbers of a file are estimated, as it says |
+//! | `estimated` | where the numbers of a file are from, as it says |
+//! | `uncertain` | how far its numbers may be off, as it says |
 //! | `plan_grid` | its grid of plans: what it spans, its files |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
@@ -49,6 +50,7 @@ pub mod shipped;
 mod source;
 mod table;
 mod trajectory_csv;
+mod uncertain;
 mod vehicle_file;
 
 pub use checkpoint::{
@@ -57,7 +59,7 @@ pub use checkpoint::{
 pub use derived::{Derived, DerivedGroup, DerivedRow, derived};
 pub use designing::{DesignError, designed_mission_json};
 pub use error::ConfigError;
-pub use estimated::Estimated;
+pub use estimated::{Estimated, Origin, OriginKind};
 pub use gains_file::{GainsFile, gains_json, load_gains};
 pub use mission::{
     CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, PlanInitial,

@@ -9,6 +9,7 @@ mod schemas;
 mod spoil;
 mod study_identity;
 mod trajectories;
+mod uncertain;
 mod vehicles;
 
 use super::*;

@@ -17,6 +17,7 @@
 //! | [`paper`] | the paper's study: tables, claims, page |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`tune`] | searches of gains |
+//! | [`uncertain`] | what was uncertain in each trial of a campaign |
 //! | [`design`] | searches of plan and gains together |
 //! | [`px4_gains`] | gains for PX4 beside its defaults |
 //! | [`figure`] | SVG figures |
@@ -91,6 +92,7 @@ pub mod sobol;
 mod table_tests;
 pub mod truth;
 pub mod tune;
+pub mod uncertain;
 pub mod verdict;
 pub mod verify;
 

@@ -10,6 +10,7 @@ use super::json::{Head, finite, result_objects, text};
 use super::rows::Columns;
 use samara_core::assess::coordinates::{DrawnQuantity, DrawnTrial, Part};
 use samara_core::assess::rare::{Ascent, Estimate, Level, Nearest, RareFound};
+use samara_core::uncertain::UncertainQuantity;
 use samara_core::units::DEG_PER_RAD;
 use samara_mission::Mission;
 
@@ -21,7 +22,7 @@ const PLACES: usize = 80;
 pub struct RareReport<'a> {
     /// The mission.
     pub mission: &'a Mission,
-    /// Whether the controller's unknowns were drawn too.
+    /// Whether what is uncertain was drawn too.
     pub unknowns: bool,
     /// What was found.
     pub found: RareFound,
@@ -33,21 +34,20 @@ pub struct RareReport<'a> {
 
 /// What a quantity of a trial is, where it is a number, with its unit.
 fn value(quantity: DrawnQuantity, drawn: &DrawnTrial) -> Option<String> {
-    let variation = &drawn.variation;
-    let percent = |factor: f64| Some(format!("{:+.2} %", 100.0 * (factor - 1.0)));
     match quantity {
         DrawnQuantity::Amplitude => Some(format!("{:.3} deg", drawn.release.amplitude_rad * DEG_PER_RAD)),
         DrawnQuantity::Phase => Some(format!("{:.2} deg", drawn.release.phase_rad * DEG_PER_RAD)),
-        DrawnQuantity::Mass => percent(variation.mass),
-        DrawnQuantity::Inertia => percent(variation.inertia),
-        DrawnQuantity::Drag => percent(variation.aero[0]),
-        DrawnQuantity::PitchingMoment => percent(variation.aero[2]),
-        DrawnQuantity::Density => percent(variation.density),
-        DrawnQuantity::Wind => Some(format!("{:+.3} m/s", variation.wind_m_s[0])),
-        DrawnQuantity::Latency => Some(format!("+{:.1} ms", 1e3 * variation.latency_s)),
-        DrawnQuantity::Thrust => percent(variation.thrust),
-        DrawnQuantity::MotorLag => percent(variation.motor_lag),
+        DrawnQuantity::Off(quantity) => Some(deviation(quantity, drawn.release.off.of(quantity))),
         _ => None,
+    }
+}
+
+/// How far a quantity is off, with its unit: "+3.20 %", "-0.214 m/s".
+fn deviation(quantity: UncertainQuantity, off: f64) -> String {
+    match quantity {
+        UncertainQuantity::Latency => format!("{:+.1} ms", 1e3 * off),
+        share if share.is_share() => format!("{:+.2} %", 100.0 * off),
+        other => format!("{off:+.3} {}", other.unit()),
     }
 }
 
@@ -131,7 +131,7 @@ impl RareReport<'_> {
     pub fn document(&self) -> Document {
         let Mission { name, control, seed, .. } = self.mission;
         let RareFound { search, ascents, nearest, scored } = &self.found;
-        let with = if self.unknowns { ", with the controller's unknowns" } else { "" };
+        let with = if self.unknowns { ", with what is uncertain" } else { "" };
         let done = format!(
             "{name}: how often J_TPF reaches {}, down to {}, gains {}, seed {seed}{with}; {} coordinates, {scored} flights",
             short(search.bound, 6),

@@ -68,8 +68,8 @@ pub(crate) fn columns<'a>() -> Columns<SobolRow<'a>> {
     let ends = |Index { value, half }: Index, i: usize| [value, value - half, value + half][i];
     Columns::<SobolRow<'_>>::none()
         .word("output", "`j_tpf`, `steady_after_s` or `altitude_lost_m`", |(of, ..)| Some(of.key.to_owned()))
-        .word("key", "its [key](rare_events.md#what-is-written)", |(_, group, _)| Some(group.key.to_owned()))
-        .text("quantity", "what is uncertain, in words", |(_, group, _)| Some(group.words.to_owned()))
+        .word("key", "its [key](rare_events.md#what-is-written)", |(_, group, _)| Some(group.key.clone()))
+        .text("quantity", "what is uncertain, in words", |(_, group, _)| Some(group.words.clone()))
         .numbers(FIRST, "share of the variance alone, and its interval", move |(.., of), i| ends(of[0], i))
         .numbers(TOTAL, "share with interactions, and its interval", move |(.., of), i| ends(of[1], i))
 }
@@ -136,14 +136,14 @@ impl SobolReport<'_> {
             rows.sort_by(|a, b| b.2.value.total_cmp(&a.2.value));
             for (group, first, total) in rows {
                 let cell = |index: &Index| format!("{:.3} +- {:.3}", index.value, index.half);
-                grid.row(group.words, [cell(first), cell(total)]);
+                grid.row(&group.words, [cell(first), cell(total)]);
             }
             parts.push(Passage::Table(grid));
             parts.extend(self.remarks(place).into_iter().map(Passage::Remark));
         }
         let idle = self.idle();
         if !idle.is_empty() {
-            let words: Vec<&str> = idle.iter().map(|group| group.words).collect();
+            let words: Vec<&str> = idle.iter().map(|group| &*group.words).collect();
             parts
                 .push(Passage::Said(format!("Changes nothing of these in any flight: {}", words.join(", "))));
         }
@@ -211,9 +211,9 @@ result_objects! {
     /// Sobol's indices of a quantity that is drawn.
     IndexObject(group: &CoordinateGroup, first: &Index, total: &Index) {
         /// Name of the quantity in files.
-        key: String = group.key.to_owned(),
+        key: String = group.key.clone(),
         /// Name of the quantity for people.
-        quantity: String = group.words.to_owned(),
+        quantity: String = group.words.clone(),
         /// Share of the variance by this quantity alone.
         first: Option<f64> = finite(first.value),
         /// Half width of the interval of that share.
@@ -237,9 +237,9 @@ mod tests {
     fn what_was_replaced_and_what_hangs_on_few_is_told() {
         let mission = Mission::shipped("x500_drop").unwrap();
         let study = SobolStudy { points: 64, seed: 1 };
-        let group = |key, words, place| CoordinateGroup {
-            key,
-            words,
+        let group = |key: &str, words: &str, place| CoordinateGroup {
+            key: key.to_owned(),
+            words: words.to_owned(),
             ranges: std::iter::once(place..place + 1).collect(),
         };
         let groups = vec![group("swing_amplitude", "swing, amplitude", 0), group("mass", "mass", 1)];

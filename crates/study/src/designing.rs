@@ -2,23 +2,20 @@
 
 use std::sync::Arc;
 
-use nalgebra::Vector3;
 use samara_core::assess::Scenario;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::design::{
     Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, FlyPortions, FreshResults,
     LeastMargins, NotJudged, PlanDesign, RELEASE, RandomDrops, Unknown, WorstLoop, judge_fresh,
 };
-use samara_core::frames::LEVEL;
-use samara_core::model::rigid_body::BodyState;
 use samara_core::model::wind::Wind;
 use samara_core::sim::DropSimulation;
-use samara_core::sim::planar::Variation;
 use samara_core::trajectory::Trajectory;
-use samara_core::tune::unknowns::{DELAY_S, varied};
+use samara_core::uncertain::UncertainQuantity;
 use samara_mission::Mission;
 
 use super::tuning::gain_space;
+use super::uncertain::uncertain_or_usual;
 
 /// Designs of a generation.
 const SAMPLES: usize = 16;
@@ -42,7 +39,7 @@ pub fn design_flights(mission: &Mission) -> DesignFlights {
         horizon_s: mission.plan.horizon_s,
         delay_s: mission.release.parachute.delay_s,
         cases: mission.study.cases.clone(),
-        releases: mission.releases(),
+        releases: mission.releases().with_uncertain(Some(uncertain_or_usual(mission))),
         seed: mission.seed,
         own_air: mission.site.wind.turbulence.is_some(),
         drops: MissionDrops::of(mission).map(|drops| Arc::new(drops) as _),
@@ -76,33 +73,33 @@ impl MissionDrops {
         mission.site.wind = mission.design.wind(&mission.site.wind, mission.seed);
         Self { mission }
     }
+
+    /// Whether the mission draws a wind of its own: then its drops need no usual one beside it.
+    fn draws_wind(&self) -> bool {
+        self.mission.study.monte_carlo.wind_sigma_m_s > 0.0
+    }
 }
 
 impl RandomDrops for MissionDrops {
     fn numbered(&self, number: u64, unknown: Unknown) -> DropSimulation {
-        let mut mission = self.mission.with_drop(&self.mission.draw_drop(number));
+        let uncertain = unknown.vehicle.then(|| uncertain_or_usual(&self.mission));
+        let mut drop = self.mission.draw_drop_with(number, uncertain);
+        if unknown.air && self.draws_wind() && self.mission.uncertain.is_none() {
+            drop.off.set(UncertainQuantity::Wind, 0.0);
+        }
+        let mut mission = self.mission.with_drop(&drop);
         if !unknown.air {
-            (mission.site.wind, mission.site.environment) =
-                (Wind::default(), self.mission.site.environment.clone());
+            mission.site.wind = Wind::default();
+            mission.site.environment = mission.off.variation().blown(&self.mission.site.environment);
         }
-        let mut variation = Variation::NONE;
-        if unknown.vehicle {
-            let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
-            let (later, drawn) = varied(&AT_REST, self.mission.seed, number, g, target_m_s);
-            let parachute = &mut mission.release.parachute;
-            parachute.delay_s = (parachute.delay_s + later.v_ned.z / g).max(0.0);
-            variation = drawn;
-            // A mission that draws a wind of its own needs no other.
-            if !(unknown.air && mission.study.monte_carlo.wind_sigma_m_s > 0.0) {
-                mission.site.environment = variation.blown(&mission.site.environment);
-            }
-        }
-        mission.released_simulation().varied(variation.factors(), variation.latency_s)
+        mission.released_simulation()
     }
 
     fn held_until_s(&self) -> f64 {
         let release = &self.mission.release;
-        (release.hang_s + release.parachute.delay_s - DELAY_S).max(0.0)
+        let sooner = uncertain_or_usual(&self.mission).of(UncertainQuantity::ReleaseDelay);
+        let sooner_s = sooner.map_or(0.0, |distribution| distribution.support()[0].min(0.0));
+        (release.hang_s + release.parachute.delay_s + sooner_s).max(0.0)
     }
 
     fn ends_s(&self, plan: &Trajectory) -> f64 {
@@ -129,14 +126,6 @@ fn judge_of_loops(mission: &Mission) -> DesignJudge<'_> {
     let flights = DesignFlights { drops: None, ..design_flights(mission) };
     judge_by(mission, flights, 0, Unknown { vehicle: false, air: false })
 }
-
-/// A body at rest.
-const AT_REST: BodyState = BodyState {
-    p_ned: Vector3::new(0.0, 0.0, 0.0),
-    q_ned_from_body: LEVEL,
-    v_ned: Vector3::new(0.0, 0.0, 0.0),
-    omega_body: Vector3::new(0.0, 0.0, 0.0),
-};
 
 /// The judge of designs of a mission.
 pub fn design_judge(mission: &Mission) -> DesignJudge<'_> {

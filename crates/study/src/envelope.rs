@@ -3,21 +3,22 @@
 use nalgebra::Vector3;
 
 use super::controller::along_plan;
+use super::uncertain::uncertain_or_usual;
 use samara_core::assess::envelope::flights::{EnvelopeStart, GROUP};
 use samara_core::assess::envelope::{
     AxisRange, Edge, EdgeSearch, EnvelopeAxis, EnvelopeFlights, EnvelopePoint, Ray, RayFlights, Stopped,
 };
-use samara_core::assess::{OneAtATime, ReleaseDistribution, Scenario};
+use samara_core::assess::{OneAtATime, RandomRelease, ReleaseDistribution, Scenario};
 use samara_core::control::ControlError;
 use samara_core::frames::{pitch, quaternion_from_euler};
 use samara_core::model::rigid_body::BodyState;
 use samara_core::model::wind::{Turbulence, Wind};
 use samara_core::model::{MAX_ROTORS, Parachute};
 use samara_core::random::Trials;
+use samara_core::sim::planar::Variation;
 use samara_core::sim::plant::Plant;
 use samara_core::sim::{PlantKind, PlantState, Start};
 use samara_core::trajectory::Trajectory;
-use samara_core::tune::unknowns;
 use samara_core::units::{DEG_PER_RAD, RAD_PER_DEG};
 use samara_mission::Mission;
 
@@ -52,8 +53,11 @@ impl MissionEnvelope {
         let entry = along_plan(mission, "envelope")?;
         let of_t0 = mission.releases();
         let delay_s = of_t0.parachute.delay_s;
-        let releases =
-            ReleaseDistribution { parachute: Parachute { delay_s: 0.0, ..of_t0.parachute }, ..of_t0 };
+        let releases = ReleaseDistribution {
+            parachute: Parachute { delay_s: 0.0, ..of_t0.parachute },
+            uncertain: Some(uncertain_or_usual(mission)),
+            ..of_t0
+        };
         Ok(Self {
             ranges: ranges(mission, &releases.state(0.0, 0.0), delay_s),
             releases,
@@ -118,7 +122,8 @@ impl MissionEnvelope {
     fn start(&self, point: &EnvelopePoint, draw: u64) -> EnvelopeStart {
         let number = Trials::Envelope.first() + draw;
         let value = |axis| point.value(axis);
-        let (nominal, drawn) = (self.releases.state(0.0, 0.0), self.releases.draw(self.seed, number).state);
+        let RandomRelease { state: drawn, off, .. } = self.releases.draw(self.seed, number);
+        let nominal = self.releases.state(0.0, 0.0);
         let wind_m_s = value(EnvelopeAxis::Wind);
         let drift = Vector3::new(wind_m_s, 0.0, value(EnvelopeAxis::Descent) - nominal.v_ned.z);
         let rate_rad_s = value(EnvelopeAxis::PitchRate) * RAD_PER_DEG - nominal.omega_body.y;
@@ -129,10 +134,9 @@ impl MissionEnvelope {
             omega_body: drawn.omega_body + Vector3::new(0.0, rate_rad_s, 0.0),
             ..drawn
         };
-        let state = self.fallen(release, value(EnvelopeAxis::Delay), wind_m_s);
-        let Scenario { environment, target_v_ned, .. } = self.flights.scenario();
-        let g = environment.gravity_m_s2;
-        let (state, mut variation) = unknowns::varied(&state, self.seed, number, g, target_v_ned.norm());
+        let mut state = self.fallen(release, value(EnvelopeAxis::Delay), wind_m_s);
+        state.v_ned.z += self.releases.gravity_m_s2 * off.release_delay_s();
+        let mut variation = Variation { air: Some(number + 1), ..off.variation() };
         variation.wind_m_s[0] += wind_m_s;
         (state, variation)
     }

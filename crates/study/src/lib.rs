@@ -12,6 +12,7 @@
 //! | [`free_fall`] | how well the fall is found by the accelerometer alone |
 //! | [`plan_grid`] | the releases that a grid of plans spans, and what interpolated plans cost |
 //! | [`first_gains`] | gains that fly a drafted mission |
+//! | [`uncertain`] | what is uncertain of a mission |
 //! | [`tuning`] | how gains are tuned |
 //! | [`designing`] | how plan and gains are designed together |
 
@@ -26,3 +27,4 @@ pub mod own;
 pub mod plan_grid;
 pub mod replan;
 pub mod tuning;
+pub mod uncertain;

@@ -1,11 +1,12 @@
 //! Campaigns of a mission's own gains, along the plan and, beside it, with the target velocity as a step.
 
 use super::controller::along_plan;
+use super::uncertain::uncertain_or_usual;
 use samara_core::assess::coordinates::TrialSpace;
 use samara_core::assess::{Outcome, SafetyStudy, StudyEntry, StudyReference};
 use samara_core::control::ControlError;
 use samara_core::trajectory::Trajectory;
-use samara_core::tune::{ReleaseCase, unknowns};
+use samara_core::tune::ReleaseCase;
 use samara_mission::Mission;
 
 /// Name of the campaign that is judged: along the plan.
@@ -27,8 +28,8 @@ pub fn own_entries(mission: &Mission) -> Result<[StudyEntry; 2], ControlError> {
     Ok([along_plan, step])
 }
 
-/// The trials along the plan by their coordinates, with what the controller does not know where that is
-/// asked.
+/// The trials along the plan by their coordinates, with what is uncertain: what the mission calls so, or where
+/// it says nothing the program's usual ranges if they are asked for.
 ///
 /// # Errors
 /// [`ControlError`] for a vehicle that cannot be controlled.
@@ -38,9 +39,11 @@ pub fn trial_space(
     with_unknowns: bool,
 ) -> Result<TrialSpace, ControlError> {
     let [along_plan, _] = own_entries(mission)?;
-    let g = mission.site.environment.gravity_m_s2;
-    let ranges = with_unknowns.then(|| unknowns::ranges(g, mission.target_v_ned.norm()));
-    Ok(TrialSpace::new(mission.safety_study(plan), along_plan, mission.releases(), ranges))
+    let mut releases = mission.releases();
+    if with_unknowns {
+        releases.uncertain = Some(uncertain_or_usual(mission));
+    }
+    Ok(TrialSpace::new(mission.safety_study(plan), along_plan, releases))
 }
 
 /// Flies a release case: what it came to, and its distance from the plan, (45).

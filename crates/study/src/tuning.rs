@@ -1,5 +1,6 @@
 //! How a mission's gains are tuned: the flights that judge them, what is made small, and how it is searched.
 
+use super::uncertain::uncertain_or_usual;
 use samara_core::control::ControlError;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::sim::PlantKind;
@@ -212,8 +213,9 @@ impl Tuning {
         let judge = judge.with_states(&swings);
         let Some(draws) = self.robust else { return Ok(judge) };
         let states: Vec<_> = cases.iter().map(ReleaseCase::state).collect();
-        let judge = judge.with_variations(cases).with_tipped(&states).with_tipped(&swings);
-        Ok(judge.with_draws(&mission.releases(), mission.seed, draws))
+        let uncertain = uncertain_or_usual(mission);
+        let judge = judge.with_variations(cases, &uncertain).with_tipped(&states).with_tipped(&swings);
+        Ok(judge.with_draws(&mission.releases().with_uncertain(Some(uncertain)), mission.seed, draws))
     }
 
     /// The objectives of the search; the gains found are the best under the last.

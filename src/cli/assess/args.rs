@@ -247,9 +247,10 @@ pub struct AssessArgs {
         conflicts_with_all = ["autopilot", "only", "resume", "keep", "trials", "bound"]
     )]
     pub sobol: Option<usize>,
-    /// Draw the controller's unknowns too, with --rare.
+    /// Draw what is uncertain too, with --rare, where no file has the key `uncertain`.
     ///
-    /// Mass, inertia, drag, density, steady wind, delays: as `samara tune --robust` draws them.
+    /// Mass, inertia, drag, density, thrust, latency, steady wind, delays: as `samara tune --robust` draws
+    /// them. What the mission or its vehicle calls uncertain is always drawn.
     #[arg(long, hide_short_help = true)]
     pub unknowns: bool,
     /// Flights of each level of --rare [default: 6800].

@@ -19,6 +19,7 @@ use samara::report::campaign::own::named;
 use samara::report::campaign::{CampaignReport, CaseRecord, NamedCampaign, footprint, json};
 use samara::report::document::Figure;
 use samara::report::figure::{Distribution, FigureError, distribution_figure};
+use samara::report::uncertain::uncertain_csv;
 use samara::study::own::{FLOWN_BY, fly_case, own_entries};
 use samara::tune::ReleaseCase;
 
@@ -98,7 +99,15 @@ pub fn write_page(
     let footprint = ["geojson", "kml"].map(|ending| format!("{prefix}footprint.{ending}"));
     folder.write_text(&footprint[0], &footprint::geojson(report))?;
     folder.write_text(&footprint[1], &footprint::kml(report))?;
-    let beside = Beside { figures, footprint: Some(footprint), files: files.to_vec() };
+    let mut files = files.to_vec();
+    let lines_of = report.campaigns.iter().find(|campaign| campaign.file.is_some());
+    let flown = lines_of.map_or(0, |campaign| campaign.summary.passed.trials());
+    if let Some(text) = uncertain_csv(report.mission, flown).filter(|_| flown > 0) {
+        let name = format!("{prefix}uncertain.csv");
+        folder.write_text(&name, &text)?;
+        files.push(name);
+    }
+    let beside = Beside { figures, footprint: Some(footprint), files };
     let document = document(report, beside);
     folder.write_text(&format!("{prefix}junit.xml"), &document.junit(&report.mission.name))?;
     folder.write_text(&format!("{page}.html"), &document.page()).map(|_| ())

@@ -46,7 +46,7 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
     let Ok(found) = found else { return stopped(args, &mission, "probability", &narrator) };
     let nearest = found.nearest.as_ref().map(|nearest| space.drawn(&nearest.point));
     let command = Command::of(args, &mission).alone();
-    let (parts, unknowns) = (space.parts().to_vec(), args.unknowns);
+    let (parts, unknowns) = (space.parts().to_vec(), args.unknowns || mission.uncertain.is_some());
     let report = RareReport { mission: &mission, unknowns, found, parts, nearest };
     write(&report, &folder)?;
     if let Some(drawn) = &report.nearest {
@@ -55,7 +55,7 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
     let asked = [
         ("rare", least.to_string()),
         ("bound", args.bound.to_string()),
-        ("unknowns", args.unknowns.to_string()),
+        ("unknowns", report.unknowns.to_string()),
         ("per_level", args.per_level().to_string()),
     ];
     folder.write_manifest("assess_rare", &mission, &asked)?;

@@ -9,14 +9,13 @@ use super::settings::tuning;
 use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::Mission;
 use samara::control::Gains;
+use samara::design::Unknown;
 use samara::model::rigid_body::BodyState;
 use samara::report::tune::{Contender, Contest, UnseenFlights};
 use samara::sim::PlantKind;
-use samara::sim::planar::Variation;
 use samara::study::designing::design_flights;
 use samara::trajectory::Trajectory;
 use samara::tune::gain_judge::{MeasuredFlight, Setting};
-use samara::tune::unknowns::varied;
 use samara::tune::{Evaluation, GainJudge, Longitudinal, Objective};
 
 /// Gains that are shown as a warning: the optimum of the paper's problem on the ideal plant.
@@ -47,14 +46,8 @@ pub fn contest(
         }
     };
     let judge = design_flights(mission);
-    let (distribution, seed) = (mission.releases(), mission.seed);
-    let (g, target_m_s) = (mission.site.environment.gravity_m_s2, mission.target_v_ned.norm());
-    let trial = |vary: bool, number: u64| {
-        let release = distribution.draw(seed, number).state;
-        // In the air that the mission names, as campaigns fly the trial of this number.
-        let known = Variation { air: Some(number + 1), ..Variation::NONE };
-        if vary { varied(&release, seed, number, g, target_m_s) } else { (release, known) }
-    };
+    // In the air that the mission names, as campaigns fly the trial of this number.
+    let trial = |vary: bool, number: u64| judge.draw(number, Unknown { vehicle: vary, air: true });
     let unseen = u64::from(args.unseen);
     let portions: Vec<u64> = (0..unseen).step_by(PORTION).collect();
     let flown_by = |k: &Longitudinal, vary: bool| -> Option<UnseenFlights> {

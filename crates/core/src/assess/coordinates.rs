@@ -25,34 +25,12 @@ use crate::model::parachute::TipOff;
 use crate::model::wind::{FlightNoise, GivenNoise};
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 use crate::sim::{self, DropSimulation, Sample, fly_many};
+use crate::uncertain::{Deviations, UncertainQuantity, Uncertainty};
 
 /// White noise over this time [s] counts as one number where a whole span moves; longer in long flights.
 const SPAN_S: f64 = 0.2;
 /// Most such spans of a column.
 const SPANS_MOST: usize = 60;
-
-/// How far what the controller does not know may be off, each uniform between its ends.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct UnknownRanges {
-    /// Mass, either way, as a fraction.
-    pub mass: f64,
-    /// Moment of inertia, either way, as a fraction.
-    pub inertia: f64,
-    /// Drag and pitching moment, either way, as a fraction.
-    pub aero: f64,
-    /// Density of the air, either way, as a fraction.
-    pub density: f64,
-    /// Thrust of the rotors, either way, as a fraction.
-    pub thrust: f64,
-    /// Time constants of the motors, either way, as a fraction.
-    pub motor_lag: f64,
-    /// Latency in addition to the vehicle's, up to this [s].
-    pub latency_s: f64,
-    /// Wind from t = 0 on, north, either way [m/s].
-    pub wind_m_s: f64,
-    /// Velocity down at t = 0, either way, of a release delay that is off [m/s].
-    pub fall_m_s: f64,
-}
 
 /// A quantity that is drawn, with its coordinates.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,26 +52,8 @@ pub enum DrawnQuantity {
     TipOffRate(usize),
     /// Velocity along a body axis that the cut gives, 0 to 2.
     TipOffVelocity(usize),
-    /// Mass.
-    Mass,
-    /// Moment of inertia.
-    Inertia,
-    /// Drag.
-    Drag,
-    /// Pitching moment of the air.
-    PitchingMoment,
-    /// Density of the air.
-    Density,
-    /// Steady wind in addition.
-    Wind,
-    /// Latency.
-    Latency,
-    /// Thrust of the rotors.
-    Thrust,
-    /// Time constants of the motors.
-    MotorLag,
-    /// Delay of the release.
-    Delay,
+    /// How far something is off what is known.
+    Off(UncertainQuantity),
     /// A column of turbulence's white noise, 0 to 4.
     Turbulence(usize),
     /// The column of a rotor in the vortex ring.
@@ -108,16 +68,7 @@ impl DrawnQuantity {
             Self::Phase => "swing, phase",
             Self::TipOffRate(_) => "tip-off, rates",
             Self::TipOffVelocity(_) => "tip-off, velocities",
-            Self::Mass => "mass",
-            Self::Inertia => "moment of inertia",
-            Self::Drag => "drag",
-            Self::PitchingMoment => "pitching moment of the air",
-            Self::Density => "density of the air",
-            Self::Wind => "steady wind",
-            Self::Latency => "latency",
-            Self::Thrust => "thrust of the rotors",
-            Self::MotorLag => "time constants of the motors",
-            Self::Delay => "release delay",
+            Self::Off(quantity) => quantity.words(),
             Self::Turbulence(0) => "turbulence along the wind",
             Self::Turbulence(1 | 2) => "turbulence across the wind",
             Self::Turbulence(_) => "turbulence, vertical",
@@ -132,16 +83,7 @@ impl DrawnQuantity {
             Self::Phase => "swing_phase",
             Self::TipOffRate(_) => "tip_off_rates",
             Self::TipOffVelocity(_) => "tip_off_velocities",
-            Self::Mass => "mass",
-            Self::Inertia => "inertia",
-            Self::Drag => "drag",
-            Self::PitchingMoment => "pitching_moment",
-            Self::Density => "density",
-            Self::Wind => "wind",
-            Self::Latency => "latency",
-            Self::Thrust => "thrust",
-            Self::MotorLag => "motor_lag",
-            Self::Delay => "release_delay",
+            Self::Off(quantity) => Self::off_key(quantity),
             Self::Turbulence(0) => "turbulence_along",
             Self::Turbulence(1 | 2) => "turbulence_across",
             Self::Turbulence(_) => "turbulence_vertical",
@@ -149,27 +91,24 @@ impl DrawnQuantity {
         }
     }
 
-    const UNKNOWNS: [Self; 10] = [
-        Self::Mass,
-        Self::Inertia,
-        Self::Drag,
-        Self::PitchingMoment,
-        Self::Density,
-        Self::Wind,
-        Self::Latency,
-        Self::Delay,
-        Self::Thrust,
-        Self::MotorLag,
-    ];
+    /// Key of what is off in results, which stays as it was before missions had a key of their own for it.
+    fn off_key(quantity: UncertainQuantity) -> &'static str {
+        match quantity {
+            UncertainQuantity::Wind => "wind",
+            UncertainQuantity::Latency => "latency",
+            UncertainQuantity::ReleaseDelay => "release_delay",
+            share => share.key(),
+        }
+    }
 }
 
 /// Quantities that go by one name, with their coordinates.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoordinateGroup {
     /// Key in files.
-    pub key: &'static str,
+    pub key: String,
     /// Name for a reader.
-    pub words: &'static str,
+    pub words: String,
     /// Places of the coordinates.
     pub ranges: Vec<Range<usize>>,
 }
@@ -177,10 +116,8 @@ pub struct CoordinateGroup {
 /// What is drawn for a trial.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DrawnTrial {
-    /// The release, with the state at t = 0.
+    /// The release, with the state at t = 0 and what is off.
     pub release: RandomRelease,
-    /// What the controller does not know.
-    pub variation: Variation,
     /// White noise of the air.
     pub noise: FlightNoise,
 }
@@ -191,7 +128,6 @@ pub struct TrialSpace {
     study: SafetyStudy,
     entry: StudyEntry,
     releases: ReleaseDistribution,
-    unknowns: Option<UnknownRanges>,
     plane: Result<Plane, OneAtATime>,
     parts: Vec<Part>,
     dimensions: usize,
@@ -205,13 +141,8 @@ struct Plane {
 }
 
 impl TrialSpace {
-    /// The trials of an entry of a study from random releases, with unknowns where there are any.
-    pub fn new(
-        study: SafetyStudy,
-        entry: StudyEntry,
-        releases: ReleaseDistribution,
-        unknowns: Option<UnknownRanges>,
-    ) -> Self {
+    /// The trials of an entry of a study from random releases.
+    pub fn new(study: SafetyStudy, entry: StudyEntry, releases: ReleaseDistribution) -> Self {
         let plan = study.flight_plan(&entry, CONTROL_PERIOD_S);
         let steps = plan.steps() as usize;
         let plane = || {
@@ -229,8 +160,7 @@ impl TrialSpace {
         if plane.is_ok() {
             study.scenario.wind = study.scenario.wind.uniform(&study.scenario.environment).in_plane();
         }
-        let quantities =
-            quantities(&study, &releases, unknowns.is_some(), plane.as_ref().ok().map(|p| &p.model));
+        let quantities = quantities(&study, &releases, plane.as_ref().ok().map(|p| &p.model));
         let mut parts = Vec::new();
         let mut dimensions = 0;
         for quantity in quantities {
@@ -239,7 +169,7 @@ impl TrialSpace {
             dimensions += if many { steps } else { 1 };
             parts.push(Part { quantity, range: from..dimensions });
         }
-        Self { study, entry, releases, unknowns, plane, parts, dimensions }
+        Self { study, entry, releases, plane, parts, dimensions }
     }
 
     /// Number of coordinates.
@@ -252,17 +182,36 @@ impl TrialSpace {
         &self.parts
     }
 
-    /// The quantities by their keys: columns of one filter, or axes of one thing, are one group.
+    /// The quantities by their keys: columns of one filter, axes of one thing, and what is normal together,
+    /// are one group. What is correlated has no share of its own of a variance.
     pub fn groups(&self) -> Vec<CoordinateGroup> {
         let mut groups: Vec<CoordinateGroup> = Vec::new();
         for Part { quantity, range } in &self.parts {
-            let (key, words) = (quantity.key(), quantity.words());
-            match groups.last_mut().filter(|last| last.key == key) {
-                Some(last) => last.ranges.push(range.clone()),
+            let (key, words) = self.group_of(*quantity);
+            match groups.iter_mut().find(|group| group.key == key) {
+                Some(group) => group.ranges.push(range.clone()),
                 None => groups.push(CoordinateGroup { key, words, ranges: vec![range.clone()] }),
             }
         }
         groups
+    }
+
+    /// Key and name of the group of a quantity.
+    fn group_of(&self, quantity: DrawnQuantity) -> (String, String) {
+        let joint = match quantity {
+            DrawnQuantity::Off(off) => {
+                self.releases.uncertain.as_ref().and_then(|uncertain| uncertain.joint_of(off))
+            }
+            _ => None,
+        };
+        let all = joint.map_or_else(
+            || vec![quantity],
+            |joint| joint.quantities().iter().copied().map(DrawnQuantity::Off).collect(),
+        );
+        let joined = |of: fn(DrawnQuantity) -> &'static str, with: &str| {
+            all.iter().map(|one| of(*one)).collect::<Vec<_>>().join(with)
+        };
+        (joined(DrawnQuantity::key, "_and_"), joined(DrawnQuantity::words, " and "))
     }
 
     /// Length of a flight [s].
@@ -296,39 +245,28 @@ impl TrialSpace {
     pub fn drawn(&self, point: &[f64]) -> DrawnTrial {
         let (mut amplitude_rad, mut phase_rad) = (0.0, 0.0);
         let mut tip_off = TipOff::default();
-        let mut variation = Variation { air: Some(0), ..Variation::NONE };
-        let (mut fall_m_s, mut noise) = (0.0, FlightNoise::default());
+        let mut coordinates = [0.0; UncertainQuantity::ALL.len()];
+        let mut noise = FlightNoise::default();
         let sigma = &self.releases.tip_off_sigma;
         for Part { quantity, range } in &self.parts {
             let column = point.get(range.clone()).unwrap_or_default();
             let z = column.first().copied().unwrap_or_default();
-            let off = |most: fn(&UnknownRanges) -> f64| self.unknowns.as_ref().map_or(0.0, most) * uniform(z);
             match quantity {
                 DrawnQuantity::Amplitude => amplitude_rad = self.releases.amplitude_sigma_rad * z,
                 DrawnQuantity::Phase => phase_rad = std::f64::consts::PI * uniform(z),
                 DrawnQuantity::TipOffRate(axis) => tip_off.omega_body[*axis] = sigma.omega_body[*axis] * z,
                 DrawnQuantity::TipOffVelocity(axis) => tip_off.v_body[*axis] = sigma.v_body[*axis] * z,
-                DrawnQuantity::Mass => variation.mass += off(|most| most.mass),
-                DrawnQuantity::Inertia => variation.inertia += off(|most| most.inertia),
-                DrawnQuantity::Drag => variation.aero[0] += off(|most| most.aero),
-                DrawnQuantity::PitchingMoment => variation.aero[2] += off(|most| most.aero),
-                DrawnQuantity::Density => variation.density += off(|most| most.density),
-                DrawnQuantity::Wind => variation.wind_m_s[0] += off(|most| most.wind_m_s),
-                DrawnQuantity::Latency => {
-                    let most_s = self.unknowns.as_ref().map_or(0.0, |most| most.latency_s);
-                    variation.latency_s = 0.5 * most_s * (1.0 + uniform(z));
-                }
-                DrawnQuantity::Thrust => variation.thrust += off(|most| most.thrust),
-                DrawnQuantity::MotorLag => variation.motor_lag += off(|most| most.motor_lag),
-                DrawnQuantity::Delay => fall_m_s = off(|most| most.fall_m_s),
+                DrawnQuantity::Off(quantity) => coordinates[*quantity as usize] = z,
                 DrawnQuantity::Turbulence(k) => noise.turbulence[*k] = Arc::from(column),
                 DrawnQuantity::Ring(rotor) => noise.ring[*rotor] = Arc::from(column),
             }
         }
-        let mut state = tip_off.after(self.releases.state(amplitude_rad, phase_rad));
-        state.v_ned.z += fall_m_s;
-        let release = RandomRelease { trial: 0, amplitude_rad, phase_rad, state };
-        DrawnTrial { release, variation, noise }
+        let at = |uncertain: &Arc<Uncertainty>| uncertain.at(|quantity| coordinates[quantity as usize]);
+        let off = self.releases.uncertain.as_ref().map_or_else(Deviations::default, at);
+        let state = tip_off.after(self.releases.state(amplitude_rad, phase_rad));
+        let state = self.releases.delayed(state, &off);
+        let release = RandomRelease { trial: 0, amplitude_rad, phase_rad, state, off };
+        DrawnTrial { release, noise }
     }
 
     /// Flies the trials at these points; threads are the caller's affair: split at multiples of [`LANES`].
@@ -340,7 +278,7 @@ impl TrialSpace {
         let drawn: Vec<DrawnTrial> = points.iter().map(|point| self.drawn(point.as_ref())).collect();
         let flights = self.plane.as_ref().ok().and_then(|plane| {
             let flight = |(trial, number): (&DrawnTrial, u64)| -> Result<Flight, NotPlanar> {
-                let variation = Variation { air: Some(number), ..trial.variation };
+                let variation = Variation { air: Some(number), ..trial.release.off.variation() };
                 Ok(Flight { gains: plane.gains, release: Release::of(&trial.release.state)?, variation })
             };
             Some((plane, drawn.iter().zip(0..).map(flight).collect::<Result<Vec<Flight>, _>>().ok()?))
@@ -368,8 +306,8 @@ impl TrialSpace {
     fn in_space(&self, trial: &DrawnTrial) -> (SafetyStudy, StudyEntry, StudyStart) {
         let (mut study, entry) = (self.study.clone(), self.entry.clone());
         study.scenario.wind.given = Some(GivenNoise(Arc::from([trial.noise.clone()])));
-        let DrawnTrial { release, variation, .. } = trial;
-        (study, entry, StudyStart { state: release.state, air: 0, variation: *variation })
+        let RandomRelease { state, off, .. } = trial.release;
+        (study, entry, StudyStart { state, air: 0, variation: Variation { air: Some(0), ..off.variation() } })
     }
 
     /// Flies trials in six degrees of freedom, side by side where [`fly_many`] does.
@@ -420,16 +358,14 @@ fn uniform(z: f64) -> f64 {
 fn quantities(
     study: &SafetyStudy,
     releases: &ReleaseDistribution,
-    with_unknowns: bool,
     plane: Option<&Model>,
 ) -> Vec<DrawnQuantity> {
     let mut quantities = vec![DrawnQuantity::Amplitude, DrawnQuantity::Phase];
     let sigma = &releases.tip_off_sigma;
     quantities.extend((0..3).filter(|axis| sigma.omega_body[*axis] != 0.0).map(DrawnQuantity::TipOffRate));
     quantities.extend((0..3).filter(|axis| sigma.v_body[*axis] != 0.0).map(DrawnQuantity::TipOffVelocity));
-    if with_unknowns {
-        quantities.extend(DrawnQuantity::UNKNOWNS);
-    }
+    let uncertain = releases.uncertain.as_ref().map_or_else(Vec::new, |uncertain| uncertain.quantities());
+    quantities.extend(uncertain.into_iter().map(DrawnQuantity::Off));
     // Noise from a file is the same for all trials.
     if let Some(turbulence) =
         study.scenario.wind.turbulence.as_ref().filter(|turbulence| turbulence.noise.is_none())

@@ -7,8 +7,9 @@
 use nalgebra::Vector3;
 
 use crate::model::parachute::TipOff;
+use crate::uncertain::Deviations;
 
-/// Random numbers of a drop: swing, wind, seed of the sensors.
+/// Random numbers of a drop: swing, wind, seed of the sensors, what is off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RandomDrop {
     /// Number of the trial.
@@ -23,4 +24,6 @@ pub struct RandomDrop {
     pub tip_off: TipOff,
     /// Seed of the sensors' noise.
     pub seed: u64,
+    /// How far what is known of the vehicle and its air is off.
+    pub off: Deviations,
 }

@@ -4,6 +4,8 @@
 //! at t = 0 follow from them, the rotors are at rest. Trial k draws from streams of its own: it is the same
 //! whichever trials are flown beside it, in whatever order.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::RandomDrop;
@@ -11,9 +13,10 @@ use crate::model::Parachute;
 use crate::model::parachute::TipOff;
 use crate::model::rigid_body::BodyState;
 use crate::random::{Purpose, Stream};
+use crate::uncertain::{Deviations, Uncertainty};
 
 /// Distribution of releases.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ReleaseDistribution {
     /// Descent, delay, and the pendulum's frequency and length; its amplitude and phase are replaced.
     pub parachute: Parachute,
@@ -25,6 +28,8 @@ pub struct ReleaseDistribution {
     pub amplitude_sigma_rad: f64,
     /// Standard deviations of what the cut gives the vehicle, in addition to the parachute's tip-off.
     pub tip_off_sigma: TipOff,
+    /// How far what is known of the vehicle and its air may be off; `None`: not at all.
+    pub uncertain: Option<Arc<Uncertainty>>,
 }
 
 /// A drawn release.
@@ -38,14 +43,17 @@ pub struct RandomRelease {
     pub phase_rad: f64,
     /// State at t = 0.
     pub state: BodyState,
+    /// How far what is known of the vehicle and its air is off.
+    pub off: Deviations,
 }
 
 impl ReleaseDistribution {
     /// The release of a trial.
     pub fn draw(&self, seed: u64, trial: u64) -> RandomRelease {
         let (amplitude_rad, phase_rad) = self.swing(&mut Stream::new(seed, Purpose::Release, trial));
-        let state = self.tip_off(seed, trial).after(self.state(amplitude_rad, phase_rad));
-        RandomRelease { trial, amplitude_rad, phase_rad, state }
+        let off = self.deviations(seed, trial);
+        let state = self.delayed(self.tip_off(seed, trial).after(self.state(amplitude_rad, phase_rad)), &off);
+        RandomRelease { trial, amplitude_rad, phase_rad, state, off }
     }
 
     /// The drop of a trial: its release's swing and tip-off, then a wind whose parts in north and in east
@@ -55,8 +63,26 @@ impl ReleaseDistribution {
         let (amplitude_rad, phase_rad) = self.swing(&mut stream);
         let [north, east] = std::array::from_fn(|_| wind_sigma_m_s * stream.normal());
         let wind_ned_m_s = Vector3::new(north, east, 0.0);
-        let tip_off = self.tip_off(seed, trial);
-        RandomDrop { trial, amplitude_rad, phase_rad, wind_ned_m_s, tip_off, seed: stream.bits() }
+        let (tip_off, off) = (self.tip_off(seed, trial), self.deviations(seed, trial));
+        RandomDrop { trial, amplitude_rad, phase_rad, wind_ned_m_s, tip_off, seed: stream.bits(), off }
+    }
+
+    /// These releases with another idea of what is uncertain.
+    pub fn with_uncertain(&self, uncertain: Option<Arc<Uncertainty>>) -> Self {
+        Self { uncertain, ..self.clone() }
+    }
+
+    /// The state at t = 0 of a release whose delay is off: it has fallen for so much longer.
+    pub fn delayed(&self, mut state: BodyState, off: &Deviations) -> BodyState {
+        state.v_ned.z += self.gravity_m_s2 * off.release_delay_s().max(-self.parachute.delay_s);
+        state
+    }
+
+    /// How far what is known is off in a trial, from a stream of its own.
+    fn deviations(&self, seed: u64, trial: u64) -> Deviations {
+        let drawn =
+            |uncertain: &Arc<Uncertainty>| uncertain.draw(&mut Stream::new(seed, Purpose::Unknowns, trial));
+        self.uncertain.as_ref().map_or_else(Deviations::default, drawn)
     }
 
     /// What the cut gives the vehicle of a trial, from a stream of its own.
@@ -104,6 +130,7 @@ mod tests {
             drift_ned_m_s: Vector3::zeros(),
             amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
             tip_off_sigma: TipOff::default(),
+            uncertain: None,
         }
     }
 

@@ -124,7 +124,7 @@ pub struct StudyStart {
 
 impl From<&RandomRelease> for StudyStart {
     fn from(release: &RandomRelease) -> Self {
-        Self { state: release.state, air: release.trial + 1, variation: Variation::NONE }
+        Self { state: release.state, air: release.trial + 1, variation: release.off.variation() }
     }
 }
 
@@ -217,8 +217,8 @@ impl SafetyStudy {
         let measure = BatchMeasure::new(&plan, None, &self.scenario.limits, target_m_s)?
             .to_plans_end(self.plan.end_s());
         let flight = |release: &RandomRelease| {
-            let air = Some(StudyStart::from(release).air);
-            let variation = Variation { air, ..Variation::NONE };
+            let StudyStart { air, variation, .. } = release.into();
+            let variation = Variation { air: Some(air), ..variation };
             Ok(Flight { gains, release: Release::of(&release.state)?, variation })
         };
         Ok((model, measure, releases.iter().map(flight).collect::<Result<_, NotPlanar>>()?))

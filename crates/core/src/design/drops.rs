@@ -17,7 +17,7 @@ use crate::trajectory::Trajectory;
 /// What the controller of a random flight does not know of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Unknown {
-    /// Mass, inertia, air loads, density, steady wind and delays ([`crate::tune::unknowns`]).
+    /// Mass, inertia, air loads, density, steady wind and delays ([`crate::uncertain`]).
     pub vehicle: bool,
     /// Gusts and turbulence.
     pub air: bool,

@@ -12,8 +12,10 @@ use super::objective::{BOUNDED, DesignBounds, DesignObjective, JudgedFlight, Jud
 use super::operating_point::{body_of, body_of_state, shaft_energy_j};
 use super::worst_loop::{LoopPlace, WorstLoop};
 use super::{Design, PlanDesign};
-use crate::assess::Scenario;
-use crate::assess::{Objection, Outcome, ReleaseDistribution, StateCost, VerdictBuilder, judge_trial};
+use crate::assess::study::StudyStart;
+use crate::assess::{
+    Objection, Outcome, ReleaseDistribution, Scenario, StateCost, VerdictBuilder, judge_trial,
+};
 use crate::control::px4::timing::IMU_PERIOD_S;
 use crate::control::{Airframe, ControlError, ControlSettings, Gains};
 use crate::model::rigid_body::BodyState;
@@ -24,7 +26,7 @@ use crate::sim::PlantKind;
 use crate::sim::planar::{NotPlanar, Variation};
 use crate::trajectory::{Node, Trajectory};
 use crate::tune::gain_judge::{MeasuredFlight, Setting};
-use crate::tune::unknowns::{tipped, varied};
+use crate::tune::unknowns::tipped;
 use crate::tune::{GainJudge, Longitudinal, ReleaseCase};
 
 /// Vehicle, site and limits of a design's flights.
@@ -42,7 +44,7 @@ pub struct DesignFlights {
     pub delay_s: f64,
     /// Releases that every design flies in still air.
     pub cases: Vec<ReleaseCase>,
-    /// Random releases.
+    /// Random releases, with what the controller does not know of.
     pub releases: ReleaseDistribution,
     /// Seed of all that is drawn.
     pub seed: u64,
@@ -56,14 +58,10 @@ pub struct DesignFlights {
 impl DesignFlights {
     /// The random flight of this number.
     pub fn draw(&self, number: u64, unknown: Unknown) -> (BodyState, Variation) {
-        let release = self.releases.draw(self.seed, number).state;
-        let air = unknown.air.then_some(number + 1);
-        if !unknown.vehicle {
-            return (release, Variation { air, ..Variation::NONE });
-        }
-        let (g, target_m_s) = (self.scenario.environment.gravity_m_s2, self.scenario.target_v_ned.norm());
-        let (release, variation) = varied(&release, self.seed, number, g, target_m_s);
-        (release, Variation { air, ..variation })
+        let known = self.releases.with_uncertain(None);
+        let releases = if unknown.vehicle { &self.releases } else { &known };
+        let StudyStart { state, variation, .. } = (&releases.draw(self.seed, number)).into();
+        (state, Variation { air: unknown.air.then_some(number + 1), ..variation })
     }
 
     /// Pilot of the flights along the plan of a design.

@@ -11,11 +11,12 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use super::objective::{Evaluation, Objective};
-use super::unknowns::{self, one_at_a_time, tipped};
+use super::unknowns::{one_at_a_time, tipped};
 use super::{Longitudinal, ReleaseCase};
 use crate::assess::Scenario;
 use crate::assess::flights::Outcomes;
 use crate::assess::safety::FlightWatch;
+use crate::assess::study::StudyStart;
 use crate::assess::tracking::{PITCH_MAX_RAD, SPEED_MAX_M_S, control_period_s};
 use crate::assess::{BatchFlight, BatchMeasure, Outcome, ReleaseDistribution, TrackingError, judge_flights};
 use crate::control::{Airframe, Cascade, ControlError, ControlLimits, Controller, Gains};
@@ -25,6 +26,7 @@ use crate::random::Trials;
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 use crate::sim::{self, DropSimulation, FlightPlan, PlantKind, Reference, Sample, Watch, fly, fly_many};
 use crate::trajectory::Trajectory;
+use crate::uncertain::Uncertainty;
 use crate::units::DEG_PER_RAD;
 
 /// A flight is at rest when it is steady from so long before its end [s].
@@ -182,14 +184,12 @@ impl<'a> GainJudge<'a> {
         self
     }
 
-    /// Adds the cases with what the controller does not know of, one thing at a time ([`super::unknowns`]),
-    /// judged by J_TPF.
-    pub fn with_variations(mut self, cases: &[ReleaseCase]) -> Self {
-        let setting = &self.setting;
-        let (g, target_m_s) =
-            (setting.scenario.environment.gravity_m_s2, setting.scenario.target_v_ned.norm());
+    /// Adds the cases with what is uncertain at its ends, one thing at a time, judged by J_TPF.
+    pub fn with_variations(mut self, cases: &[ReleaseCase], uncertain: &Uncertainty) -> Self {
+        let scenario = &self.setting.scenario;
         let states: Vec<BodyState> = cases.iter().map(ReleaseCase::state).collect();
-        let trials = one_at_a_time(&states, g, target_m_s, setting.scenario.wind.changes());
+        let (g, windy) = (scenario.environment.gravity_m_s2, scenario.wind.changes());
+        let trials = one_at_a_time(&states, uncertain, g, windy);
         self.trials.extend(trials.iter().map(untracked));
         self
     }
@@ -200,14 +200,12 @@ impl<'a> GainJudge<'a> {
         self
     }
 
-    /// Adds random releases with everything that the controller does not know of at once, a pitch that is off
-    /// and the mission's air, judged by J_TPF: draws that no campaign of the seed has among its trials.
+    /// Adds random releases with everything that is uncertain of them at once, in the mission's air, judged by
+    /// J_TPF: draws that no campaign of the seed has among its trials.
     pub fn with_draws(mut self, releases: &ReleaseDistribution, seed: u64, draws: usize) -> Self {
-        let (g, target_m_s) =
-            (self.setting.scenario.environment.gravity_m_s2, self.setting.scenario.target_v_ned.norm());
         let drawn = (Trials::Search.first()..).take(draws).map(|number| {
-            let release = releases.draw(seed, number).state;
-            untracked(&unknowns::varied(&release, seed, number, g, target_m_s))
+            let StudyStart { state, air, variation } = (&releases.draw(seed, number)).into();
+            untracked(&(state, Variation { air: Some(air), ..variation }))
         });
         self.trials.extend(drawn);
         self

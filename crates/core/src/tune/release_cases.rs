@@ -91,6 +91,7 @@ mod tests {
             drift_ned_m_s: Vector3::zeros(),
             amplitude_sigma_rad: 3.0 * RAD_PER_DEG,
             tip_off_sigma: TipOff::default(),
+            uncertain: None,
         }
     }
 

@@ -36,11 +36,13 @@ pub enum Effect {
     Battery,
     /// What fails.
     Faults,
+    /// Numbers that are off what the files say.
+    Uncertain,
 }
 
 impl Effect {
     /// Every effect, in the order in which they are reported.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::RandomWind,
         Self::WindByAltitude,
         Self::Gusts,
@@ -52,6 +54,7 @@ impl Effect {
         Self::RotorStart,
         Self::Battery,
         Self::Faults,
+        Self::Uncertain,
     ];
 
     /// The key of the mission or the vehicle that names it.
@@ -68,6 +71,7 @@ impl Effect {
             Self::RotorStart => "rotor_start (vehicle)",
             Self::Battery => "battery.electric",
             Self::Faults => "faults",
+            Self::Uncertain => "uncertain",
         }
     }
 
@@ -85,6 +89,7 @@ impl Effect {
             Self::RotorStart => "rotor start",
             Self::Battery => "battery",
             Self::Faults => "faults",
+            Self::Uncertain => "what is uncertain",
         }
     }
 
@@ -103,6 +108,7 @@ impl Effect {
             Self::RotorStart => "rotors at rest until t = 0 that are driven at once",
             Self::Battery => "a stiff supply of the motors' own voltage and limits",
             Self::Faults => "none",
+            Self::Uncertain => "vehicle, air and delays as the files have them",
         }
     }
 
@@ -128,6 +134,7 @@ impl Effect {
             Self::RotorStart => mission.vehicle.start.is_some(),
             Self::Battery => mission.electric.is_some(),
             Self::Faults => !mission.faults.list.is_empty(),
+            Self::Uncertain => mission.uncertain.as_ref().is_some_and(|uncertain| !uncertain.is_none()),
         }
     }
 
@@ -154,6 +161,7 @@ impl Effect {
             Self::RotorStart => Arc::make_mut(&mut mission.vehicle).start = None,
             Self::Battery => mission.electric = None,
             Self::Faults => mission.faults.list.clear(),
+            Self::Uncertain => mission.uncertain = None,
         }
     }
 }

@@ -3,6 +3,7 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -18,6 +19,7 @@ use samara_core::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, SolvePro
 use samara_core::replan::{Cadence, PlanSource};
 use samara_core::sim::{DropSimulation, ElectricBattery, Start, nominal_state_at_t0};
 use samara_core::trajectory::Trajectory;
+use samara_core::uncertain::Uncertainty;
 
 /// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
 #[derive(Debug, thiserror::Error)]
@@ -144,7 +146,9 @@ impl Mission {
             Some(ground) => DropSimulation::new(vehicle, environment, parachute, hang_s, start).above(ground),
             None => DropSimulation::new(vehicle, environment, parachute, hang_s, start),
         };
-        simulation.in_wind(course).on_battery(self.electric.clone()).with_faults(&self.faults.list)
+        let simulation = simulation.in_wind(course).on_battery(self.electric.clone());
+        let off = self.off.variation();
+        simulation.varied(off.factors(), off.latency_s).with_faults(&self.faults.list)
     }
 
     /// The simulation whose release comes without a command: at the end of the hang, or when its faults let
@@ -243,7 +247,8 @@ impl Mission {
 
     /// The random releases, (40)-(44).
     pub fn releases(&self) -> ReleaseDistribution {
-        self.study.monte_carlo.releases(self.release.parachute, &self.site.environment)
+        let releases = self.study.monte_carlo.releases(self.release.parachute, &self.site.environment);
+        releases.with_uncertain(self.uncertain.clone())
     }
 
     /// How long the mission goes on after the end of a plan [s].
@@ -278,18 +283,28 @@ impl Mission {
 
     /// The drop of a trial of a campaign.
     pub fn draw_drop(&self, trial: u64) -> RandomDrop {
-        self.releases().draw_drop(self.seed, trial, self.study.monte_carlo.wind_sigma_m_s)
+        self.draw_drop_with(trial, self.uncertain.clone())
     }
 
-    /// The mission with what was drawn for a drop: swing, wind and noise. Name and hash of the inputs stay;
-    /// the plan's start is not what was drawn, since nobody knows that beforehand.
+    /// The drop of a trial where this is uncertain, in place of what the mission says.
+    pub fn draw_drop_with(&self, trial: u64, uncertain: Option<Arc<Uncertainty>>) -> RandomDrop {
+        let releases = self.releases().with_uncertain(uncertain);
+        releases.draw_drop(self.seed, trial, self.study.monte_carlo.wind_sigma_m_s)
+    }
+
+    /// The mission with what was drawn for a drop: swing, wind, noise, and how far off what is flown is. Name
+    /// and hash of the inputs stay; plan and controller know nothing of what was drawn.
     pub fn with_drop(&self, drop: &RandomDrop) -> Self {
         let mut mission = self.clone();
         mission.release.parachute.pendulum =
             self.study.monte_carlo.pendulum(drop.amplitude_rad, drop.phase_rad);
         let tip_off = &mut mission.release.parachute.tip_off;
         *tip_off = tip_off.with(&drop.tip_off);
+        let parachute = &mut mission.release.parachute;
+        parachute.delay_s = (parachute.delay_s + drop.off.release_delay_s()).max(0.0);
         mission.site.environment.wind_ned_m_s += drop.wind_ned_m_s;
+        mission.site.environment = drop.off.variation().blown(&mission.site.environment);
+        mission.off = drop.off;
         mission.site.wind_number = drop.trial + 1;
         mission.seed = drop.seed;
         mission

@@ -25,10 +25,12 @@ use crate::estimated::{Estimated, estimated_keys};
 use crate::number::{Count, Exactly, Name, SpanS, Within};
 use crate::shipped::{MISSIONS, is_built_in, names_in};
 use crate::source::{InputHash, Source};
+use crate::uncertain::{UncertainJson, uncertainty};
 use crate::vehicle_file::vehicle_of;
 use samara_core::design::DesignSettings;
 use samara_core::model::{RotorLimits, Vehicle};
 use samara_core::sim::{Battery, ElectricBattery, SensorSettings};
+use samara_core::uncertain::{Deviations, Uncertainty};
 
 mod battery;
 mod choices;
@@ -119,6 +121,10 @@ pub(super) struct MissionJson {
     tuning: study::TuningJson,
     /// Random releases, (40)-(44).
     monte_carlo: study::MonteCarloJson,
+    /// How far numbers of the vehicle, its air and its delays may be off: drawn in every campaign, study and
+    /// search. A quantity that is named here has the vehicle's word for it overridden. Left out here and in
+    /// the vehicle: campaigns fly what is known, and searches the program's usual ranges.
+    uncertain: Option<UncertainJson>,
     /// How plan and gains are designed together.
     design: Option<design::DesignJson>,
     /// How plans are renewed during a drop, where that is asked for (`--replan`).
@@ -188,6 +194,10 @@ pub struct Mission {
     pub px4: Px4,
     /// Which numbers of the mission and of its vehicle are estimated.
     pub estimated: Estimated,
+    /// How far what is known of the vehicle, its air and its delays may be off; `None`: nobody says.
+    pub uncertain: Option<Arc<Uncertainty>>,
+    /// How far it is off in the drop that is flown ([`Self::with_drop`]); not at all in the mission's own.
+    pub off: Deviations,
     /// Hash of the files, and choices beside them.
     pub inputs: Inputs,
 }
@@ -289,8 +299,11 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
         rotor_radius_m: vehicle.rotor_radius_m,
         estimated: Estimated {
             vehicle: vehicle.estimated,
+            origins: vehicle.origins,
             mission: estimated_keys(source, json.estimated.as_ref())?,
         },
+        uncertain: uncertainty(source, json.uncertain.as_ref(), vehicle.uncertain)?,
+        off: Deviations::default(),
         target_v_ned,
         duration_s: json.duration_s.get(),
         epoch_unix_us,

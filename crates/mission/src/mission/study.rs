@@ -181,6 +181,7 @@ impl MonteCarlo {
             drift_ned_m_s: site.drift_ned_m_s(),
             amplitude_sigma_rad: self.amplitude_sigma_rad,
             tip_off_sigma: self.tip_off_sigma,
+            uncertain: None,
         }
     }
 }

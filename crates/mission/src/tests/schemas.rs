@@ -98,6 +98,13 @@ fn every_number_in_a_schema_names_its_unit() {
         "draws",
         "iterations",
         "gains",
+        // Of a deviation, whose key has the unit.
+        "uniform",
+        "mean",
+        "sigma",
+        "range",
+        "table",
+        "covariance",
     ];
     fn is_number(schema: &serde_json::Value) -> bool {
         let is = |kind: &serde_json::Value| kind == "number" || kind == "integer";

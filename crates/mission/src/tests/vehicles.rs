@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 
 use super::spoil::{Spoilt, copy, shipped, spoil};
-use super::{ConfigError, Mission, VehicleFile, derived, load_mission, load_vehicle};
+use super::{ConfigError, Mission, Origin, VehicleFile, derived, load_mission, load_vehicle};
 use samara_core::frames::quaternion_from_euler;
 use samara_core::model::rigid_body::BodyState;
 use samara_core::model::{Interference, RotorLimits, trim};
@@ -375,6 +375,31 @@ fn regress_rotors_above_one_another_want_factors() {
         odd.len() == 1 && odd[0].starts_with("vehicle: rotor 5 stands in the wake of rotor 2"),
         "{odd:?}"
     );
+}
+
+/// Where numbers are from is of keys of the file, each once; what is estimated or guessed counts as estimated.
+#[test]
+fn origins_are_of_keys_of_the_file() {
+    let with =
+        |inside: &str| x500("\"provenance\": [", &format!("\"origins\": [{inside}], \"provenance\": ["));
+    let mass = "{ \"keys\": [\"mass_kg\"], \"kind\": \"measured\", \"file\": \"scales.csv\" }";
+    let inertia = "{ \"keys\": [\"inertia_kg_m2\"], \"kind\": \"estimated\", \"formula\": \"a sphere\" }";
+    let found = with(&format!("{mass}, {inertia}")).loaded.unwrap();
+    let words: Vec<String> = found.origins.iter().map(Origin::words).collect();
+    assert_eq!(words, ["measured (scales.csv)", "estimated: a sphere"]);
+    let estimated = found.estimated.unwrap();
+    assert!(estimated.iter().any(|key| key == "inertia_kg_m2") && estimated.is_sorted(), "{estimated:?}");
+    assert!(!estimated.iter().any(|key| key == "mass_kg"));
+    let twice = with(&format!("{mass}, {mass}"));
+    let Err(ConfigError::Content { json_path, message, .. }) = twice.loaded else { panic!("accepted") };
+    assert_eq!(
+        (json_path.as_str(), message.contains("each key once")),
+        ("origins[1].keys[0]", true),
+        "{message}"
+    );
+    let none = with(&mass.replace("mass_kg", "weight_kg"));
+    let Err(ConfigError::Content { json_path, .. }) = none.loaded else { panic!("accepted") };
+    assert_eq!(json_path, "origins[0].keys[0]");
 }
 
 /// What a file calls estimated are keys of it; a file that says nothing is another than one that says nothing

@@ -19,11 +19,13 @@ use self::rotors::{
 };
 use self::start::{RotorStartJson, build_start};
 use super::error::ConfigError;
-use super::estimated::estimated_keys;
+use super::estimated::{Origin, OriginJson, origins_and_estimates};
 use super::number::{Exactly, Name, Positive, Within};
 use super::source::{InputHash, Source};
+use super::uncertain::UncertainJson;
 use samara_core::model::rigid_body::MassProperties;
 use samara_core::model::{Vehicle, VehicleOptions};
+use samara_core::uncertain::{UncertainQuantity, Uncertainty};
 
 mod aero;
 mod blade_element;
@@ -69,12 +71,17 @@ pub(super) struct VehicleJson {
     /// Rotors before their motors drive them, and their start; without it rotors are held at rest until t =
     /// 0, and driven from there on.
     rotor_start: Option<RotorStartJson>,
+    /// How far numbers of the vehicle may be off; missions draw it, and may override it.
+    uncertain: Option<UncertainJson>,
     /// Keys of this file whose numbers are estimated or guessed, neither measured nor given by a data sheet,
     /// as paths (`inertia_kg_m2`, `motor.first_order.tau_up_s`); a section's key stands for all that is in
     /// it. None: `[]`. A release card asks for their acceptance, also where this key is left out, since
     /// nobody knows then.
     estimated: Option<Vec<String>>,
-    /// Where the numbers come from.
+    /// Where numbers of this file are from, as data: each key once. Those estimated or guessed count as
+    /// `estimated`, too.
+    origins: Option<Vec<OriginJson>>,
+    /// Where the numbers come from, for the reader.
     #[serde(rename = "provenance")]
     _provenance: Option<Vec<String>>,
 }
@@ -88,8 +95,12 @@ pub struct VehicleFile {
     pub vehicle: Vehicle,
     /// Radius of a rotor [m], where the file gives one.
     pub rotor_radius_m: Option<f64>,
+    /// Where the file says that its numbers are from.
+    pub origins: Vec<Origin>,
     /// Keys of its file whose numbers are estimated; `None`: the file does not say.
     pub estimated: Option<Vec<String>>,
+    /// How far what the file says may be off; `None`: the file does not say.
+    pub uncertain: Option<Uncertainty>,
 }
 
 /// Reads a vehicle file and its tables.
@@ -142,8 +153,14 @@ pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<Vehicl
     let vehicle = Vehicle { start, ..vehicle };
     check_static_thrust(source, &vehicle)?;
     check_longest_step(source, &vehicle)?;
-    let estimated = estimated_keys(source, json.estimated.as_ref())?;
-    Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m: json.rotor.radius_m(), estimated })
+    let (origins, estimated) = origins_and_estimates(source, json.origins.as_ref(), json.estimated.as_ref())?;
+    let uncertain = json
+        .uncertain
+        .as_ref()
+        .map(|uncertain| uncertain.uncertainty(source, UncertainQuantity::is_of_vehicle))
+        .transpose()?;
+    let rotor_radius_m = json.rotor.radius_m();
+    Ok(VehicleFile { name: json.name.0, vehicle, rotor_radius_m, origins, estimated, uncertain })
 }
 
 /// Which reactions of the rotors on the body are modelled.

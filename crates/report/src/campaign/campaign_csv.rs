@@ -123,6 +123,7 @@ mod tests {
     use nalgebra::Vector3;
     use samara_core::frames::quaternion_from_euler;
     use samara_core::model::rigid_body::BodyState;
+    use samara_core::uncertain::Deviations;
 
     fn trial() -> (RandomRelease, Outcome) {
         let state = BodyState {
@@ -131,7 +132,13 @@ mod tests {
             v_ned: Vector3::new(1.0 / 3.0, 0.0, 3.675),
             omega_body: Vector3::new(0.0, -0.2, 0.0),
         };
-        let release = RandomRelease { trial: 41, amplitude_rad: 0.1 + 0.2, phase_rad: -3.0, state };
+        let release = RandomRelease {
+            trial: 41,
+            amplitude_rad: 0.1 + 0.2,
+            phase_rad: -3.0,
+            state,
+            off: Deviations::default(),
+        };
         let outcome = Outcome {
             j_tpf: 0.55 + 1e-16,
             peak_speed_m_s: 6.6,

@@ -16,13 +16,14 @@ use samara_study::checking::checked;
 pub fn assumed(card: &Card<'_>, most: usize) -> Vec<String> {
     let mission = card.mission;
     let mut sentences = vec![limits(mission), releases(mission)];
-    let fixed =
-        "The vehicle is as its file has it: no campaign here varies mass, inertia, drag, motors or density";
+    let fixed = fixed(mission);
     let varied = card.standing().filter(|(.., found)| matches!(found, Finding::Rare(rare) if rare.unknowns));
     let varied: Vec<String> = varied.map(|(id, ..)| id).collect();
     sentences.push(match varied.as_slice() {
-        [] => format!("{fixed}."),
-        ids => format!("{fixed}; {} draws them, motors excepted.", first(ids, most)),
+        ids if mission.uncertain.is_none() && !ids.is_empty() => {
+            format!("{fixed}; {} draws the program's usual ranges of them.", first(ids, most))
+        }
+        _ => format!("{fixed}."),
     });
     let on_the_truth: Vec<String> = card
         .standing()
@@ -54,6 +55,25 @@ pub fn assumed(card: &Card<'_>, most: usize) -> Vec<String> {
         sentences.push(format!("samara check finds odd: {}.", odd.join("; ")));
     }
     sentences
+}
+
+/// How far the vehicle may be off its file in the trials.
+fn fixed(mission: &Mission) -> String {
+    let Some(uncertain) = &mission.uncertain else {
+        return "The vehicle is as its file has it: no campaign here varies mass, inertia, drag, motors or density"
+            .to_owned();
+    };
+    let each = uncertain.quantities().into_iter().filter_map(|quantity| {
+        let distribution = uncertain.of(quantity)?;
+        let unit = if quantity.is_share() { " of it" } else { "" };
+        let with_unit = format!("{} {}{unit}", distribution.words(), quantity.unit());
+        Some(format!("{} {}", quantity.words(), with_unit.trim_end()))
+    });
+    let each: Vec<String> = each.collect();
+    if each.is_empty() {
+        return "The vehicle is as its file has it: the mission calls nothing of it uncertain".to_owned();
+    }
+    format!("Every trial draws what is uncertain, about what its file has: {}", each.join("; "))
 }
 
 /// Whether an autopilot of this name has the simulator's state for a measurement.

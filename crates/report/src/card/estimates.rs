@@ -1,6 +1,7 @@
 //! What the inputs of a card merely estimate or guess, as their files say it, or do not say.
 
 use super::{Card, Reason, ReasonKind};
+use samara_mission::Origin;
 
 /// What an input file says of its estimates.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -11,6 +12,8 @@ pub struct EstimatedInput {
     pub keys: Option<Vec<String>>,
     /// Number of the input file.
     pub from: &'static str,
+    /// Where its estimates are from, as far as the file says so.
+    pub origins: Vec<Origin>,
 }
 
 impl EstimatedInput {
@@ -23,13 +26,35 @@ impl EstimatedInput {
     }
 }
 
+impl EstimatedInput {
+    /// What is estimated, and how, as far as the file says so; a sentence without a full stop.
+    pub fn words_with_origins(&self) -> String {
+        let Some(keys) = &self.keys else { return self.words() };
+        let with_origin = |key: &String| match self.origins.iter().find(|origin| origin.keys.contains(key)) {
+            Some(origin) => format!("{key} ({})", origin.words()),
+            None => key.clone(),
+        };
+        format!("{}: {}", self.role, keys.iter().map(with_origin).collect::<Vec<_>>().join(", "))
+    }
+}
+
 impl Card<'_> {
     /// The inputs that are estimated in part, or do not say whether they are.
     pub fn estimates(&self) -> Vec<EstimatedInput> {
         let estimated = &self.mission.estimated;
         let inputs = [
-            EstimatedInput { role: "vehicle", keys: estimated.vehicle.clone(), from: "I2" },
-            EstimatedInput { role: "mission", keys: estimated.mission.clone(), from: "I1" },
+            EstimatedInput {
+                role: "vehicle",
+                keys: estimated.vehicle.clone(),
+                from: "I2",
+                origins: estimated.origins.clone(),
+            },
+            EstimatedInput {
+                role: "mission",
+                keys: estimated.mission.clone(),
+                from: "I1",
+                origins: Vec::new(),
+            },
         ];
         inputs.into_iter().filter(|input| input.keys.as_ref().is_none_or(|keys| !keys.is_empty())).collect()
     }

@@ -9,6 +9,7 @@ use super::sections::{Line, Probability, Reach, Worst};
 use super::sections::{air_and_release, autopilot, drops, probabilities, reaches, vehicle_and_design, worst};
 use super::{Card, Evidence, InputFile, Reason};
 use crate::json::{Head, result_objects, text};
+use samara_mission::Origin;
 use samara_study::envelope::ENVELOPE_LIMITS;
 
 result_objects! {
@@ -88,8 +89,22 @@ result_objects! {
         of: String = input.role.to_owned(),
         /// Keys whose numbers are estimated; null: the file does not say.
         keys: Option<Vec<String>> = input.keys.clone(),
+        /// Where they are from, as far as the file says so.
+        origins: Vec<OriginObject> = input.origins.iter().map(OriginObject::of).collect(),
         /// Number of the input file.
         from: String = input.from.to_owned(),
+    }
+
+    /// Where numbers of an input are from.
+    OriginObject(origin: &Origin) {
+        /// Keys of the numbers.
+        keys: Vec<String> = origin.keys.clone(),
+        /// `measured`, `given`, `estimated` or `guessed`.
+        kind: String = origin.kind.word().to_owned(),
+        /// File, page or address; null where there is none.
+        file: Option<String> = origin.file.clone(),
+        /// Formula or way of measuring, in words; null where there is none.
+        formula: Option<String> = origin.formula.clone(),
     }
 
     /// The safe-release envelope of a card.

@@ -99,7 +99,9 @@ fn estimates(card: &Card<'_>) -> Html {
     if estimates.is_empty() {
         return Html::default();
     }
-    let words = |input: &EstimatedInput| Html::rich(&input.words()) + links(card, &[input.from.to_owned()]);
+    let words = |input: &EstimatedInput| {
+        Html::rich(&input.words_with_origins()) + links(card, &[input.from.to_owned()])
+    };
     let words = Html::joined(estimates.iter().map(words), "; ");
     let standing = if card.accepts_estimates {
         Html::text("Accepted with these signatures")

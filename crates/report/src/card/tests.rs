@@ -19,12 +19,13 @@ use crate::rare::{MostLikely, RareObject};
 use samara_core::assess::envelope::{AxisRange, EnvelopeAxis};
 use samara_core::assess::outcome::J_TPF;
 use samara_core::assess::{ChosenAmong, Outcome};
-use samara_mission::{Effect, Estimated, Mission};
+use samara_mission::{Effect, Estimated, Mission, Origin, OriginKind};
 
 fn mission(wind_sigma_m_s: f64) -> Mission {
     let mut mission = Mission::shipped("x500_drop").unwrap().with_effects(&[Effect::RotorInflow]);
     mission.study.monte_carlo.wind_sigma_m_s = wind_sigma_m_s;
-    mission.estimated = Estimated { vehicle: Some(Vec::new()), mission: Some(Vec::new()) };
+    mission.estimated =
+        Estimated { vehicle: Some(Vec::new()), mission: Some(Vec::new()), ..Estimated::default() };
     mission
 }
 
@@ -263,7 +264,16 @@ fn regress_a_card_restricts_or_refuses_what_the_envelope_does_not_confirm() {
 #[test]
 fn regress_estimates_are_accepted_or_it_is_no_go() {
     let mut mission = mission(0.0);
-    mission.estimated = Estimated { vehicle: Some(vec!["inertia_kg_m2".to_owned()]), mission: None };
+    mission.estimated = Estimated {
+        vehicle: Some(vec!["inertia_kg_m2".to_owned()]),
+        mission: None,
+        origins: vec![Origin {
+            keys: vec!["inertia_kg_m2".to_owned()],
+            kind: OriginKind::Guessed,
+            file: None,
+            formula: Some("like a brick".to_owned()),
+        }],
+    };
     let accepted = card(&mission, &enough(), None);
     let refused = Card { accepts_estimates: false, ..accepted.clone() };
     assert_eq!((accepted.decision(), refused.decision()), (Decision::Go, Decision::NoGo));
@@ -274,9 +284,13 @@ fn regress_estimates_are_accepted_or_it_is_no_go() {
     for (card, standing) in [(&accepted, "Accepted with these signatures"), (&refused, "NOT accepted")] {
         let sheet = page(card).unwrap();
         let above = sheet.split("<section class=\"sign\">").next().unwrap();
-        assert!(above.contains("vehicle: inertia_kg_m2") && above.contains(standing), "{above}");
+        assert!(
+            above.contains("vehicle: inertia_kg_m2 (guessed: like a brick)") && above.contains(standing),
+            "{above}"
+        );
     }
-    mission.estimated = Estimated { vehicle: Some(Vec::new()), mission: Some(Vec::new()) };
+    mission.estimated =
+        Estimated { vehicle: Some(Vec::new()), mission: Some(Vec::new()), ..Estimated::default() };
     let measured = Card { accepts_estimates: false, ..card(&mission, &enough(), None) };
     assert_eq!(measured.decision(), Decision::Go);
     assert!(!page(&measured).unwrap().contains("Estimated or guessed"));

@@ -6,6 +6,7 @@ use super::*;
 use samara_core::assess::Outcome;
 use samara_core::assess::RandomDrop;
 use samara_core::model::parachute::TipOff;
+use samara_core::uncertain::Deviations;
 use samara_mission::{Effect, Mission};
 
 fn mission() -> Mission {
@@ -15,7 +16,8 @@ fn mission() -> Mission {
 fn drawn(trial: u64) -> RandomDrop {
     let wind_ned_m_s = Vector3::new(0.5, -0.25, 0.0);
     let tip_off = TipOff::default();
-    RandomDrop { trial, amplitude_rad: 0.5, phase_rad: -0.25, wind_ned_m_s, tip_off, seed: u64::MAX }
+    let (seed, off) = (u64::MAX, Deviations::default());
+    RandomDrop { trial, amplitude_rad: 0.5, phase_rad: -0.25, wind_ned_m_s, tip_off, seed, off }
 }
 
 /// A drop that reached steady flight, with a J_TPF and a time to it.

@@ -6,6 +6,7 @@ use super::*;
 use crate::drops::{DropTrial, header, row};
 use samara_core::assess::{Outcome, RandomDrop};
 use samara_core::model::parachute::TipOff;
+use samara_core::uncertain::Deviations;
 use samara_mission::Mission;
 
 fn mission() -> Mission {
@@ -21,6 +22,7 @@ fn drop_of(trial: u64, j_tpf: f64, steady_after_s: Option<f64>) -> DropTrial {
         wind_ned_m_s: nalgebra::Vector3::zeros(),
         tip_off: TipOff::default(),
         seed: trial,
+        off: Deviations::default(),
     };
     let outcome = Outcome {
         j_tpf,

@@ -36,7 +36,7 @@ pub fn sobol_figure(report: &SobolReport<'_>) -> Result<String, FigureError> {
         pen.text(remark, (16.0, 50.0), Anchor::Left, SMALL);
         for (k, group) in report.groups.iter().enumerate() {
             let y = TOP_PX + ROW_PX * (k as f64 + 0.5);
-            pen.text(group.words, (LEFT_PX - 10.0, y), Anchor::Right, SMALL);
+            pen.text(&group.words, (LEFT_PX - 10.0, y), Anchor::Right, SMALL);
         }
         for (k, (output, found)) in OUTPUTS.iter().zip(&report.found).enumerate() {
             panel(pen, LEFT_PX + STRIDE_PX * k as f64, bottom, (output, found));

@@ -15,6 +15,7 @@ use crate::control::px4::{Law, Parameters, Px4Controller, output};
 use crate::model::Parachute;
 use crate::sim::{DropSimulation, FlightPlan, Reference, Start, fly};
 use crate::trajectory::Trajectory;
+use crate::uncertain::Deviations;
 
 /// Time under the canopy before the release, on PX4's clock [s]: its outputs have come up, its filters are at
 /// rest.
@@ -128,9 +129,9 @@ impl Px4Drop<'_> {
 }
 
 /// Random drops of a seed, by their numbers, as campaigns draw them: swing, turbulence, and wind on top of
-/// the site's, of deviation `wind_sigma_m_s` north and east. Every other drop is flown as it is known; the
-/// others with a mass or an inertia that is a tenth more, or with an estimated descent that is off by
-/// `ESTIMATE_OFF` either way.
+/// the site's, of deviation `wind_sigma_m_s` north and east. What is uncertain of the vehicle is drawn; where
+/// nobody says, every other drop is flown as it is known, the others with a mass or an inertia that is a tenth
+/// more, or with an estimated descent that is off by `ESTIMATE_OFF` either way.
 pub fn drops<'a>(
     setting: &Px4Setting<'a>,
     releases: &ReleaseDistribution,
@@ -144,7 +145,11 @@ pub fn drops<'a>(
         parachute.pendulum.amplitude_rad = drawn.amplitude_rad;
         parachute.pendulum.phase_rad = drawn.phase_rad;
         parachute.tip_off = parachute.tip_off.with(&drawn.tip_off);
-        let mut setting = varied(setting, trial);
+        let mut setting = match releases.uncertain {
+            Some(_) => off(setting, &drawn.off),
+            None => varied(setting, trial),
+        };
+        parachute.delay_s = (parachute.delay_s + drawn.off.release_delay_s()).max(0.0);
         setting.scenario.environment.wind_ned_m_s += drawn.wind_ned_m_s;
         setting.air = trial + 1;
         Px4Drop { setting, parachute }
@@ -203,6 +208,16 @@ impl<'a> Px4Judge<'a> {
     pub fn count(&self) -> usize {
         self.drops.len()
     }
+}
+
+/// The setting of a vehicle and of air that are off; as they are known where there is no such vehicle.
+fn off<'a>(setting: &Px4Setting<'a>, off: &Deviations) -> Px4Setting<'a> {
+    let mut setting = setting.clone();
+    let Scenario { vehicle, environment, .. } = &mut setting.scenario;
+    if let Some(flown) = off.variation().applied(vehicle, environment) {
+        (*vehicle, *environment) = flown;
+    }
+    setting
 }
 
 fn varied<'a>(setting: &Px4Setting<'a>, trial: u64) -> Px4Setting<'a> {
@@ -277,6 +292,7 @@ mod tests {
             drift_ned_m_s: Vector3::zeros(),
             amplitude_sigma_rad: 0.05,
             tip_off_sigma: TipOff::default(),
+            uncertain: None,
         };
         (setting, releases)
     }
