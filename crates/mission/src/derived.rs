@@ -258,8 +258,8 @@ fn of_the_vortex_ring(mission: &Mission) -> Option<DerivedGroup> {
     Some(DerivedGroup { name: "fluctuation in the vortex ring", rows })
 }
 
-/// What may be off what is known, and how far: as mission and vehicle say, or what searches take where neither
-/// says anything.
+/// What may be off what is known, and how far: as mission and vehicle say, or what searches take where
+/// neither says anything.
 fn of_what_is_uncertain(mission: &Mission) -> DerivedGroup {
     let usual = || Arc::new(unknowns::usual(mission.target_v_ned.norm()));
     let (name, uncertain) = match &mission.uncertain {

@@ -10,8 +10,8 @@ use super::number::{Exactly, NonNegative, Within};
 use super::source::Source;
 use samara_core::uncertain::{Distribution, JointNormal, UncertainQuantity, Uncertainty};
 
-/// How far quantities may be off what the files say, each with a distribution of its deviation: a share of the
-/// vehicle's number (0.05: 5 % more), or in the unit of its key. What is left out is known.
+/// How far quantities may be off what the files say, each with a distribution of its deviation: a share of
+/// the vehicle's number (0.05: 5 % more), or in the unit of its key. What is left out is known.
 #[derive(Default, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct UncertainJson {

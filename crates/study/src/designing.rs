@@ -73,18 +73,16 @@ impl MissionDrops {
         mission.site.wind = mission.design.wind(&mission.site.wind, mission.seed);
         Self { mission }
     }
-
-    /// Whether the mission draws a wind of its own: then its drops need no usual one beside it.
-    fn draws_wind(&self) -> bool {
-        self.mission.study.monte_carlo.wind_sigma_m_s > 0.0
-    }
 }
 
 impl RandomDrops for MissionDrops {
     fn numbered(&self, number: u64, unknown: Unknown) -> DropSimulation {
         let uncertain = unknown.vehicle.then(|| uncertain_or_usual(&self.mission));
-        let mut drop = self.mission.draw_drop_with(number, uncertain);
-        if unknown.air && self.draws_wind() && self.mission.uncertain.is_none() {
+        let wind_sigma_m_s = self.mission.study.monte_carlo.wind_sigma_m_s;
+        let releases = self.mission.releases().with_uncertain(uncertain);
+        let mut drop = releases.draw_drop(self.mission.seed, number, wind_sigma_m_s);
+        // A mission that draws a wind of its own needs no usual one beside it.
+        if unknown.air && wind_sigma_m_s > 0.0 && self.mission.uncertain.is_none() {
             drop.off.set(UncertainQuantity::Wind, 0.0);
         }
         let mut mission = self.mission.with_drop(&drop);

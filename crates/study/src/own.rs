@@ -28,8 +28,8 @@ pub fn own_entries(mission: &Mission) -> Result<[StudyEntry; 2], ControlError> {
     Ok([along_plan, step])
 }
 
-/// The trials along the plan by their coordinates, with what is uncertain: what the mission calls so, or where
-/// it says nothing the program's usual ranges if they are asked for.
+/// The trials along the plan by their coordinates, with what is uncertain: what the mission calls so, or
+/// where it says nothing the program's usual ranges if they are asked for.
 ///
 /// # Errors
 /// [`ControlError`] for a vehicle that cannot be controlled.

@@ -200,8 +200,8 @@ impl<'a> GainJudge<'a> {
         self
     }
 
-    /// Adds random releases with everything that is uncertain of them at once, in the mission's air, judged by
-    /// J_TPF: draws that no campaign of the seed has among its trials.
+    /// Adds random releases with everything that is uncertain of them at once, in the mission's air, judged
+    /// by J_TPF: draws that no campaign of the seed has among its trials.
     pub fn with_draws(mut self, releases: &ReleaseDistribution, seed: u64, draws: usize) -> Self {
         let drawn = (Trials::Search.first()..).take(draws).map(|number| {
             let StudyStart { state, air, variation } = (&releases.draw(seed, number)).into();

@@ -1,6 +1,6 @@
-//! Unknowns of a controller, where a mission does not say what is uncertain: how far mass, air, wind and delays
-//! may be off, one at a time in a robust tuning, all at once and at random in the flights that gains are tried
-//! on afterwards.
+//! Unknowns of a controller, where a mission does not say what is uncertain: how far mass, air, wind and
+//! delays may be off, one at a time in a robust tuning, all at once and at random in the flights that gains
+//! are tried on afterwards.
 
 use crate::frames::{product, quaternion_from_euler};
 use crate::model::rigid_body::BodyState;

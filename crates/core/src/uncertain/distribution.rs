@@ -26,8 +26,8 @@ pub enum Distribution {
         /// The least and the greatest number.
         range: [f64; 2],
     },
-    /// By a table of probabilities, which ascend from 0 to 1, and the numbers that are not exceeded with them,
-    /// which do not descend; uniform between two rows.
+    /// By a table of probabilities, which ascend from 0 to 1, and the numbers that are not exceeded with
+    /// them, which do not descend; uniform between two rows.
     Table(Arc<[[f64; 2]]>),
 }
 

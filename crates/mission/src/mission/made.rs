@@ -3,7 +3,6 @@
 
 use std::ops::ControlFlow;
 use std::path::PathBuf;
-use std::sync::Arc;
 
 use nalgebra::Vector3;
 
@@ -19,7 +18,6 @@ use samara_core::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, SolvePro
 use samara_core::replan::{Cadence, PlanSource};
 use samara_core::sim::{DropSimulation, ElectricBattery, Start, nominal_state_at_t0};
 use samara_core::trajectory::Trajectory;
-use samara_core::uncertain::Uncertainty;
 
 /// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
 #[derive(Debug, thiserror::Error)]
@@ -283,13 +281,7 @@ impl Mission {
 
     /// The drop of a trial of a campaign.
     pub fn draw_drop(&self, trial: u64) -> RandomDrop {
-        self.draw_drop_with(trial, self.uncertain.clone())
-    }
-
-    /// The drop of a trial where this is uncertain, in place of what the mission says.
-    pub fn draw_drop_with(&self, trial: u64, uncertain: Option<Arc<Uncertainty>>) -> RandomDrop {
-        let releases = self.releases().with_uncertain(uncertain);
-        releases.draw_drop(self.seed, trial, self.study.monte_carlo.wind_sigma_m_s)
+        self.releases().draw_drop(self.seed, trial, self.study.monte_carlo.wind_sigma_m_s)
     }
 
     /// The mission with what was drawn for a drop: swing, wind, noise, and how far off what is flown is. Name

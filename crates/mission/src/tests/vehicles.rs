@@ -377,7 +377,8 @@ fn regress_rotors_above_one_another_want_factors() {
     );
 }
 
-/// Where numbers are from is of keys of the file, each once; what is estimated or guessed counts as estimated.
+/// Where numbers are from is of keys of the file, each once; what is estimated or guessed counts as
+/// estimated.
 #[test]
 fn origins_are_of_keys_of_the_file() {
     let with =

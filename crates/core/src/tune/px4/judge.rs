@@ -130,8 +130,8 @@ impl Px4Drop<'_> {
 
 /// Random drops of a seed, by their numbers, as campaigns draw them: swing, turbulence, and wind on top of
 /// the site's, of deviation `wind_sigma_m_s` north and east. What is uncertain of the vehicle is drawn; where
-/// nobody says, every other drop is flown as it is known, the others with a mass or an inertia that is a tenth
-/// more, or with an estimated descent that is off by `ESTIMATE_OFF` either way.
+/// nobody says, every other drop is flown as it is known, the others with a mass or an inertia that is a
+/// tenth more, or with an estimated descent that is off by `ESTIMATE_OFF` either way.
 pub fn drops<'a>(
     setting: &Px4Setting<'a>,
     releases: &ReleaseDistribution,
