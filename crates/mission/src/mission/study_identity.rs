@@ -10,7 +10,7 @@ use std::fmt::{Debug, Write};
 use super::{Mission, PlanInitial, PlanSettings};
 use crate::source::sha256;
 use samara_core::assess::paper::STUDY_SHA256;
-use samara_core::control::TiltFrom;
+use samara_core::control::{ThrustCurve, TiltFrom};
 
 use samara_core::model::{EscDc, Interference, Motor, RotationSense, Rotor, Vehicle};
 use samara_core::plan::{Demands, InputReference};
@@ -20,6 +20,11 @@ impl Mission {
     /// `name=value`, a line each, in a fixed order. A value has all the digits that read back to the same
     /// bits.
     pub fn study_numbers(&self) -> String {
+        self.numbers(true)
+    }
+
+    /// The numbers; `with_reading`: with what the control law is read as, where that is not the first reading.
+    fn numbers(&self, with_reading: bool) -> String {
         let mut text = Numbers(String::new());
         text.vehicle(&self.vehicle);
         let site = &self.site.environment;
@@ -37,8 +42,11 @@ impl Mission {
         text.put("control.rate_command_limit_rad_s", cascade.rate_command_rad_s);
         text.put("control.yaw_rate_command_limit_rad_s", cascade.yaw_rate_command_rad_s);
         text.put("control.rate_integral_limit_rad_s2", cascade.rate_integral_rad_s2);
-        if cascade.tilt_from != TiltFrom::Thrust {
+        if with_reading && cascade.tilt_from != TiltFrom::Thrust {
             text.put("control.tilt_from", cascade.tilt_from.name());
+        }
+        if with_reading && cascade.thrust_curve != ThrustCurve::Quadratic {
+            text.put("control.thrust_curve", cascade.thrust_curve.name());
         }
         if let Some(nominal_v) = cascade.nominal_v {
             text.put("control.nominal_v", nominal_v);
@@ -81,9 +89,10 @@ impl Mission {
         text.0
     }
 
-    /// Whether this is the study that stands for the paper's: then what the paper prints may stand beside it.
+    /// Whether this is the study that stands for the paper's, in any reading of its control law
+    /// ([`TiltFrom`], [`ThrustCurve`]): then what the paper prints may stand beside it.
     pub fn is_the_papers_study(&self) -> bool {
-        sha256(&self.study_numbers()) == STUDY_SHA256
+        sha256(&self.numbers(false)) == STUDY_SHA256
     }
 }
 

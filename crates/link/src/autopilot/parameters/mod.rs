@@ -29,7 +29,7 @@ use super::settings::{SETPOINT_TIMEOUT_US, Settings};
 use crate::checksum::crc32;
 use crate::params::metadata::Kind;
 use crate::params::{
-    Metadata, NormalisedUnits, Parameter, ParamsError, Purpose, Scale, Subject, Value, export,
+    Metadata, Mixing, NormalisedUnits, Parameter, ParamsError, Purpose, Scale, Subject, Value, export,
 };
 use crate::units::US_PER_S;
 
@@ -74,7 +74,7 @@ impl Parameters {
             .filter_map(|(declared, name)| entry(&declared, name, &exported, &metadata, system_id, &defaults))
             .collect();
         entries.sort_by(|a, b| a.name.cmp(&b.name));
-        let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+        let units = NormalisedUnits::of_subject(subject, Mixing::Allocated)?;
         let factors = Purpose::Samara.factors(subject.environment.gravity_m_s2);
         Ok(Self {
             entries,
