@@ -7,8 +7,8 @@ use samara_core::control::{ControlLimits, ThrustCurve, TiltFrom};
 pub const CHOICES: [(&str, &str); 12] = [
     (
         "tilt limit",
-        "37.5 deg. The paper prints none; with this one the mean of the first campaign is the paper's 0.81. Its least \
-         J_TPF of that campaign, 0.7744, would be a limit of 34.85 deg.",
+        "37.5 deg. The paper prints none; with this one the mean of the first campaign is the paper's 0.81. With 35.5 deg \
+         case 0 of Table 5 is the paper's 0.77. Its least J_TPF of that campaign, 0.7744, is a pitch of 34.85 deg.",
     ),
     (
         "tilt and collective",
