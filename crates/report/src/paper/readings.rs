@@ -72,12 +72,13 @@ pub const OTHER_READINGS: [&str; 6] = [
     "Two more readings are flown whole, each by a mission: `titan_paper_second` sets the tilt against gravity, and \
      `titan_paper_linear` has a linear throttle, too. Plan, releases, gains and limits are the first's. Nothing was searched for \
      them; the tilt limit was chosen for the first.",
-    "With the tilt from gravity the limit cycle of the PSO gains is gone: the velocity's variance falls as figures 11 and 13 \
-     have it, the PSO gains beat the near-hover gains by the paper's margin, and J_TPF is higher for negative pitch rates, as \
-     in figure 14. Lost are the means of the campaigns and Table 5's column of the PSO gains, and figure 9, for the step's \
-     variance falls, too.",
-    "With the linear throttle as well the means of the campaigns are the paper's again, and that of the PSO gains is nearer \
-     than in the other two; their margin is less than half of the paper's, and figure 14 is lost.",
+    "With the tilt from gravity the limit cycle of the PSO gains is gone: the velocity's variance falls as figures 11 \
+     and 13 have it, the PSO gains beat the near-hover gains, by more than the paper's margin, and J_TPF is higher \
+     for negative pitch rates, as in figure 14. Lost are the means of the campaigns, Table 5's column of the PSO \
+     gains, and figure 9, for the step's variance falls, too.",
+    "With the linear throttle as well the means of the campaigns are the paper's again, and that of the PSO gains is \
+     nearer than in the other two. Their margin is less than half of the paper's, figure 14 is lost, and Table 5's \
+     column and figure 9 stay so.",
     "Not built here, and flown by another program only, which agrees with samara where it has samara's reading, are velocity \
      errors in body axes and a release whose pitch rate has the sign opposite to (42)'s. With both, on top of the tilt from \
      gravity and the linear throttle, figure 12 comes out as printed, and the mean reduction of Table 5 is 23 to 24 %.",
