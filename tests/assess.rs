@@ -93,9 +93,9 @@ fn reference_what_the_paper_says_of_its_campaigns() {
 }
 
 /// Two more readings of the control law, judged whole as the first is. Another program of the plane flew them
-/// with draws of its own: velocity variances that fall 60 times (near-hover gains) and 28 times (PSO gains) with
-/// the tilt from gravity, of 1500 draws; campaigns of means 0.814, 0.693, 0.644 there, and 0.799, 0.629, 0.616
-/// with a linear throttle. A hundred draws tell a mean to 0.007, and such a ratio to a factor of 1.5.
+/// with draws of its own: velocity variances that fall 60 times (near-hover gains) and 28 times (PSO gains)
+/// with the tilt from gravity, of 1500 draws; campaigns of means 0.814, 0.693, 0.644 there, and 0.799, 0.629,
+/// 0.616 with a linear throttle. A hundred draws tell a mean to 0.007, and such a ratio to a factor of 1.5.
 #[test]
 fn reference_other_readings_of_the_paper_are_judged_whole() {
     let out = tempfile::tempdir().unwrap();

@@ -2,8 +2,8 @@
 //! allocation.
 //!
 //! It knows no aerodynamics and no actuator dynamics; thrust is taken as what a rotor gives in still air,
-//! `T = T_static throttle^2`, or a line that meets it at hover ([`ThrustCurve`]). Of a rotor in another's wake
-//! that is the thrust that it would give alone, and
+//! `T = T_static throttle^2`, or a line that meets it at hover ([`ThrustCurve`]). Of a rotor in another's
+//! wake that is the thrust that it would give alone, and
 //! its interference is in the allocation: as PX4's allocator does with CA_ROTORn_CT, the better rotor gets
 //! more.
 

@@ -75,8 +75,8 @@ fn closed_form_tilt_from_gravity_does_not_depend_on_the_thrust() {
 }
 
 /// By hand: at hover the linear throttle is that of the square root, sqrt(T_h/T_static), of rotors all alike;
-/// for `up` times gravity it is `up` times that, where the root's is sqrt(up) times it, and a moment parts it by
-/// `delta_h d/T_h`. More than the full throttle's `g/delta_h` is not wanted.
+/// for `up` times gravity it is `up` times that, where the root's is sqrt(up) times it, and a moment parts it
+/// by `delta_h d/T_h`. More than the full throttle's `g/delta_h` is not wanted.
 #[test]
 fn closed_form_a_linear_throttle_goes_through_hover() {
     let (g, hover_n) = (GRAVITY_M_S2, MASS_KG * GRAVITY_M_S2 / 4.0);
@@ -108,8 +108,8 @@ fn closed_form_a_linear_throttle_goes_through_hover() {
     );
 }
 
-/// Whatever the rotors, some in the wake of others, theirs at the throttles of a hover is the weight: each gives
-/// T_static delta^2, less what a wake takes of it. The line of an airframe is made once, and goes back.
+/// Whatever the rotors, some in the wake of others, at the throttles of a hover they carry the weight: each
+/// gives T_static delta^2, less what a wake takes of it. The line of an airframe is made once, and goes back.
 #[test]
 fn closed_form_the_line_of_any_rotors_carries_the_weight() {
     let mut coaxial = ring(8, [1.0, 1.2], 0.1);

@@ -72,7 +72,7 @@ pub struct LoopSetting<'a> {
     pub gains: &'a Gains,
     /// What the cascade's tilt comes from.
     pub tilt_from: TiltFrom,
-    /// What it takes a rotor's thrust for.
+    /// Curve that the cascade takes a rotor's thrust for.
     pub thrust_curve: ThrustCurve,
     /// Control period [s].
     pub period_s: f64,

@@ -41,6 +41,29 @@ pub struct Subject<'a> {
     pub pack: Option<&'a Pack>,
 }
 
+impl Subject<'_> {
+    /// PX4's units of the vehicle with the given mixing, under the thrust curve of the limits.
+    ///
+    /// # Errors
+    /// [`ParamsError::NoUnit`] when the rotors cannot make roll, pitch or thrust; [`ParamsError::Control`]
+    /// when they cannot be controlled.
+    pub fn units(&self, mixing: Mixing) -> Result<NormalisedUnits, ParamsError> {
+        let units = NormalisedUnits::mixed(self.vehicle, self.environment.density_kg_m3, mixing)?;
+        let curve = self.limits.thrust_curve;
+        if curve == ThrustCurve::Quadratic {
+            return Ok(units);
+        }
+        let mixer = Airframe::new(self.vehicle, self.environment)?.with_thrust_curve(curve).mixer;
+        let ratio = mixer.thrust_limit_n() / mixer.static_thrust_n();
+        Ok(NormalisedUnits {
+            roll_nm: units.roll_nm * ratio,
+            pitch_nm: units.pitch_nm * ratio,
+            yaw_nm: units.yaw_nm.map(|yaw_nm| yaw_nm * ratio),
+            thrust_n: units.thrust_n * ratio,
+        })
+    }
+}
+
 /// Parameters for a purpose, with their check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Export {
@@ -89,7 +112,7 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
     let metadata = Metadata::px4();
     let mut rows =
         Rows { factors: purpose.factors(gravity), parameters: BTreeMap::new(), remarks: Vec::new() };
-    let units = NormalisedUnits::of_subject(subject, mixing)?;
+    let units = subject.units(mixing)?;
     rows.velocity_and_attitude(subject);
     rows.rates(subject, &units, &metadata);
     rows.vehicle(subject, &units);
@@ -141,7 +164,7 @@ fn for_quad_x(subject: &Subject, allocated: &NormalisedUnits) -> Result<Vec<Stri
             "for PX4 v1.14 and newer, which takes the rotors from CA_*; v1.12 mixes by files, and of those samara knows quad_x: {reason}"
         )]);
     }
-    let by_file = NormalisedUnits::of_subject(subject, Mixing::QuadX)?;
+    let by_file = subject.units(Mixing::QuadX)?;
     let axes = [
         ("ROLL", "RR", allocated.roll_nm / by_file.roll_nm),
         ("PITCH", "PR", allocated.pitch_nm / by_file.pitch_nm),

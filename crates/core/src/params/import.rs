@@ -49,7 +49,7 @@ pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsE
     let number = |name: &str| file.get(name).map(Value::as_f64);
     let (curve, bent) = curve_of(number(CURVE_PARAMETER), subject.limits.thrust_curve);
     let subject = &Subject { limits: &ControlLimits { thrust_curve: curve, ..*subject.limits }, ..*subject };
-    let units = NormalisedUnits::of_subject(subject, Mixing::Allocated)?;
+    let units = subject.units(Mixing::Allocated)?;
     same_vehicle(file, subject, &units)?;
     let scale = Scale::new(&units, subject.vehicle, purpose.factors(gravity));
     let outer = GAINS.iter().map(|(names, ..)| names[0]);

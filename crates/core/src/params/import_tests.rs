@@ -206,8 +206,8 @@ fn tilt_and_battery_survive_a_file() {
 }
 
 /// By hand: with a linear throttle a unit of thrust and torque is `delta_h` of that of the square root, the
-/// line's thrust at full throttle over the static one. So the hover thrust is the throttle at hover, its root,
-/// and the rate gains are as much larger; and a file says which it is of.
+/// line's thrust at full throttle over the static one. So the hover thrust is the throttle at hover, its
+/// root, and the rate gains are as much larger; and a file says which it is of.
 #[test]
 fn closed_form_a_linear_throttle_is_thr_mdl_fac_0() {
     let (vehicle, gains) = (lander(true), Gains::paper_pso());

@@ -11,17 +11,17 @@
 //!
 //! with `(E M)_jj = 1` for axes that the rotors can drive. An X-quad of half-spans lx, ly has `G_roll =
 //! G_pitch = 2 sqrt(2) T_max min(lx, ly)` and `G_yaw = 4 T_max K_M`. With THR_MDL_FAC = 0 motor commands are
-//! throttles, and `T_max` is the thrust at full throttle of the line through hover ([`ThrustCurve::Linear`]).
+//! throttles, and `T_max` is the thrust at full throttle of the line through hover, as
+//! [`crate::control::ThrustCurve`] has it.
 //!
 //! Up to v1.12 PX4 mixes by files instead, and its `quad_x` gives each rotor the same share of roll and of
 //! pitch wherever it is: `u_i = (+-roll +-pitch)/sqrt(2) +-yaw + thrust`. Then `G_roll = 2 sqrt(2) T_max ly`
 //! and `G_pitch = 2 sqrt(2) T_max lx` ([`Mixing::QuadX`]); the two are the same for a square.
 
-use super::{ParamsError, Subject};
+use super::ParamsError;
 use crate::control::px4::Law;
 pub use crate::control::px4::effectiveness::THRUST_COEFFICIENT;
 use crate::control::px4::effectiveness::{PseudoInverse, effectiveness, mean_share, spread};
-use crate::control::{Airframe, ThrustCurve};
 use crate::model::Vehicle;
 
 /// Physical size of one unit of PX4's normalised torques and thrust.
@@ -55,26 +55,6 @@ impl Mixing {
 }
 
 impl NormalisedUnits {
-    /// Units of a subject's vehicle with the given mixing, under the thrust curve of its limits.
-    ///
-    /// # Errors
-    /// As [`Self::of`]; [`ParamsError::Control`] when the rotors cannot be controlled.
-    pub fn of_subject(subject: &Subject, mixing: Mixing) -> Result<Self, ParamsError> {
-        let units = Self::mixed(subject.vehicle, subject.environment.density_kg_m3, mixing)?;
-        let curve = subject.limits.thrust_curve;
-        if curve == ThrustCurve::Quadratic {
-            return Ok(units);
-        }
-        let mixer = Airframe::new(subject.vehicle, subject.environment)?.with_thrust_curve(curve).mixer;
-        let ratio = mixer.thrust_limit_n() / mixer.static_thrust_n();
-        Ok(Self {
-            roll_nm: units.roll_nm * ratio,
-            pitch_nm: units.pitch_nm * ratio,
-            yaw_nm: units.yaw_nm.map(|yaw_nm| yaw_nm * ratio),
-            thrust_n: units.thrust_n * ratio,
-        })
-    }
-
     /// Units of a vehicle with the given mixing in air of a density [kg/m^3]. `QuadX` applies to four rotors
     /// in an X only; for others [`Self::of`] holds.
     ///

@@ -69,8 +69,8 @@ pub const LINEAR_THROTTLE: (&str, &str) = (
 /// What is known of other readings of the control law: of two that are flown, and of those that another
 /// program of the plane has flown, which agrees with this one in this one's reading.
 pub const OTHER_READINGS: [&str; 6] = [
-    "Two more readings are flown whole, each by a mission: `titan_paper_second` sets the tilt against gravity, and \
-     `titan_paper_linear` has a linear throttle, too. Plan, releases, gains and limits are the first's. Nothing was searched for \
+    "Two more readings are flown whole, each by a mission: titan_paper_second sets the tilt against gravity, and \
+     titan_paper_linear has a linear throttle, too. Plan, releases, gains and limits are the first's. Nothing was searched for \
      them; the tilt limit was chosen for the first.",
     "With the tilt from gravity the limit cycle of the PSO gains is gone: the velocity's variance falls as figures 11 \
      and 13 have it, the PSO gains beat the near-hover gains, by more than the paper's margin, and J_TPF is higher \
