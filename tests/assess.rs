@@ -92,6 +92,45 @@ fn reference_what_the_paper_says_of_its_campaigns() {
     }
 }
 
+/// Two more readings of the control law, judged whole as the first is. Another program of the plane flew them
+/// with draws of its own: velocity variances that fall 60 times (near-hover gains) and 28 times (PSO gains)
+/// with the tilt from gravity, of 1500 draws; campaigns of means 0.814, 0.693, 0.644 there, and 0.799, 0.629,
+/// 0.616 with a linear throttle. A hundred draws tell a mean to 0.007, and such a ratio to a factor of 1.5.
+#[test]
+fn reference_other_readings_of_the_paper_are_judged_whole() {
+    let out = tempfile::tempdir().unwrap();
+    for (mission, means, ratios) in [
+        ("titan_paper_second", [0.814, 0.693, 0.644], Some([60.0, 28.0])),
+        ("titan_paper_linear", [0.799, 0.629, 0.616], None),
+    ] {
+        let output = samara(&[mission, "--paper", "--json"], out.path());
+        assert!(!stderr(&output).contains("six degrees of freedom"), "{}", stderr(&output));
+        let study = json(&output);
+        assert!(study["command"].as_str().unwrap().contains(mission), "{}", study["command"]);
+        for (campaign, mean) in study["campaigns"].as_array().unwrap().iter().zip(means) {
+            assert!((campaign["mean"].as_f64().unwrap() - mean).abs() < 0.007, "{mission}: {campaign}");
+            assert!(campaign["paper_mean"].is_f64());
+        }
+        assert_eq!(study["findings"].as_array().unwrap().len(), 24);
+        for (claim, wanted) in
+            ["fig. 11: near-hover gains,", "fig. 13: PSO gains,"].into_iter().zip(ratios.unwrap_or([1e4; 2]))
+        {
+            let found = finding(&study, claim);
+            let ratio: f64 = found["here"].as_str().unwrap().split(' ').next().unwrap().parse().unwrap();
+            assert!(
+                found["reproduced"] == true
+                    && (ratios.is_none() || (1.0 / 1.5..1.5).contains(&(ratio / wanted))),
+                "{found}"
+            );
+        }
+        // Reasons are of the first reading.
+        assert!(study["findings"].as_array().unwrap().iter().all(|found| found["why"].is_null()));
+        let page = fs::read_to_string(out.path().join("assess.html")).unwrap();
+        assert!(page.contains("as in PX4 since v1.12") && !page.contains("where up may go to zero"));
+        assert_eq!(page.contains("on the line from rest through hover"), mission == "titan_paper_linear");
+    }
+}
+
 /// The paper's study: its figures stand beside ours, what is not reproduced is said, all in every form.
 #[test]
 fn paper_study_of_titan() {

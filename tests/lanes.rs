@@ -6,7 +6,7 @@ use std::sync::Arc;
 use proptest::prelude::*;
 use proptest::strategy::ValueTree as _;
 use samara::config::Mission;
-use samara::control::{ControlOutput, Controller, Measurement, Setpoint, TiltFrom};
+use samara::control::{ControlOutput, Controller, Measurement, Setpoint, ThrustCurve, TiltFrom};
 use samara::frames::{Quaternion, normalized};
 use samara::link::{HilConfig, HilSession, StreamerConfig, StreamerSession};
 use samara::model::drives::{Motors, OnBus};
@@ -279,13 +279,16 @@ fn prop_drops_side_by_side_are_those_of_each_alone() {
     }
 }
 
-/// So are those whose commands come late, whose cascade tilts from gravity and knows the voltage.
+/// So are those whose commands come late, whose cascade tilts from gravity and knows the voltage, with either
+/// thrust curve.
 #[test]
 fn prop_drops_with_latency_and_a_known_voltage_are_those_of_each_alone() {
     let mut mission = Mission::shipped("x500_drop").unwrap();
     mission.vehicle = Arc::new(Vehicle { latency_s: 0.007, ..(*mission.vehicle).clone() });
     let limits = &mut mission.control.limits;
     (limits.tilt_from, limits.nominal_v) = (TiltFrom::Gravity, Some(14.8));
+    are_those_of_each_alone(&mission, 1.0);
+    mission.control.limits.thrust_curve = ThrustCurve::Linear;
     are_those_of_each_alone(&mission, 1.0);
 }
 

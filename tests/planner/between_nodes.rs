@@ -110,6 +110,8 @@ fn shipped_missions_have_the_nodes_that_they_need() {
         "titan_drop",
         "titan_no_wire",
         "titan_paper",
+        "titan_paper_linear",
+        "titan_paper_second",
         "titan_px4",
         "x500_drop",
         "x500_ground",

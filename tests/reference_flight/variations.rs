@@ -8,7 +8,9 @@ use std::sync::{Arc, LazyLock};
 use nalgebra::{Matrix3, Vector3};
 use proptest::prelude::*;
 use samara::config::load_vehicle;
-use samara::control::{Airframe, Cascade, ControlLimits, Controller, Gains, Measurement, Setpoint, TiltFrom};
+use samara::control::{
+    Airframe, Cascade, ControlLimits, Controller, Gains, Measurement, Setpoint, ThrustCurve, TiltFrom,
+};
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
 use samara::model::wind::{Gust, GustLength, GustShape, RingFluctuation, Turbulence, TurbulenceScale, Wind};
@@ -269,13 +271,15 @@ proptest! {
         flight in flight(), lane in 0..LANES, airframe in 0usize..4, ideal in prop::bool::ANY,
         layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0), wind in wind(),
         latency_s in prop_oneof![Just(0.0), Just(PERIOD_S), 0.0f64..0.05], from_gravity in prop::bool::ANY,
+        linear in prop::bool::ANY,
     ) {
         let vehicle = [&*X500, &*X500_BLADES, &*TITAN, &*BLADES][airframe];
         let site = if airframe < 2 { earth() } else { site() };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
         let vehicle = Vehicle { latency_s, ..laid_out(vehicle, layout) };
         let tilt_from = if from_gravity { TiltFrom::Gravity } else { TiltFrom::Thrust };
-        let controlled = (&ControlLimits { tilt_from, ..ControlLimits::default() }, kind);
+        let thrust_curve = if linear { ThrustCurve::Linear } else { ThrustCurve::Quadratic };
+        let controlled = (&ControlLimits { tilt_from, thrust_curve, ..ControlLimits::default() }, kind);
         let (apart, amplified) = difference(&vehicle, (&site, &wind), lane, &flight, target, controlled);
         prop_assert!(apart < f64::max(1e-6, 10.0 * amplified), "{apart:e}, {amplified:e} of the last digit");
     }

@@ -33,6 +33,8 @@ pub const SHIPPED: &[ShippedFile] = shipped! {
     "mission/titan_drop.json"
     "mission/titan_no_wire.json"
     "mission/titan_paper.json"
+    "mission/titan_paper_linear.json"
+    "mission/titan_paper_second.json"
     "mission/titan_px4.json"
     "mission/x500_drop.json"
     "mission/x500_ground.json"

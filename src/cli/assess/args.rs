@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use clap::builder::ArgPredicate;
 use clap::{ArgGroup, Args};
 
 use crate::cli::answer::Failure;
@@ -140,6 +141,9 @@ fn keep(text: &str) -> Result<Keep, String> {
     }
 }
 
+/// The mission of `--paper` where none is named.
+pub const PAPER: &str = "titan_paper";
+
 /// J_TPF that a safe trial stays below, unless it is said otherwise.
 pub const BOUND: f64 = 1.0;
 
@@ -152,7 +156,10 @@ const MODE: &str = "mode";
 /// `samara assess`.
 #[derive(Args, Debug)]
 #[group(skip)]
-#[command(group = ArgGroup::new(MODE).multiple(false))]
+#[command(
+    group = ArgGroup::new(MODE).multiple(false),
+    mut_arg("mission", |arg| arg.default_value_if("paper", ArgPredicate::IsPresent, PAPER))
+)]
 pub struct AssessArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
@@ -162,8 +169,9 @@ pub struct AssessArgs {
     pub choice: ChoiceArgs,
     /// Fly the paper's own study, with its results beside ours.
     ///
-    /// The mission is titan_paper.
-    #[arg(long, group = MODE, conflicts_with_all = ["mission", "autopilot"])]
+    /// The mission is titan_paper unless one is named, such as titan_paper_second, which reads the paper's
+    /// control law in another way.
+    #[arg(long, group = MODE, conflicts_with_all = ["autopilot"])]
     pub paper: bool,
     /// Show what each effect that the mission names does.
     ///

@@ -1,6 +1,8 @@
 //! The command that makes campaigns again, and how campaigns end.
 
-use super::args::{AssessArgs, BOUND};
+use std::path::Path;
+
+use super::args::{AssessArgs, BOUND, PAPER};
 use super::campaign::TrialRunner;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
@@ -23,13 +25,12 @@ impl Command {
     /// The command up to the number of trials.
     pub fn of(args: &AssessArgs, mission: &Mission) -> Self {
         let mut words = vec!["samara".to_owned(), "assess".to_owned()];
-        words.push(if args.paper {
-            "--paper".to_owned()
-        } else {
+        if !(args.paper && args.mission.mission == Path::new(PAPER)) {
             // A built-in mission by its name, which means it anywhere else, too.
             let file = if is_built_in(&mission.file) { &args.mission.mission } else { &mission.file };
-            file.display().to_string()
-        });
+            words.push(file.display().to_string());
+        }
+        words.extend(args.paper.then(|| "--paper".to_owned()));
         words.extend(choices(args, mission));
         Self { words, keep: args.keep, bound: args.bound }
     }

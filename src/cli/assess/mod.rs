@@ -47,14 +47,8 @@ use super::system::interrupt_flag;
 pub use args::AssessArgs;
 use args::{Cadences, Only, Pairs};
 
-/// The paper's study.
-const PAPER: &str = "titan_paper";
-
 /// Flies the study, or drops by an autopilot.
-pub fn run(mut args: AssessArgs) -> Result<Answer, Failure> {
-    if args.paper {
-        args.mission.mission = PAPER.into();
-    }
+pub fn run(args: AssessArgs) -> Result<Answer, Failure> {
     let args = &args;
     args.refuse_idle()?;
     let stop = interrupt_flag()?;

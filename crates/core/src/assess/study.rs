@@ -233,9 +233,9 @@ impl SafetyStudy {
         if self.scenario.battery.is_some() {
             return Err(NotPlanar::Battery.into());
         }
-        if Airframe::new(&self.scenario.vehicle, &self.scenario.environment).as_ref()
-            != Ok(&settings.airframe)
-        {
+        let known = Airframe::new(&self.scenario.vehicle, &self.scenario.environment)
+            .map(|airframe| airframe.with_thrust_curve(settings.limits.thrust_curve));
+        if known.as_ref() != Ok(&settings.airframe) {
             return Err(OneAtATime::Airframe);
         }
         let model = Model::new(

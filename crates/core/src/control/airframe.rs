@@ -2,14 +2,15 @@
 //! allocation.
 //!
 //! It knows no aerodynamics and no actuator dynamics; thrust is taken as what a rotor gives in still air,
-//! `T = T_static throttle^2`. Of a rotor in another's wake that is the thrust that it would give alone, and
+//! `T = T_static throttle^2`, or a line that meets it at hover ([`ThrustCurve`]). Of a rotor in another's
+//! wake that is the thrust that it would give alone, and
 //! its interference is in the allocation: as PX4's allocator does with CA_ROTORn_CT, the better rotor gets
 //! more.
 
 use nalgebra::{Matrix3, Matrix4, SMatrix};
 
-use super::ControlError;
 use super::mixer::Mixer;
+use super::{ControlError, ThrustCurve};
 use crate::model::{Environment, MAX_ROTORS, Vehicle};
 
 /// The controller's model of the vehicle.
@@ -55,6 +56,19 @@ impl Airframe {
             lift_max_n,
             mixer: Mixer::new(n, limit, &allocation)?,
         })
+    }
+
+    /// This airframe with rotors whose thrust is taken for this curve. With `n` rotors alike, the line has
+    /// `T_hover = m g/n`, `throttle_hover = sqrt(T_hover/T_static)` and `sqrt(T_static T_hover)` at full
+    /// throttle. It is that of the mass that the airframe has now, and stays when the mass is changed.
+    #[must_use]
+    pub fn with_thrust_curve(self, curve: ThrustCurve) -> Self {
+        if curve == self.mixer.curve() {
+            return self;
+        }
+        let (weight_n, before_n) = (self.weight_n(), self.mixer.thrust_limit_n());
+        let mixer = self.mixer.with_curve(curve, weight_n);
+        Self { lift_max_n: self.lift_max_n * (mixer.thrust_limit_n() / before_n), mixer, ..self }
     }
 
     /// Weight [N].

@@ -175,6 +175,7 @@ impl From<Demand<f64>> for ControlOutput {
 
 impl From<ControlSettings> for Cascade {
     fn from(settings: ControlSettings) -> Self {
+        let settings = settings.consistent();
         Self { settings, loops: Loops::new(0.0), held: Held::NOTHING, output: ControlOutput::ZERO }
     }
 }
@@ -201,7 +202,7 @@ impl Controller for Cascade {
 
     /// The integrals stay, so that nothing jumps but what the settings say.
     fn configure(&mut self, settings: &ControlSettings) {
-        self.settings = settings.clone();
+        self.settings = settings.clone().consistent();
     }
 
     fn cascade_settings(&self) -> Option<&ControlSettings> {

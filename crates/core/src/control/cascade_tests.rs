@@ -3,11 +3,16 @@
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-use super::test_vehicles::{MASS_KG, THRUST_LIMIT_N, airframe, at_rest, cascade, lander, quadrotor};
-use super::{Cascade, ControlLimits, ControlOutput, Controller as _, Gains, Measurement, Setpoint, TiltFrom};
+use super::test_vehicles::{
+    ARM_M, GRAVITY_M_S2, J_YY, MASS_KG, THRUST_LIMIT_N, airframe, at_rest, cascade, lander, quadrotor, ring,
+};
+use super::{
+    Airframe, Cascade, ControlLimits, ControlOutput, Controller as _, Gains, Measurement, Setpoint,
+    ThrustCurve, TiltFrom,
+};
 use crate::frames::{LEVEL, Quaternion, pitch, quaternion_from_euler, roll, yaw};
 use crate::math;
-use crate::model::VehicleOptions;
+use crate::model::{Interference, VehicleOptions};
 
 const DT: f64 = 0.01;
 
@@ -51,7 +56,7 @@ fn east_rolls_right_and_lifts_the_left() {
 /// that tilt. From the thrust, the same jumps to the limit of the tilt as that part goes to nothing.
 #[test]
 fn closed_form_tilt_from_gravity_does_not_depend_on_the_thrust() {
-    let g = super::test_vehicles::GRAVITY_M_S2;
+    let g = GRAVITY_M_S2;
     let ask = |tilt_from: TiltFrom, a_down: f64| {
         let limits = ControlLimits { tilt_from, ..ControlLimits::default() };
         let mut cascade = Cascade::new(airframe(&lander(true)), Gains::near_hover(), limits);
@@ -69,6 +74,70 @@ fn closed_form_tilt_from_gravity_does_not_depend_on_the_thrust() {
     assert!((pitch(ask(TiltFrom::Thrust, 0.999 * g).q_sp) + limit).abs() < 1e-12);
 }
 
+/// By hand: at hover the linear throttle is that of the square root, sqrt(T_h/T_static), of rotors all alike;
+/// for `up` times gravity it is `up` times that, where the root's is sqrt(up) times it, and a moment parts it
+/// by `delta_h d/T_h`. More than the full throttle's `g/delta_h` is not wanted.
+#[test]
+fn closed_form_a_linear_throttle_goes_through_hover() {
+    let (g, hover_n) = (GRAVITY_M_S2, MASS_KG * GRAVITY_M_S2 / 4.0);
+    let hover = (hover_n / THRUST_LIMIT_N).sqrt();
+    let ask = |thrust_curve: ThrustCurve, up: f64, turn: f64| {
+        let limits = ControlLimits { thrust_curve, ..ControlLimits::default() };
+        let mut cascade = Cascade::new(airframe(&lander(false)), Gains::near_hover(), limits);
+        let mut m = at_rest(0.0, 0.0, 0.0);
+        m.omega_body.y = -turn / Gains::near_hover().k_pq;
+        let a_ff_ned = Vector3::new(0.0, 0.0, (1.0 - up) * g);
+        cascade.step(&m, &velocity(Vector3::zeros(), a_ff_ned, 0.0), DT)
+    };
+    for up in [0.0, 0.3, 1.0, 1.2] {
+        let [linear, root] =
+            [ThrustCurve::Linear, ThrustCurve::Quadratic].map(|curve| ask(curve, up, 0.0).throttle[0]);
+        assert!((linear - up * hover).abs() < 1e-14, "{up}: {linear}");
+        assert!((root - up.sqrt() * hover).abs() < 1e-14, "{up}: {root}");
+    }
+    let most = ask(ThrustCurve::Linear, 9.0, 0.0);
+    assert!(
+        (most.throttle[0] - 1.0).abs() < 1e-14
+            && (most.acceleration_sp_ned.z - g * (1.0 - 1.0 / hover)).abs() < 1e-12
+    );
+    let turned = ask(ThrustCurve::Linear, 1.0, 0.1).throttle;
+    let parted = hover * (J_YY * 0.1 / (4.0 * ARM_M)) / hover_n;
+    assert!(
+        (turned[0] - (hover + parted)).abs() < 1e-14 && (turned[1] - (hover - parted)).abs() < 1e-14,
+        "{turned:?}"
+    );
+}
+
+/// Whatever the rotors, some in the wake of others, at the throttles of a hover they carry the weight: each
+/// gives T_static delta^2, less what a wake takes of it. The line of an airframe is made once, and goes back.
+#[test]
+fn closed_form_the_line_of_any_rotors_carries_the_weight() {
+    let mut coaxial = ring(8, [1.0, 1.2], 0.1);
+    for rotor in coaxial.rotors.iter_mut().step_by(2) {
+        rotor.interference = Interference { thrust: 0.6, torque: 0.8 };
+    }
+    for vehicle in [lander(true), ring(6, [1.0, 1.2], 0.0), coaxial] {
+        let quadratic = airframe(&vehicle);
+        let linear = quadratic.clone().with_thrust_curve(ThrustCurve::Linear);
+        let thrusts = linear.mixer.thrusts(linear.weight_n(), &Vector3::zeros());
+        let made: f64 = vehicle
+            .rotors
+            .iter()
+            .zip(thrusts)
+            .map(|(rotor, thrust_n)| {
+                let throttle = linear.mixer.throttle_of(thrust_n);
+                -rotor.axis_body.z * rotor.interference.thrust * THRUST_LIMIT_N * throttle * throttle
+            })
+            .sum();
+        assert!((made / linear.weight_n() - 1.0).abs() < 1e-12, "{made}");
+        let heavier = Airframe { mass_kg: 1.1 * linear.mass_kg, ..linear.clone() };
+        assert_eq!(heavier.clone().with_thrust_curve(ThrustCurve::Linear), heavier);
+        let back = linear.with_thrust_curve(ThrustCurve::Quadratic);
+        assert_eq!(back.mixer, quadratic.mixer);
+        assert!((back.lift_max_n / quadratic.lift_max_n - 1.0).abs() < 1e-14);
+    }
+}
+
 /// On a bus of 16 V throttles for 14.8 V are 14.8/16 of what they are there; of less than a half, or of what
 /// is no number, nothing more is made.
 #[test]
@@ -79,12 +148,15 @@ fn closed_form_throttles_are_scaled_by_the_voltage() {
         let m = Measurement { bus_v, ..at_rest(0.0, 0.0, 0.0) };
         track(&mut cascade, &m, [0.0, 0.0, 0.1], 0.0).throttle[0]
     };
-    let plain = throttle(ControlLimits::default(), Some(16.0));
-    assert_eq!(throttle(limits, None), plain);
-    assert_eq!(throttle(limits, Some(f64::NAN)), plain);
-    for (bus_v, share) in [(16.0, 14.8 / 16.0), (14.8, 1.0), (12.0, 14.8 / 12.0), (1.0, 2.0)] {
-        let scaled = throttle(limits, Some(bus_v));
-        assert!((scaled - (plain * share).min(1.0)).abs() < 1e-14, "{bus_v}: {scaled} {plain}");
+    for thrust_curve in [ThrustCurve::Quadratic, ThrustCurve::Linear] {
+        let limits = ControlLimits { thrust_curve, ..limits };
+        let plain = throttle(ControlLimits { nominal_v: None, ..limits }, Some(16.0));
+        assert_eq!(throttle(limits, None), plain);
+        assert_eq!(throttle(limits, Some(f64::NAN)), plain);
+        for (bus_v, share) in [(16.0, 14.8 / 16.0), (14.8, 1.0), (12.0, 14.8 / 12.0), (1.0, 2.0)] {
+            let scaled = throttle(limits, Some(bus_v));
+            assert!((scaled - (plain * share).min(1.0)).abs() < 1e-14, "{bus_v}: {scaled} {plain}");
+        }
     }
 }
 
@@ -120,7 +192,7 @@ fn north_rolls_left_when_the_nose_points_east() {
 
 #[test]
 fn sinking_asks_for_less_than_the_weight_and_climbing_for_more() {
-    let weight = MASS_KG * super::test_vehicles::GRAVITY_M_S2;
+    let weight = MASS_KG * GRAVITY_M_S2;
     let level = at_rest(0.0, 0.0, 0.0);
     assert!(track(&mut lander_cascade(), &level, [0.0, 0.0, 1.0], 0.0).collective_n < weight);
     assert!(track(&mut lander_cascade(), &level, [0.0, 0.0, -1.0], 0.0).collective_n > weight);
@@ -151,7 +223,7 @@ fn feed_forward_is_added_to_the_wanted_acceleration() {
 #[test]
 fn tilt_and_rates_stay_within_their_limits() {
     let out = track(&mut lander_cascade(), &at_rest(0.0, 0.0, 0.0), [90.0, -90.0, 0.0], 3.0);
-    let up = super::test_vehicles::GRAVITY_M_S2 - out.acceleration_sp_ned.z;
+    let up = GRAVITY_M_S2 - out.acceleration_sp_ned.z;
     let level = out.acceleration_sp_ned.xy().norm();
     assert!((math::atan2(level, up).to_degrees() - 37.5).abs() < 1e-9);
     assert!((out.acceleration_sp_ned.x + out.acceleration_sp_ned.y).abs() < 1e-12, "direction kept");
@@ -293,7 +365,7 @@ proptest! {
         let level = at_rest(0.0, 0.0, 0.0);
         controller.reset();
         let out = track(&mut controller, &level, [0.0; 3], 0.0);
-        prop_assert!((out.collective_n - MASS_KG * super::test_vehicles::GRAVITY_M_S2).abs() < 1e-9);
+        prop_assert!((out.collective_n - MASS_KG * GRAVITY_M_S2).abs() < 1e-9);
     }
 }
 

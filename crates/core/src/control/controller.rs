@@ -73,7 +73,7 @@ impl Setpoint {
 pub struct ControlOutput {
     /// Thrust of each rotor [N].
     pub thrust_n: PerRotor,
-    /// Throttle of each rotor, `sqrt(T/T_static)`, 0..1.
+    /// Throttle of each rotor, 0..1.
     pub throttle: PerRotor,
     /// Acceleration after all limits, NED [m/s^2]; gravity is not part of it. Zero where velocity is not
     /// controlled.
@@ -133,6 +133,15 @@ pub struct ControlSettings {
     pub gains: Gains,
     /// Limits of the cascade.
     pub limits: ControlLimits,
+}
+
+impl ControlSettings {
+    /// These settings, the airframe with the thrust curve that the limits name.
+    #[must_use]
+    pub fn consistent(self) -> Self {
+        let airframe = self.airframe.with_thrust_curve(self.limits.thrust_curve);
+        Self { airframe, ..self }
+    }
 }
 
 /// From measurement and setpoint to throttles, once per control period.

@@ -131,6 +131,28 @@ impl TiltFrom {
     }
 }
 
+/// The thrust that the controller takes a rotor to give at a throttle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ThrustCurve {
+    /// `T = T_static throttle^2`, that of a rotor whose speed goes by the throttle: the throttle is the root
+    /// of the wanted thrust (PX4's `THR_MDL_FAC` 1).
+    #[default]
+    Quadratic,
+    /// `T = T_hover throttle/throttle_hover`, the line from rest through hover: the throttle is linear in the
+    /// wanted thrust (PX4's `THR_MDL_FAC` 0, its default). What the rotor gives beyond is `T^2/T_hover`.
+    Linear,
+}
+
+impl ThrustCurve {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Quadratic => "quadratic",
+            Self::Linear => "linear",
+        }
+    }
+}
+
 /// Limits of the cascade, and the choices in its law.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ControlLimits {
@@ -144,6 +166,8 @@ pub struct ControlLimits {
     pub rate_integral_rad_s2: f64,
     /// What the tilt comes from.
     pub tilt_from: TiltFrom,
+    /// What a rotor's thrust is taken for.
+    pub thrust_curve: ThrustCurve,
     /// Bus voltage [V] that throttles are made for: at another measured one they are scaled so that they give
     /// the same speed of motors whose throttle is a duty cycle; `None`: they are not.
     pub nominal_v: Option<f64>,
@@ -157,6 +181,7 @@ impl Default for ControlLimits {
             yaw_rate_command_rad_s: 45.0 * RAD_PER_DEG,
             rate_integral_rad_s2: 10.0,
             tilt_from: TiltFrom::Thrust,
+            thrust_curve: ThrustCurve::Quadratic,
             nominal_v: None,
         }
     }
@@ -164,14 +189,18 @@ impl Default for ControlLimits {
 
 impl ControlLimits {
     /// Thrust that a rotor's throttle makes at the nominal voltage where it makes a newton at a measured bus
-    /// voltage [V]: the throttle turns it by the share of the voltage, whose square the thrust goes by. Less
-    /// than half of the nominal voltage is taken for a half: a broken measurement shall not drive the motors
-    /// to their ends. Without a nominal voltage, or on a bus that is not measured, 1.
+    /// voltage [V]: the throttle turns it by the share of the voltage, whose square the thrust goes by; the
+    /// share itself, of a thrust that is taken as linear. Less than half of the nominal voltage is taken for
+    /// a half: a broken measurement shall not drive the motors to their ends. Without a nominal voltage, or
+    /// on a bus that is not measured, 1.
     #[inline(always)]
     pub(super) fn nominal_per_newton<S: Real>(&self, bus_v: Option<S>, kind: S) -> S {
         let (Some(nominal_v), Some(bus_v)) = (self.nominal_v, bus_v) else { return kind.of(1.0) };
         let per_share = kind.of(nominal_v) / bus_v.at_least(kind.of(0.5 * nominal_v));
-        per_share * per_share
+        match self.thrust_curve {
+            ThrustCurve::Quadratic => per_share * per_share,
+            ThrustCurve::Linear => per_share,
+        }
     }
 
     /// Checks that every limit is positive and finite and the tilt below a quarter turn.

@@ -94,13 +94,13 @@ impl<S: Real> Loops<S> {
         let per_newton = limits.nominal_per_newton(bus_v, collective_n);
         let moment = angular.times(&airframe.inertia_kg_m2) * per_newton;
         let mut thrust_n = airframe.mixer.thrusts_of(collective_n * per_newton, moment);
-        let limit = collective_n.of(airframe.mixer.thrust_limit_n());
-        let mut throttle = [limit; MAX_ROTORS];
+        let zero = collective_n.of(0.0);
+        let mut throttle = [zero; MAX_ROTORS];
         for (throttle, thrust_n) in throttle.iter_mut().zip(&mut thrust_n) {
-            *throttle = (*thrust_n / limit).sqrt();
+            *throttle = airframe.mixer.throttle_of(*thrust_n);
             *thrust_n = *thrust_n / per_newton;
         }
-        let acceleration_sp_ned = V3::zero(limit);
+        let acceleration_sp_ned = V3::zero(zero);
         let q_sp = motion.q_ned_from_body;
         Demand { acceleration_sp_ned, collective_n, q_sp, rate_sp_body, thrust_n, throttle }
     }

@@ -13,8 +13,8 @@
 
 use nalgebra::{SMatrix, Vector3};
 
-use super::ControlError;
 use super::attitude::within;
+use super::{ControlError, ThrustCurve};
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::real::{Mask as _, Real};
 use crate::vector::V3;
@@ -23,7 +23,11 @@ use crate::vector::V3;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mixer {
     n_rotors: usize,
+    curve: ThrustCurve,
+    static_thrust_n: f64,
     thrust_limit_n: f64,
+    /// Lift per newton that rotors give which give the squares of their shares in a lift.
+    lift_of_squares: f64,
     /// Thrust of each rotor per newton of lift.
     lift: PerRotor,
     /// Lift per newton of thrust of each rotor.
@@ -44,13 +48,14 @@ const DEMAND_LIMIT: f64 = 1e12;
 pub(crate) const ROUNDING: f64 = 1e-12;
 
 impl Mixer {
-    /// From columns lift, roll, pitch, yaw of thrust per unit of demand.
+    /// From columns lift, roll, pitch, yaw of thrust per unit of demand, for rotors of this thrust at full
+    /// throttle [N] that goes by the throttle's square.
     ///
     /// # Errors
     /// [`ControlError::RotorWithoutLift`] when a rotor has no positive share of the lift.
     pub fn new(
         n_rotors: usize,
-        thrust_limit_n: f64,
+        static_thrust_n: f64,
         allocation: &SMatrix<f64, MAX_ROTORS, 4>,
     ) -> Result<Self, ControlError> {
         let n_rotors = n_rotors.min(MAX_ROTORS);
@@ -63,11 +68,15 @@ impl Mixer {
         let inverse = allocation.pseudo_inverse(1e-12).unwrap_or_default();
         let effect =
             [1, 2, 3].map(|j| std::array::from_fn(|i| if i < n_rotors { inverse[(j, i)] } else { 0.0 }));
+        let lift_of_squares = (0..n_rotors).map(|i| inverse[(0, i)] * (lift[i] * lift[i])).sum();
         let per_lift = lift.map(|share| if share > 0.0 { 1.0 / share } else { 0.0 });
         let over = lift.map(|share| per_lift.map(|per| share * per));
         Ok(Self {
             n_rotors,
-            thrust_limit_n,
+            curve: ThrustCurve::Quadratic,
+            static_thrust_n,
+            thrust_limit_n: static_thrust_n,
+            lift_of_squares,
             lift,
             per_lift,
             over,
@@ -76,14 +85,59 @@ impl Mixer {
         })
     }
 
+    /// This allocation for rotors whose thrust is taken for this curve, which meets that of the throttle's
+    /// square where the lift is `weight_n` [N].
+    pub(super) fn with_curve(self, curve: ThrustCurve, weight_n: f64) -> Self {
+        let thrust_limit_n = match curve {
+            ThrustCurve::Quadratic => self.static_thrust_n,
+            // Rotors at the throttles c_i W/T_lim give the weight: W = sum e_i T_static (c_i W/T_lim)^2.
+            ThrustCurve::Linear => (self.static_thrust_n * weight_n * self.lift_of_squares).sqrt(),
+        };
+        Self { curve, thrust_limit_n, ..self }
+    }
+
+    /// The thrust that the rotors are taken to give.
+    pub fn curve(&self) -> ThrustCurve {
+        self.curve
+    }
+
     /// Number of rotors.
     pub fn n_rotors(&self) -> usize {
         self.n_rotors
     }
 
-    /// Largest thrust of one rotor [N]: `T_static`.
+    /// Largest thrust of one rotor [N], at full throttle: `T_static`, or what the line through hover makes of
+    /// that throttle.
     pub fn thrust_limit_n(&self) -> f64 {
         self.thrust_limit_n
+    }
+
+    /// Thrust of one rotor alone at full throttle in still air [N], whatever it is taken for.
+    pub(crate) fn static_thrust_n(&self) -> f64 {
+        self.static_thrust_n
+    }
+
+    /// Throttle, 0..1, at which a rotor is taken to give a thrust within its range [N].
+    #[inline(always)]
+    pub fn throttle_of<S: Real>(&self, thrust_n: S) -> S {
+        let share = thrust_n / thrust_n.of(self.thrust_limit_n);
+        match self.curve {
+            ThrustCurve::Quadratic => share.sqrt(),
+            ThrustCurve::Linear => share,
+        }
+    }
+
+    /// Thrust that a rotor is taken to give at a throttle [N], and how fast the throttle rises with it there
+    /// [1/N].
+    pub(crate) fn thrust_of(&self, throttle: f64) -> (f64, f64) {
+        let limit_n = self.thrust_limit_n;
+        match self.curve {
+            ThrustCurve::Quadratic => {
+                let thrust_n = throttle * throttle * limit_n;
+                (thrust_n, 0.5 / (thrust_n * limit_n).max(f64::MIN_POSITIVE).sqrt())
+            }
+            ThrustCurve::Linear => (throttle * limit_n, 1.0 / limit_n),
+        }
     }
 
     /// Roll, pitch and yaw moment of rotor thrusts [N], each over the greatest that there is about its axis,

@@ -48,7 +48,7 @@ pub use controller::{
     Setpoint, WithVelocityError,
 };
 pub use free_fall::{Fall, FreeFallDetector, FreeFallSettings};
-pub use gains::{ControlLimits, Gains, TiltFrom};
+pub use gains::{ControlLimits, Gains, ThrustCurve, TiltFrom};
 pub use position::{PositionGains, VelocityLimits};
 
 /// Why a controller cannot be built.

@@ -274,6 +274,7 @@ impl<'a> DesignJudge<'a> {
             environment: self.problem.environment,
             gains: &Gains { k_ppsi: yaw.k_ppsi, k_pr: yaw.k_pr, ..Gains::longitudinal(design.gains) },
             tilt_from: design.limits.tilt_from,
+            thrust_curve: design.limits.thrust_curve,
             period_s: IMU_PERIOD_S,
         };
         loops_at(&setting, point).ok()

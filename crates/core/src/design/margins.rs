@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 
 use super::linear_loop::{LinearLoop, Margins, sampled};
 use super::operating_point::rotor_speeds;
-use crate::control::{Airframe, ControlError, Gains, TiltFrom};
+use crate::control::{Airframe, ControlError, Gains, ThrustCurve, TiltFrom};
 use crate::frames::{Quaternion, normalized, pitch, product, quaternion_from_euler};
 use crate::math;
 use crate::model::rigid_body::{BodyRate, BodyState};
@@ -72,6 +72,8 @@ pub struct LoopSetting<'a> {
     pub gains: &'a Gains,
     /// What the cascade's tilt comes from.
     pub tilt_from: TiltFrom,
+    /// Curve that the cascade takes a rotor's thrust for.
+    pub thrust_curve: ThrustCurve,
     /// Control period [s].
     pub period_s: f64,
 }
@@ -85,7 +87,7 @@ const LEAST_SHARE: f64 = 0.1;
 /// # Errors
 /// [`ControlError`] when the rotors cannot be controlled.
 pub fn loops_at(setting: &LoopSetting<'_>, point: &OperatingPoint) -> Result<LoopsAt, ControlError> {
-    let airframe = Airframe::new(setting.known, setting.environment)?;
+    let airframe = Airframe::new(setting.known, setting.environment)?.with_thrust_curve(setting.thrust_curve);
     let steers_yaw = allocation(&airframe)[3].iter().any(|share| *share != 0.0);
     let across = if steers_yaw { Motion::AcrossWithYaw } else { Motion::Across };
     let both = [Motion::InPlane, across].into_iter();
@@ -250,17 +252,15 @@ impl<'a> LinearPlant<'a> {
         let throttles = holding_throttles(setting, &point.body, &speeds);
         let (a, b) = derivatives(setting, motion, &point.body, &speeds, &throttles);
         let (transition, input) = sampled(&a, &b, period_s);
-        let limit_n = airframe.mixer.thrust_limit_n();
-        let commanded_n: Vec<f64> = throttles[..rotors].iter().map(|u| u * u * limit_n).collect();
-        // u = sqrt(T/T_lim)
-        let per_newton = |t: &f64| 0.5 / (t * limit_n).max(f64::MIN_POSITIVE).sqrt();
+        let (commanded_n, per_newton): (Vec<f64>, Vec<f64>) =
+            throttles[..rotors].iter().map(|u| airframe.mixer.thrust_of(*u)).unzip();
         Self {
             setting,
             airframe,
             motion,
             transition,
             input,
-            per_newton: commanded_n.iter().map(per_newton).collect(),
+            per_newton,
             collective: commanded_n.iter().sum::<f64>() / vehicle.mass.mass_kg,
             sin_cos: math::sin_cos(pitch(point.body.q_ned_from_body)),
         }
@@ -562,16 +562,21 @@ mod tests {
     fn closed_form_loops_of_a_hover_without_air() {
         let options = VehicleOptions { reaction_torque: false, rotor_momentum: false };
         // Seven and a half periods.
-        for (tilt_from, latency_s) in
-            [(TiltFrom::Thrust, 0.0), (TiltFrom::Gravity, 0.0), (TiltFrom::Thrust, 0.015)]
-        {
+        use ThrustCurve::{Linear, Quadratic};
+        for (tilt_from, thrust_curve, latency_s) in [
+            (TiltFrom::Thrust, Quadratic, 0.0),
+            (TiltFrom::Gravity, Quadratic, 0.0),
+            (TiltFrom::Thrust, Quadratic, 0.015),
+            (TiltFrom::Gravity, Linear, 0.0),
+        ] {
             let vehicle = quadrotor([ARM_M, 1.1], [620.0, J_YY, 1160.0], [0.0; 3], options);
             let vehicle = Vehicle { latency_s, ..vehicle };
-            are_those_of_a_hover(&vehicle, tilt_from);
+            are_those_of_a_hover(&vehicle, tilt_from, thrust_curve);
         }
     }
 
-    fn are_those_of_a_hover(vehicle: &Vehicle, tilt_from: TiltFrom) {
+    /// With a linear throttle a rotor at hover makes two newtons of one that is wanted more, T^2/T_hover.
+    fn are_those_of_a_hover(vehicle: &Vehicle, tilt_from: TiltFrom, thrust_curve: ThrustCurve) {
         let gains = Gains::longitudinal([4.0, 0.0, 1.5, 2.0, 0.0, 3e-4, 0.0]);
         let (environment, period_s) = (site(), 0.002);
         let setting = LoopSetting {
@@ -580,6 +585,7 @@ mod tests {
             environment: &environment,
             gains: &gains,
             tilt_from,
+            thrust_curve,
             period_s,
         };
         let body = BodyState {
@@ -594,7 +600,8 @@ mod tests {
             let s = Complex::new(0.0, omega);
             let one = Complex::new(1.0, 0.0);
             let (sin, cos) = math::sin_cos(-omega * (0.5 * period_s + vehicle.latency_s));
-            let lag = Complex::new(cos, sin) / (one + s * 0.15);
+            let slope = if thrust_curve == ThrustCurve::Linear { 2.0 } else { 1.0 };
+            let lag = Complex::new(cos, sin) / (one + s * 0.15) * slope;
             let turning = (s + 1.5) * 4.0 / (s * s) * lag;
             let wanted = [(0usize, turning), (4, turning), (3, one * 2.0 / s * lag)];
             for (i, wanted) in wanted {

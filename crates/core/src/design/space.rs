@@ -50,6 +50,7 @@ impl Design {
             && are_same_gains(&self.gains, &other.gains)
             && self.feed_forward == other.feed_forward
             && self.limits.tilt_from == other.limits.tilt_from
+            && self.limits.thrust_curve == other.limits.thrust_curve
             && is_same_number(self.limits.tilt_rad, other.limits.tilt_rad)
             && is_same_number(self.limits.rate_command_rad_s, other.limits.rate_command_rad_s)
     }

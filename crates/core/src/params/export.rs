@@ -17,7 +17,7 @@ use super::purpose::{Factors, GRAVITY_KEY, Purpose};
 use super::{Check, ParamsError, check};
 use crate::control::px4::timing::ALIGNS_G0;
 use crate::control::px4::{Law, is_quad_x};
-use crate::control::{Airframe, ControlLimits, Gains, TiltFrom};
+use crate::control::{Airframe, ControlLimits, Gains, ThrustCurve, TiltFrom};
 use crate::model::supply::Pack;
 use crate::model::{Environment, Vehicle};
 use crate::units::{DEG_PER_RAD, STANDARD_GRAVITY_M_S2};
@@ -39,6 +39,29 @@ pub struct Subject<'a> {
     pub tilt_from: Option<TiltFrom>,
     /// The battery that the motors are on, where there is one.
     pub pack: Option<&'a Pack>,
+}
+
+impl Subject<'_> {
+    /// PX4's units of the vehicle with the given mixing, under the thrust curve of the limits.
+    ///
+    /// # Errors
+    /// [`ParamsError::NoUnit`] when the rotors cannot make roll, pitch or thrust; [`ParamsError::Control`]
+    /// when they cannot be controlled.
+    pub fn units(&self, mixing: Mixing) -> Result<NormalisedUnits, ParamsError> {
+        let units = NormalisedUnits::mixed(self.vehicle, self.environment.density_kg_m3, mixing)?;
+        let curve = self.limits.thrust_curve;
+        if curve == ThrustCurve::Quadratic {
+            return Ok(units);
+        }
+        let mixer = Airframe::new(self.vehicle, self.environment)?.with_thrust_curve(curve).mixer;
+        let ratio = mixer.thrust_limit_n() / mixer.static_thrust_n();
+        Ok(NormalisedUnits {
+            roll_nm: units.roll_nm * ratio,
+            pitch_nm: units.pitch_nm * ratio,
+            yaw_nm: units.yaw_nm.map(|yaw_nm| yaw_nm * ratio),
+            thrust_n: units.thrust_n * ratio,
+        })
+    }
 }
 
 /// Parameters for a purpose, with their check.
@@ -89,7 +112,7 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
     let metadata = Metadata::px4();
     let mut rows =
         Rows { factors: purpose.factors(gravity), parameters: BTreeMap::new(), remarks: Vec::new() };
-    let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, mixing)?;
+    let units = subject.units(mixing)?;
     rows.velocity_and_attitude(subject);
     rows.rates(subject, &units, &metadata);
     rows.vehicle(subject, &units);
@@ -141,7 +164,7 @@ fn for_quad_x(subject: &Subject, allocated: &NormalisedUnits) -> Result<Vec<Stri
             "for PX4 v1.14 and newer, which takes the rotors from CA_*; v1.12 mixes by files, and of those samara knows quad_x: {reason}"
         )]);
     }
-    let by_file = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, Mixing::QuadX)?;
+    let by_file = subject.units(Mixing::QuadX)?;
     let axes = [
         ("ROLL", "RR", allocated.roll_nm / by_file.roll_nm),
         ("PITCH", "PR", allocated.pitch_nm / by_file.pitch_nm),
@@ -201,8 +224,18 @@ impl Export {
 pub(super) const SCALE_PARAMETER: &str = "MC_BAT_SCALE_EN";
 /// Whether the tilt is set against gravity (1) or the thrust wanted upwards (0).
 pub(super) const TILT_PARAMETER: &str = "MPC_ACC_DECOUPLE";
+/// The part of a motor's thrust that goes by the square of its command; the rest is linear.
+pub(super) const CURVE_PARAMETER: &str = "THR_MDL_FAC";
 /// Parameters that say how the cascade works, not how fast: read with the gains of a file.
 pub const OF_THE_CASCADE: [&str; 2] = [SCALE_PARAMETER, TILT_PARAMETER];
+/// The square's part in a thrust curve ([`CURVE_PARAMETER`]).
+pub(super) fn curve_factor(curve: ThrustCurve) -> f64 {
+    match curve {
+        ThrustCurve::Quadratic => 1.0,
+        ThrustCurve::Linear => 0.0,
+    }
+}
+
 /// Voltage of a full cell [V] by which cells are counted.
 const FULL_CELL_V: f64 = 4.2;
 /// Part of it by which a battery's cells may differ from it.
@@ -351,7 +384,7 @@ impl Rows {
     fn vehicle(&mut self, subject: &Subject, units: &NormalisedUnits) {
         let (vehicle, environment) = (subject.vehicle, subject.environment);
         self.real("MPC_THR_HOVER", hover_thrust(vehicle, environment, units));
-        self.real("THR_MDL_FAC", 1.0);
+        self.real(CURVE_PARAMETER, curve_factor(subject.limits.thrust_curve));
         self.int("CA_AIRFRAME", 0);
         self.int("CA_ROTOR_COUNT", vehicle.rotors.len() as i32);
         for (i, rotor) in vehicle.rotors.iter().enumerate() {

@@ -7,13 +7,14 @@
 
 use super::compatibility::written_for;
 use super::export::{
-    GAINS, LIMITS, SCALE_PARAMETER, TILT_PARAMETER, WITHOUT_COUNTERPART, hover_thrust, rotor_columns,
+    CURVE_PARAMETER, GAINS, LIMITS, SCALE_PARAMETER, TILT_PARAMETER, WITHOUT_COUNTERPART, curve_factor,
+    hover_thrust, rotor_columns,
 };
 use super::file::{ParameterFile, Value};
-use super::normalised::NormalisedUnits;
+use super::normalised::{Mixing, NormalisedUnits};
 use super::purpose::{Factors, Purpose};
 use super::{ParamsError, Subject};
-use crate::control::{ControlLimits, Gains, TiltFrom};
+use crate::control::{ControlLimits, Gains, ThrustCurve, TiltFrom};
 use crate::model::Vehicle;
 use crate::model::supply::{Pack, Throttle};
 use crate::units::RAD_PER_DEG;
@@ -45,10 +46,12 @@ const SAME_GAIN: f64 = 1e-5;
 pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsError> {
     let gravity = subject.environment.gravity_m_s2;
     let purpose = written_for(file, gravity, Purpose::Samara)?;
-    let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+    let number = |name: &str| file.get(name).map(Value::as_f64);
+    let (curve, bent) = curve_of(number(CURVE_PARAMETER), subject.limits.thrust_curve);
+    let subject = &Subject { limits: &ControlLimits { thrust_curve: curve, ..*subject.limits }, ..*subject };
+    let units = subject.units(Mixing::Allocated)?;
     same_vehicle(file, subject, &units)?;
     let scale = Scale::new(&units, subject.vehicle, purpose.factors(gravity));
-    let number = |name: &str| file.get(name).map(Value::as_f64);
     let outer = GAINS.iter().map(|(names, ..)| names[0]);
     let names: Vec<&str> = outer.chain(scale.rate_gains().map(|(_, name, ..)| name)).collect();
     let missing: Vec<&str> = names.iter().copied().filter(|name| number(name).is_none()).collect();
@@ -77,10 +80,25 @@ pub fn import(file: &ParameterFile, subject: &Subject) -> Result<Import, ParamsE
             ));
         }
     }
-    if let Some(f) = number("THR_MDL_FAC").filter(|f| *f != 1.0) {
-        remarks.push(format!("THR_MDL_FAC is {f}; samara's thrust is quadratic in the command, 1"));
-    }
+    remarks.extend(bent);
     Ok(Import { gains, limits, remarks })
+}
+
+/// The thrust curve of a file's [`CURVE_PARAMETER`], and a remark where samara has none such: then, as where
+/// the file says nothing, the mission's own.
+fn curve_of(factor: Option<f64>, own: ThrustCurve) -> (ThrustCurve, Option<String>) {
+    let Some(factor) = factor else { return (own, None) };
+    let same = |curve: &ThrustCurve| curve_factor(*curve) == factor;
+    match [ThrustCurve::Quadratic, ThrustCurve::Linear].into_iter().find(same) {
+        Some(curve) => (curve, None),
+        None => {
+            let curve = own.name();
+            let remark = format!(
+                "{CURVE_PARAMETER} is {factor}; samara's thrust is quadratic in the command, 1, or linear, 0: it is flown {curve}"
+            );
+            (own, Some(remark))
+        }
+    }
 }
 
 /// The given gains and limits, with those replaced that `number` has under PX4's names; the others stay as

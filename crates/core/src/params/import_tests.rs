@@ -2,12 +2,12 @@
 
 use proptest::prelude::*;
 
-use super::export::{SCALE_PARAMETER, TILT_PARAMETER};
+use super::export::{SCALE_PARAMETER, TILT_PARAMETER, export};
 use super::file::write;
 use super::*;
 use crate::control::px4::Law;
 use crate::control::test_vehicles::{lander, site};
-use crate::control::{ControlLimits, Gains, TiltFrom};
+use crate::control::{ControlLimits, Gains, ThrustCurve, TiltFrom};
 use crate::model::Environment;
 use crate::model::supply::{Pack, PackLimits, Throttle};
 use crate::units::STANDARD_GRAVITY_M_S2;
@@ -201,6 +201,52 @@ fn tilt_and_battery_survive_a_file() {
             let names = export(&silent, purpose).unwrap().parameters;
             let ours = [SCALE_PARAMETER, TILT_PARAMETER, "BAT1_N_CELLS"];
             assert!(ours.iter().all(|name| !names.contains_key(*name)));
+        }
+    }
+}
+
+/// By hand: with a linear throttle a unit of thrust and torque is `delta_h` of that of the square root, the
+/// line's thrust at full throttle over the static one. So the hover thrust is the throttle at hover, its
+/// root, and the rate gains are as much larger; and a file says which it is of.
+#[test]
+fn closed_form_a_linear_throttle_is_thr_mdl_fac_0() {
+    let (vehicle, gains) = (lander(true), Gains::paper_pso());
+    for (purpose, environment) in
+        [(Purpose::Samara, at(1.35)), (Purpose::Px4, at(STANDARD_GRAVITY_M_S2 / 6.0))]
+    {
+        let of = |thrust_curve| {
+            let limits = ControlLimits { thrust_curve, ..ControlLimits::default() };
+            let subject = Subject {
+                vehicle: &vehicle,
+                environment: &environment,
+                gains: &gains,
+                limits: &limits,
+                speed_m_s: 12.0,
+                tilt_from: None,
+                pack: None,
+            };
+            let exported = export(&subject, purpose).unwrap();
+            let (notes, written) = (exported.notes(&[]), exported.parameters);
+            let other = ControlLimits { tilt_rad: 0.3, ..ControlLimits::default() };
+            let file = ParameterFile::parse(&write("x", &notes, &written)).unwrap();
+            let back =
+                (purpose == Purpose::Samara).then(|| import(&file, &Subject { limits: &other, ..subject }));
+            (written, back)
+        };
+        let ((root, _), (linear, back)) = (of(ThrustCurve::Quadratic), of(ThrustCurve::Linear));
+        let number = |rows: &std::collections::BTreeMap<String, Value>, name: &str| rows[name].as_f64();
+        assert_eq!([&root, &linear].map(|rows| number(rows, "THR_MDL_FAC")), [1.0, 0.0]);
+        let hover = number(&root, "MPC_THR_HOVER").sqrt();
+        assert!((number(&linear, "MPC_THR_HOVER") / hover - 1.0).abs() < 1e-6);
+        for loop_of in ["MC_PITCHRATE", "MC_ROLLRATE", "MC_YAWRATE"] {
+            let gain = |rows| number(rows, &format!("{loop_of}_K")) * number(rows, &format!("{loop_of}_P"));
+            assert!((gain(&linear) / gain(&root) * hover - 1.0).abs() < 1e-6, "{loop_of}");
+        }
+        assert_eq!(linear["MPC_XY_VEL_P_ACC"], root["MPC_XY_VEL_P_ACC"]);
+        if let Some(back) = back {
+            let back = back.unwrap();
+            assert_eq!(back.limits.thrust_curve, ThrustCurve::Linear);
+            assert!((back.gains.k_pq / gains.k_pq - 1.0).abs() < 1e-6 && back.remarks.is_empty(), "{back:?}");
         }
     }
 }

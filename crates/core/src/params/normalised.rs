@@ -10,7 +10,9 @@
 //! ```
 //!
 //! with `(E M)_jj = 1` for axes that the rotors can drive. An X-quad of half-spans lx, ly has `G_roll =
-//! G_pitch = 2 sqrt(2) T_max min(lx, ly)` and `G_yaw = 4 T_max K_M`.
+//! G_pitch = 2 sqrt(2) T_max min(lx, ly)` and `G_yaw = 4 T_max K_M`. With THR_MDL_FAC = 0 motor commands are
+//! throttles, and `T_max` is the thrust at full throttle of the line through hover, as
+//! [`crate::control::ThrustCurve`] has it.
 //!
 //! Up to v1.12 PX4 mixes by files instead, and its `quad_x` gives each rotor the same share of roll and of
 //! pitch wherever it is: `u_i = (+-roll +-pitch)/sqrt(2) +-yaw + thrust`. Then `G_roll = 2 sqrt(2) T_max ly`

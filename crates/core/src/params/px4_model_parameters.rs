@@ -1,8 +1,8 @@
 //! Parameters of the model of PX4's controller ([`crate::control::px4`]), from gains or a file and back.
 
-use super::export::{export_for_law, hover_thrust};
+use super::export::{curve_factor, export_for_law, hover_thrust};
 use super::metadata::Kind;
-use super::{Export, Metadata, Mixing, NormalisedUnits, ParameterFile, ParamsError, Purpose, Subject, Value};
+use super::{Export, Metadata, Mixing, ParameterFile, ParamsError, Purpose, Subject, Value};
 use crate::control::px4::{Law, Parameters};
 
 /// The parameters with which a PX4 of a law flies a subject: PX4's defaults, the vehicle's hover thrust and
@@ -18,11 +18,11 @@ pub fn px4_model_parameters(
     law: &Law,
     given: Option<&ParameterFile>,
 ) -> Result<Parameters, ParamsError> {
-    let units = NormalisedUnits::mixed(subject.vehicle, subject.environment.density_kg_m3, Mixing::of(law))?;
+    let units = subject.units(Mixing::of(law))?;
     let fastest = subject.speed_m_s * purpose.factors(subject.environment.gravity_m_s2).k;
     let mut made = Parameters {
         thr_hover: f64::from(hover_thrust(subject.vehicle, subject.environment, &units) as f32),
-        thr_mdl_fac: 1.0,
+        thr_mdl_fac: curve_factor(subject.limits.thrust_curve),
         xy_vel_max: fastest,
         z_vel_max_dn: fastest,
         ..law.defaults()

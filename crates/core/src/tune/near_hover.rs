@@ -21,8 +21,8 @@ use super::gain_judge::Setting;
 use crate::control::{Airframe, Cascade, ControlError, Controller as _, Gains, Measurement, Setpoint};
 use crate::frames::{LEVEL, pitch, quaternion_from_euler};
 use crate::math;
+use crate::model::PerRotor;
 use crate::model::rigid_body::BodyState;
-use crate::model::{MAX_ROTORS, PerRotor};
 use crate::sim::{DropSimulation, PlantKind};
 
 /// Adjustments of the rules' gains, each with its reason.
@@ -96,7 +96,8 @@ enum Stage {
 /// # Errors
 /// [`NearHoverError`] when a loop does not swing or the vehicle cannot be flown.
 pub fn near_hover(setting: &Setting<'_>) -> Result<NearHover, NearHoverError> {
-    let airframe = Airframe::new(&setting.scenario.vehicle, &setting.scenario.environment)?;
+    let airframe = Airframe::new(&setting.scenario.vehicle, &setting.scenario.environment)?
+        .with_thrust_curve(setting.control_limits.thrust_curve);
     let g = airframe.gravity_m_s2;
     let arm_m = setting.scenario.vehicle.rotors.iter().map(|r| r.position_body_m.x.abs()).fold(0.0, f64::max);
     // A fifth of the hover thrust up and down on each rotor; the other relays stay well within what the
@@ -193,8 +194,7 @@ fn command(airframe: &Airframe, cascade: &mut Cascade, stage: Stage, body: &Body
         Stage::Rate => {
             let moment = airframe.inertia_kg_m2 * Vector3::new(0.0, u, 0.0);
             let thrust = airframe.mixer.thrusts(mass * g, &moment);
-            let limit = airframe.mixer.thrust_limit_n();
-            return std::array::from_fn::<f64, MAX_ROTORS, _>(|i| (thrust[i] / limit).sqrt());
+            return thrust.map(|thrust_n| airframe.mixer.throttle_of(thrust_n));
         }
         Stage::Pitch => Setpoint::Rates { omega_body: Vector3::new(0.0, u, 0.0), collective: collective(g) },
         Stage::Vertical => Setpoint::Attitude { q_ned_from_body: LEVEL, collective: collective(g - u) },

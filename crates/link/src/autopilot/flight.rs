@@ -68,7 +68,7 @@ impl ControlLoops {
     pub fn new(controller: Box<dyn Controller>, settings: ControlSettings) -> Self {
         Self {
             controller,
-            settings,
+            settings: settings.consistent(),
             velocity_target: None,
             output: ControlOutput::ZERO,
             controlled: None,

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::gains_file::GainsFile;
 use crate::number::{NonNegative, Positive, TiltDeg};
-use samara_core::control::{ControlLimits, Gains, TiltFrom};
+use samara_core::control::{ControlLimits, Gains, ThrustCurve, TiltFrom};
 use samara_core::model::supply::Throttle;
 use samara_core::sim::ElectricBattery;
 use samara_core::units::RAD_PER_DEG;
@@ -34,6 +34,9 @@ pub(super) struct ControlJson {
     /// What the wanted horizontal acceleration is set against, to get a tilt; `thrust` when left out. What is
     /// said here PX4 is asked for too (MPC_ACC_DECOUPLE).
     tilt_from: Option<TiltFromJson>,
+    /// Curve of a rotor's thrust over its throttle that the controller has in mind; `quadratic` when left
+    /// out. PX4 is given it too (THR_MDL_FAC).
+    thrust_curve: Option<ThrustCurveJson>,
     /// Whether throttles are scaled by the measured voltage of a battery whose motors' throttle is a duty
     /// cycle; no when left out. PX4 then scales in its own way (MC_BAT_SCALE_EN).
     battery_scaling: Option<bool>,
@@ -47,6 +50,18 @@ pub(super) enum TiltFromJson {
     Gravity,
     /// The thrust that is wanted upwards: near none the tilt jumps. PX4 has it from v1.15 on.
     Thrust,
+}
+
+/// The thrust that the controller takes a rotor to give at a throttle.
+#[derive(Clone, Copy, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+enum ThrustCurveJson {
+    /// The square of the throttle, as the rotors have it: the throttle is the root of the wanted thrust
+    /// (THR_MDL_FAC 1).
+    Quadratic,
+    /// A line from rest through hover: the throttle is linear in the wanted thrust (THR_MDL_FAC 0, PX4's
+    /// default).
+    Linear,
 }
 
 /// Gains and limits of the cascade that flies the mission.
@@ -73,6 +88,15 @@ impl From<TiltFromJson> for TiltFrom {
     }
 }
 
+impl From<ThrustCurveJson> for ThrustCurve {
+    fn from(json: ThrustCurveJson) -> Self {
+        match json {
+            ThrustCurveJson::Quadratic => Self::Quadratic,
+            ThrustCurveJson::Linear => Self::Linear,
+        }
+    }
+}
+
 impl ControlJson {
     /// Time from a measurement to what the speed controllers do about it, beyond the control period [s].
     pub(super) fn latency_s(&self) -> f64 {
@@ -93,6 +117,7 @@ impl Control {
                 yaw_rate_command_rad_s: json.yaw_rate_command_limit_deg_s.get() * RAD_PER_DEG,
                 rate_integral_rad_s2: json.rate_integral_limit_rad_s2.get(),
                 tilt_from: json.tilt_from.map_or(TiltFrom::Thrust, TiltFrom::from),
+                thrust_curve: json.thrust_curve.map_or(ThrustCurve::Quadratic, ThrustCurve::from),
                 nominal_v: duty.filter(|_| scales).map(|pack| pack.nominal_v),
             },
             gains: gains.gains,

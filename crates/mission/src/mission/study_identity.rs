@@ -10,10 +10,13 @@ use std::fmt::{Debug, Write};
 use super::{Mission, PlanInitial, PlanSettings};
 use crate::source::sha256;
 use samara_core::assess::paper::STUDY_SHA256;
-use samara_core::control::TiltFrom;
+use samara_core::control::{ThrustCurve, TiltFrom};
 
 use samara_core::model::{EscDc, Interference, Motor, RotationSense, Rotor, Vehicle};
 use samara_core::plan::{Demands, InputReference};
+
+/// Beginnings of the lines that say how the paper's control law is read, where that is not the first reading.
+const OF_THE_READING: [&str; 2] = ["control.tilt_from=", "control.thrust_curve="];
 
 impl Mission {
     /// The numbers of vehicle, site, plan, limits, cases and distribution of releases as they are in memory:
@@ -39,6 +42,9 @@ impl Mission {
         text.put("control.rate_integral_limit_rad_s2", cascade.rate_integral_rad_s2);
         if cascade.tilt_from != TiltFrom::Thrust {
             text.put("control.tilt_from", cascade.tilt_from.name());
+        }
+        if cascade.thrust_curve != ThrustCurve::Quadratic {
+            text.put("control.thrust_curve", cascade.thrust_curve.name());
         }
         if let Some(nominal_v) = cascade.nominal_v {
             text.put("control.nominal_v", nominal_v);
@@ -81,9 +87,13 @@ impl Mission {
         text.0
     }
 
-    /// Whether this is the study that stands for the paper's: then what the paper prints may stand beside it.
+    /// Whether this is the study that stands for the paper's, in any reading of its control law
+    /// ([`TiltFrom`], [`ThrustCurve`]): then what the paper prints may stand beside it.
     pub fn is_the_papers_study(&self) -> bool {
-        sha256(&self.study_numbers()) == STUDY_SHA256
+        let numbers = self.study_numbers();
+        let is_common = |line: &&str| !OF_THE_READING.iter().any(|name| line.starts_with(name));
+        let common: String = numbers.split_inclusive('\n').filter(is_common).collect();
+        sha256(&common) == STUDY_SHA256
     }
 }
 

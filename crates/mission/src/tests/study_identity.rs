@@ -10,6 +10,7 @@ use serde_json::Value;
 use super::source::sha256;
 use super::spoil::{TITAN, copy, shipped};
 use super::*;
+use samara_core::control::{ThrustCurve, TiltFrom};
 use samara_core::model::RotationSense;
 use samara_core::plan::InputReference;
 
@@ -47,6 +48,12 @@ fn the_papers_study_is_known_by_its_numbers() {
     (same.name, same.seed, same.study.monte_carlo.trials) = ("other".into(), 7, 1000);
     same.use_gains("near_hover").unwrap();
     assert!(same.is_the_papers_study());
+    let before = same.study_numbers();
+    same.control.limits.tilt_from = TiltFrom::Gravity;
+    let tilted = same.study_numbers();
+    same.control.limits.thrust_curve = ThrustCurve::Linear;
+    assert!(same.is_the_papers_study(), "another reading of the law is the paper's too");
+    assert!(before != tilted && tilted != same.study_numbers());
     let changes: [fn(&mut Mission); 8] = [
         |m| m.plan.initial = PlanInitial::Release,
         |m| m.plan.cost_input_reference = InputReference::Trim,

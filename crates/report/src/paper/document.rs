@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use super::findings::{Finding, findings};
-use super::readings::{ANOTHER_READING, CHOICES, SLIPS};
+use super::readings::{OTHER_READINGS, SLIPS, choices};
 use super::tables::{campaigns, reproduction, table_4, table_5, verdict};
 use super::{Assessment, OURS};
 use crate::campaign::campaign_csv;
@@ -13,6 +13,7 @@ use crate::campaign::tables::{INTERVALS, tracking_note};
 use crate::document::{Document, Figure, Passage, Section};
 use crate::html::{Html, el, paragraph};
 use samara_core::assess::paper;
+use samara_core::control::ControlLimits;
 
 /// The document of a study with its figures.
 pub fn document(a: &Assessment<'_>, figures: &[Figure]) -> Document {
@@ -41,7 +42,7 @@ pub fn document(a: &Assessment<'_>, figures: &[Figure]) -> Document {
         Section { id: "paper", title: "What of the paper is reproduced", passages: reproduced(&findings(a)) },
     ];
     if a.is_the_papers {
-        sections.extend(readings());
+        sections.extend(readings(&a.mission.control.limits));
     }
     let figures = figures.iter().cloned().map(Passage::Figure).collect();
     sections.push(Section { id: "figures", title: "Figures", passages: figures });
@@ -84,22 +85,23 @@ fn reproduced(found: &[Finding]) -> Vec<Passage> {
         let line = format!("{}: {claim}: {here} here, {paper} in the paper ({bar}){why}", f.verdict());
         lines += &wrapped(&line, 118);
     }
-    let more = "What the paper leaves open and is chosen here, PX4's reading of its law, and its slips of print: assess.html";
+    let more = "What the paper leaves open and is chosen here, other readings of its law, and its slips of print: assess.html";
     // Writing to a String cannot fail.
     let _ = writeln!(lines, "{more}");
     let on_page = reproduction(found).html() + why_not.sum();
     vec![Passage::OnPage(on_page), Passage::OnTerminal(lines)]
 }
 
-/// What the paper leaves open, another reading of its law, and its slips of print.
-fn readings() -> [Section; 3] {
-    let choices = CHOICES.iter().map(|(what, chosen)| (el("dt").rich(what) + el("dd").rich(chosen)).line());
-    let another = ANOTHER_READING.iter().map(|text| paragraph("", Html::rich(text)));
+/// What the paper leaves open, other readings of its law, and its slips of print.
+fn readings(law: &ControlLimits) -> [Section; 3] {
+    let choices =
+        choices(law).into_iter().map(|(what, chosen)| (el("dt").rich(what) + el("dd").rich(chosen)).line());
+    let others = OTHER_READINGS.iter().map(|text| paragraph("", Html::rich(text)));
     let slips = SLIPS.iter().map(|slip| el("li").rich(slip).line());
     let section = |id, title, html| Section { id, title, passages: vec![Passage::OnPage(html)] };
     [
         section("open", "What the paper leaves open", el("dl").around(choices.sum()).line()),
-        section("reading", "Another reading of the control law", another.sum()),
+        section("reading", "Other readings of the control law", others.sum()),
         section("slips", "Slips of print in the paper", el("ul").around(slips.sum()).line()),
     ]
 }

@@ -13,12 +13,15 @@
 //! line is that of two pairs at `+-l`. Of other rotors a group has the thrust `g b + p d`, where `b` and `d`
 //! are the shares of the first group in lift and pitch moment and `g`, `p` the group's as parts of those; `d`
 //! and then `b` are within what leaves every thrust in `[0, T_lim]`, as in [`crate::control::mixer`].
+//!
+//! With a linear [`ThrustCurve`] `T_lim` is the thrust at full throttle of the line through hover, and the
+//! rotors are handed what the throttle `T/T_lim` makes, `T_static (T/T_lim)^2`.
 
 use super::flight::Flight;
 use super::groups::{MOST_GROUPS, RotorGroup, of_groups, share};
 use super::lanes::{LANES, Lanes, clip};
 use crate::control::mixer::ROUNDING;
-use crate::control::{Airframe, ControlLimits, TiltFrom};
+use crate::control::{Airframe, ControlLimits, ThrustCurve, TiltFrom};
 use crate::math;
 use crate::real::straight::atan2;
 
@@ -46,6 +49,10 @@ pub(super) struct PlanarCascade {
     per_lift_share: [f64; MOST_GROUPS],
     /// Share of each group in the pitch moment, as a part of the first's.
     turn_share: [f64; MOST_GROUPS],
+    thrust_curve: ThrustCurve,
+    /// Thrust at full throttle as the controller takes it [N].
+    thrust_limit_n: f64,
+    /// Thrust at full throttle in still air [N].
     pub(super) thrust_max_n: f64,
 }
 
@@ -90,7 +97,7 @@ impl PlanarCascade {
     pub(super) fn new(airframe: &Airframe, limits: &ControlLimits, groups: &[RotorGroup]) -> Self {
         let up_max_m_s2 = airframe.up_max_m_s2();
         let shares = Shares::of(groups);
-        let thrust_max_n = airframe.mixer.thrust_limit_n();
+        let thrust_limit_n = airframe.mixer.thrust_limit_n();
         Self {
             gravity_m_s2: airframe.gravity_m_s2,
             up_max_m_s2,
@@ -101,15 +108,17 @@ impl PlanarCascade {
             velocity_integral_max: crate::control::velocity::INTEGRAL_BOUND * up_max_m_s2,
             thrust_per_up: airframe.mass_kg / shares.per_lift,
             thrust_per_turn: airframe.inertia_kg_m2[(1, 1)] / shares.per_pitch_m,
-            turn_n: shares.turn_range().map(|turn| turn * thrust_max_n),
+            turn_n: shares.turn_range().map(|turn| turn * thrust_limit_n),
             lift_share: shares.lift,
             per_lift_share: shares.lift.map(|lift| 1.0 / lift),
             turn_share: shares.turn,
-            thrust_max_n,
+            thrust_curve: airframe.mixer.curve(),
+            thrust_limit_n,
+            thrust_max_n: airframe.mixer.static_thrust_n(),
         }
     }
 
-    /// One control step: thrust of a rotor of each group [N].
+    /// One control step: thrust of a rotor of each group in still air [N].
     #[inline(always)]
     pub(super) fn step<const G: usize>(
         &self,
@@ -152,10 +161,26 @@ impl PlanarCascade {
                 wanted.collective[i] = (a_ns * a_ns + g * g).sqrt() * (up_i / g);
             }
         }
-        self.turn(k, m, &wanted, dt_s, held)
+        let thrust = self.turn(k, m, &wanted, dt_s, held);
+        match self.thrust_curve {
+            ThrustCurve::Quadratic => thrust,
+            ThrustCurve::Linear => self.by_linear_throttle(thrust),
+        }
     }
 
-    /// From the acceleration setpoint to thrusts: attitude, rate and mixer.
+    /// What the rotors make of throttles that are linear in these thrusts [N].
+    #[inline(always)]
+    fn by_linear_throttle<const G: usize>(&self, mut thrust: [Lanes; G]) -> [Lanes; G] {
+        for group in &mut thrust {
+            for thrust in group {
+                let throttle = *thrust / self.thrust_limit_n;
+                *thrust = self.thrust_max_n * throttle * throttle;
+            }
+        }
+        thrust
+    }
+
+    /// From the acceleration setpoint to thrusts as the controller takes them: attitude, rate and mixer.
     #[inline(always)]
     fn turn<const G: usize>(
         &self,
@@ -166,7 +191,7 @@ impl PlanarCascade {
         held: &mut Integrals,
     ) -> [Lanes; G] {
         let mut thrust = [[0.0; LANES]; G];
-        let limit = self.thrust_max_n;
+        let limit = self.thrust_limit_n;
         let rounding = ROUNDING * limit;
         let [turn_min, turn_max] = self.turn_n;
         for i in 0..LANES {

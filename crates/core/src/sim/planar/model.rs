@@ -65,7 +65,7 @@ impl Model {
             return Err(NotPlanar::Sideways { what: "the wind" });
         }
         limits.validate()?;
-        let airframe = Airframe::new(vehicle, environment)?;
+        let airframe = Airframe::new(vehicle, environment)?.with_thrust_curve(limits.thrust_curve);
         let arm_m = groups.first().map_or(0.0, |g| g.hub_m[0]);
         Ok(Self {
             kind,

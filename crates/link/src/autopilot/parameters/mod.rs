@@ -28,9 +28,7 @@ use super::estimator::EstimatorSettings;
 use super::settings::{SETPOINT_TIMEOUT_US, Settings};
 use crate::checksum::crc32;
 use crate::params::metadata::Kind;
-use crate::params::{
-    Metadata, NormalisedUnits, Parameter, ParamsError, Purpose, Scale, Subject, Value, export,
-};
+use crate::params::{Metadata, Mixing, Parameter, ParamsError, Purpose, Scale, Subject, Value, export};
 use crate::units::US_PER_S;
 
 const US_PER_MS: f64 = 1e3;
@@ -74,7 +72,7 @@ impl Parameters {
             .filter_map(|(declared, name)| entry(&declared, name, &exported, &metadata, system_id, &defaults))
             .collect();
         entries.sort_by(|a, b| a.name.cmp(&b.name));
-        let units = NormalisedUnits::of(subject.vehicle, subject.environment.density_kg_m3)?;
+        let units = subject.units(Mixing::Allocated)?;
         let factors = Purpose::Samara.factors(subject.environment.gravity_m_s2);
         Ok(Self {
             entries,

@@ -16,13 +16,19 @@ mod table_5;
 mod trends;
 
 use super::Assessment;
+use super::readings::is_the_first;
 pub use finding::Finding;
 
-/// The findings, in the paper's order; none when the study is not the paper's.
+/// The findings, in the paper's order; none when the study is not the paper's. Reasons were looked for in the
+/// first reading of the control law, and are given with that alone.
 pub fn findings(a: &Assessment<'_>) -> Vec<Finding> {
     if !a.is_the_papers {
         return Vec::new();
     }
     let parts = [release::findings(a), table_5::findings(a), campaigns::findings(a), trends::findings(a)];
-    parts.into_iter().flatten().collect()
+    let mut found: Vec<Finding> = parts.into_iter().flatten().collect();
+    if !is_the_first(&a.mission.control.limits) {
+        found.iter_mut().for_each(|finding| finding.why = None);
+    }
+    found
 }
