@@ -72,6 +72,9 @@ impl Mission {
         text.put("monte_carlo.amplitude_sigma_rad", random.amplitude_sigma_rad);
         text.put("monte_carlo.omega_rad_s", random.omega_rad_s);
         text.put("monte_carlo.length_m", random.length_m);
+        if let Some(uncertain) = &self.uncertain {
+            text.put("uncertain", uncertain);
+        }
         for (i, case) in self.study.cases.iter().enumerate() {
             text.list(&format!("cases[{i}].v_ned_m_s"), &case.v_ned);
             text.put(&format!("cases[{i}].pitch_rad"), case.pitch_rad);
