@@ -35,6 +35,8 @@ pub struct FlownGains {
     pub verdict: Verdict,
     /// How many of [`RANDOM_DROPS`] were not safe.
     pub unsafe_drops: usize,
+    /// How many of them were steady only after the plan's end, or never.
+    pub late_drops: usize,
     /// What those drops came to.
     pub random: OutcomeSummary,
     /// Least distance of a loop's response from -1, and least delay that makes a loop unstable [s].
@@ -61,10 +63,12 @@ impl FlownGains {
     }
 
     /// Order among sets, the best first: of the fewest unsafe drops; of those that keep a modulus of a half;
-    /// of the least worst J_TPF, as finely as the draws tell; soonest steady.
-    fn rank(&self) -> (usize, bool, f64, f64) {
+    /// of the fewest drops that are late; of the least worst J_TPF, as finely as the draws tell; soonest
+    /// steady.
+    fn rank(&self) -> ((usize, bool, usize), f64, f64) {
         let (worst, steady_s) = self.worst_and_steady();
-        (self.unsafe_drops, self.margins.0 < LEAST_MODULUS, (TOLD * worst).round(), steady_s)
+        let counted = (self.unsafe_drops, self.margins.0 < LEAST_MODULUS, self.late_drops);
+        (counted, (TOLD * worst).round(), steady_s)
     }
 }
 
@@ -149,7 +153,7 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
 /// The better of two sets, the first of equal ones.
 fn better(best: FlownGains, next: FlownGains) -> FlownGains {
     let (a, b) = (best.rank(), next.rank());
-    let later = (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3));
+    let later = a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2));
     if later.is_gt() { next } else { best }
 }
 
@@ -177,11 +181,23 @@ fn flown_by(
     let mut random = OutcomeSummary::default();
     drops.iter().for_each(|drop| random.push(&drop.outcome));
     let unsafe_drops = drops.iter().filter(|drop| !drop.objections.is_empty()).count();
+    let in_time = |after_s: Option<f64>| after_s.is_some_and(|after_s| after_s <= mission.plan.horizon_s);
+    let late_drops = drops.iter().filter(|drop| !in_time(drop.outcome.steady_after_s)).count();
     let margins = judge.least_margins(plan, &design);
     let loops = judge.worst_loops(&judge.operating_points(Some(plan)), &design);
     let nearest = loops.iter().min_by(|a, b| a.modulus.0.total_cmp(&b.modulus.0));
     let nearest = nearest.map_or(("", ""), |of| (LOOPS[of.index].0, of.modulus.1.state));
-    Some(FlownGains { gains, about, verdict, unsafe_drops, random, margins, nearest, stopped_by: None })
+    Some(FlownGains {
+        gains,
+        about,
+        verdict,
+        unsafe_drops,
+        late_drops,
+        random,
+        margins,
+        nearest,
+        stopped_by: None,
+    })
 }
 
 /// The verdict on the mission's drop with these gains.
