@@ -6,7 +6,7 @@ use std::ops::ControlFlow;
 use super::controller::controller_with;
 pub use super::designing::LEAST_MODULUS;
 use super::designing::{first_judge, own_design};
-use super::tuning::rules;
+use super::tuning::{beside_the_rule, rules};
 use samara_core::assess::outcome::{J_TPF, OutcomeSummary, STEADY_AFTER};
 use samara_core::assess::{self, Course, Verdict, VerdictBuilder};
 use samara_core::control::Gains;
@@ -35,6 +35,8 @@ pub struct FlownGains {
     pub verdict: Verdict,
     /// How many of [`RANDOM_DROPS`] were not safe.
     pub unsafe_drops: usize,
+    /// Whether a gain is outside the range about the rule for the vehicle ([`beside_the_rule`]).
+    pub beside_the_rule: bool,
     /// How many of them were steady only after the plan's end, or never.
     pub late_drops: usize,
     /// What those drops came to.
@@ -63,11 +65,12 @@ impl FlownGains {
     }
 
     /// Order among sets, the best first: of the fewest unsafe drops; of those that keep a modulus of a half;
-    /// of the fewest drops that are late; of the least worst J_TPF, as finely as the draws tell; soonest
-    /// steady.
-    fn rank(&self) -> ((usize, bool, usize), f64, f64) {
+    /// of those in the range about the rule; of the fewest drops that are late; of the least worst J_TPF, as
+    /// finely as the draws tell; soonest steady.
+    fn rank(&self) -> ((usize, bool, bool, usize), f64, f64) {
         let (worst, steady_s) = self.worst_and_steady();
-        let counted = (self.unsafe_drops, self.margins.0 < LEAST_MODULUS, self.late_drops);
+        let near = self.margins.0 < LEAST_MODULUS;
+        let counted = (self.unsafe_drops, near, self.beside_the_rule, self.late_drops);
         (counted, (TOLD * worst).round(), steady_s)
     }
 }
@@ -192,6 +195,7 @@ fn flown_by(
         about,
         verdict,
         unsafe_drops,
+        beside_the_rule: !beside_the_rule(mission, &gains).outside.is_empty(),
         late_drops,
         random,
         margins,

@@ -1,7 +1,7 @@
 //! How a mission's gains are tuned: the flights that judge them, what is made small, and how it is searched.
 
-use samara_core::control::ControlError;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
+use samara_core::control::{ControlError, Gains};
 use samara_core::sim::PlantKind;
 use samara_core::trajectory::Trajectory;
 use samara_core::tune::cma_es::{CmaSettings, Scale};
@@ -64,12 +64,12 @@ pub struct BesideTheRule {
     pub at_papers_end: Vec<SearchedNumber>,
 }
 
-/// The mission's own gains beside the rule for its vehicle; nothing where the mission names a range for them.
-pub fn beside_the_rule(mission: &Mission) -> BesideTheRule {
+/// Gains beside the rule for a mission's vehicle; nothing where the mission names a range for them.
+pub fn beside_the_rule(mission: &Mission, gains: &Gains) -> BesideTheRule {
     if mission.study.gain_range.is_some() {
         return BesideTheRule::default();
     }
-    let (gains, rules) = (mission.control.gains.as_longitudinal(), rules(mission));
+    let (gains, rules) = (gains.as_longitudinal(), rules(mission));
     let mut searched = GainSpace::around(&rules).searched(&gains);
     // Drafts fly horizontal loops up to the attitude's, whose margins are looked at apart.
     searched[HORIZONTAL].most = searched[HORIZONTAL].most.max(gains[ATTITUDE]);
