@@ -16,8 +16,8 @@ fn stdout(output: &Output) -> String {
 }
 
 /// Place and vehicle of each draft: from a quadrotor of 0.25 kg to an octocopter of 25 kg, on Earth to 4 km,
-/// on Titan, on Mars.
-const DRAFTS: [(&str, &str, &str); 12] = [
+/// on Titan, on Mars; with coaxial pairs, with canted rotors.
+const DRAFTS: [(&str, &str, &str); 15] = [
     ("wren", "earth --altitude 0", "--mass 0.25 --frame quad-x --arm 0.075 --propeller 3in --thrust 1.6"),
     (
         "robin",
@@ -41,6 +41,13 @@ const DRAFTS: [(&str, &str, &str); 12] = [
         "condor",
         "earth --altitude 4000 --from balloon",
         "--mass 25 --frame octo-x --arm 0.95 --propeller 28in --thrust 75",
+    ),
+    ("tern", "earth --altitude 500", "--mass 3 --frame y6 --arm 0.35 --propeller 12in --thrust 14"),
+    ("gannet", "earth --altitude 1000", "--mass 6 --frame x8 --arm 0.4 --propeller 15in --thrust 22"),
+    (
+        "pelican",
+        "earth --altitude 1000",
+        "--mass 4 --frame hexa-x --cant 20 --arm 0.4 --propeller 14in --thrust 16",
     ),
     (
         "titan20",
@@ -245,6 +252,11 @@ fn drafts_are_refused_before_anything_is_written() {
     let kite = "new vehicle kite --mass 1 --frame quad-x --arm 0.2 --propeller 8in --thrust 6";
     refused(&format!("{kite} --inertia 1,1,9"), &["triangle inequality"]);
     refused("new vehicle a --frame tri-x", &["one of quad-x, quad-plus, hexa-x"]);
+    refused("new vehicle a --cant 50", &["an angle from 0 to 45 degrees is expected"]);
+    refused(
+        "new vehicle a --mass 6 --frame x8 --cant 10 --arm 0.4 --propeller 15in --thrust 22",
+        &["cant of a coaxial frame must be 0 deg: a pair shares its axis"],
+    );
     refused("new vehicle a --propeller 8inch", &["a diameter in metres (0.33) or inches (13in) is expected"]);
     assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
     assert_eq!(code(&samara_in(folder.path(), kite)), 0);

@@ -2,6 +2,7 @@
 
 mod built_in;
 mod choices;
+mod drafts;
 mod missions;
 mod random;
 mod refusals;

@@ -110,7 +110,7 @@ pub fn checked(mission: &Mission) -> Checked {
         slow: slow(mission, &loops),
         loops,
         least,
-        gains: beside_the_rule(mission),
+        gains: beside_the_rule(mission, &mission.control.gains),
         room: room(mission, plan.trajectory()),
         plan,
     }

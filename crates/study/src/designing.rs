@@ -23,7 +23,7 @@ const SAMPLES: usize = 16;
 const SPREAD: f64 = 0.08;
 
 /// Least distance of a loop's response from -1: a phase of 29 deg, a factor of 2 on the gain.
-pub(super) const LEAST_MODULUS: f64 = 0.5;
+pub const LEAST_MODULUS: f64 = 0.5;
 /// Least delay that takes a loop to the limit of stability [s].
 const LEAST_DELAY_S: f64 = 0.02;
 

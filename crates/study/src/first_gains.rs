@@ -4,13 +4,14 @@
 use std::ops::ControlFlow;
 
 use super::controller::controller_with;
-use super::designing::{LEAST_MODULUS, first_judge, own_design};
-use super::tuning::rules;
+pub use super::designing::LEAST_MODULUS;
+use super::designing::{first_judge, own_design};
+use super::tuning::{beside_the_rule, rules};
 use samara_core::assess::outcome::{J_TPF, OutcomeSummary, STEADY_AFTER};
 use samara_core::assess::{self, Course, Verdict, VerdictBuilder};
 use samara_core::control::Gains;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
-use samara_core::design::{Design, DesignJudge};
+use samara_core::design::{Design, DesignJudge, LOOPS};
 use samara_core::model::Vehicle;
 use samara_core::sim::{FlightPlan, PlantKind, Reference, fly};
 use samara_core::trajectory::Trajectory;
@@ -34,10 +35,27 @@ pub struct FlownGains {
     pub verdict: Verdict,
     /// How many of [`RANDOM_DROPS`] were not safe.
     pub unsafe_drops: usize,
+    /// Whether a gain is outside the range about the rule for the vehicle ([`beside_the_rule`]).
+    pub beside_the_rule: bool,
+    /// How many of them were steady only after the plan's end, or never.
+    pub late_drops: usize,
     /// What those drops came to.
     pub random: OutcomeSummary,
     /// Least distance of a loop's response from -1, and least delay that makes a loop unstable [s].
     pub margins: (f64, f64),
+    /// Name of the loop that is so near, and of the state that it is so near at.
+    pub nearest: (&'static str, &'static str),
+    /// What stops gains whose loops keep [`LEAST_MODULUS`], where these do not.
+    pub stopped_by: Option<StoppedBy>,
+}
+
+/// Why a draft has no gains whose loops keep [`LEAST_MODULUS`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum StoppedBy {
+    /// Gains that keep it leave more drops unsafe: so many of [`RANDOM_DROPS`] of the best of them.
+    UnsafeDrops(usize),
+    /// No gains that fly the mission's drop keep it.
+    NoSet,
 }
 
 impl FlownGains {
@@ -47,10 +65,13 @@ impl FlownGains {
     }
 
     /// Order among sets, the best first: of the fewest unsafe drops; of those that keep a modulus of a half;
-    /// of the least worst J_TPF, as finely as the draws tell; soonest steady.
-    fn rank(&self) -> (usize, bool, f64, f64) {
+    /// of those in the range about the rule; of the fewest drops that are late; of the least worst J_TPF, as
+    /// finely as the draws tell; soonest steady.
+    fn rank(&self) -> ((usize, bool, bool, usize), f64, f64) {
         let (worst, steady_s) = self.worst_and_steady();
-        (self.unsafe_drops, self.margins.0 < LEAST_MODULUS, (TOLD * worst).round(), steady_s)
+        let near = self.margins.0 < LEAST_MODULUS;
+        let counted = (self.unsafe_drops, near, self.beside_the_rule, self.late_drops);
+        (counted, (TOLD * worst).round(), steady_s)
     }
 }
 
@@ -58,6 +79,10 @@ impl FlownGains {
 const TOLD: f64 = 50.0;
 /// Paces of the rule that are flown, as shares of its own.
 const SHARES: [f64; 4] = [1.0, 0.7, 0.5, 0.3];
+/// Horizontal velocity loops that are flown at each pace: the gain in the rule's, and the integral over the
+/// square of the gain. A slow vehicle's rule bears more, and in wind needs it; with a quarter, the loop of
+/// both has one double root.
+const NORTH: [(f64, f64); 4] = [(1.0, INTEGRAL_OF_VELOCITY), (1.75, 0.25), (2.5, 0.25), (3.25, 0.25)];
 
 /// The gains by the rule for a vehicle's lag about a speed, in air of a density [kg/m^3]: what a draft has
 /// before anything was flown.
@@ -77,11 +102,18 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
         lags.push(("from rest", from_rest));
     }
     let by_rule = lags.into_iter().flat_map(|(when, rule)| {
-        SHARES.map(|share| {
-            let pace = share * PACE;
-            let about = format!("by the rule for the rotors' lag {when}, at a pace of {pace:.2}");
-            (slowed(&rule, share), about)
-        })
+        SHARES.into_iter().flat_map(move |share| NORTH.map(|north| (share, north))).map(
+            move |(share, (faster, integral))| {
+                let pace = share * PACE;
+                let about = format!(
+                    "by the rule for the rotors' lag {when}, at a pace of {pace:.2}, horizontally {faster} of it"
+                );
+                let mut k = slowed(&rule, share);
+                k[5] *= faster;
+                k[6] = integral * k[5] * k[5];
+                (k, about)
+            },
+        )
     });
     let setting = Setting {
         scenario: mission.scenario(),
@@ -101,12 +133,31 @@ pub fn gains_that_fly(mission: &Mission, plan: &Trajectory) -> Option<FlownGains
     });
     let sets: Vec<(Longitudinal, String)> = by_rule.chain(relays).collect();
     let judge = first_judge(mission, RANDOM_DROPS);
-    let flown = sets.into_iter().filter_map(|(k, about)| flown_by(&judge, (mission, plan), (&k, about)));
-    flown.reduce(|best, next| {
-        let (a, b) = (best.rank(), next.rank());
-        let later = (a.0, a.1).cmp(&(b.0, b.1)).then(a.2.total_cmp(&b.2)).then(a.3.total_cmp(&b.3));
-        if later.is_gt() { next } else { best }
-    })
+    let own = own_design(mission);
+    let keeps = |(k, _): &(Longitudinal, String)| {
+        judge.least_margins(plan, &Design { gains: *k, ..own }).0 >= LEAST_MODULUS
+    };
+    let (keeping, others): (Vec<_>, Vec<_>) = sets.into_iter().partition(keeps);
+    let best_of = |sets: Vec<(Longitudinal, String)>| {
+        let flown = sets.into_iter().filter_map(|(k, about)| flown_by(&judge, (mission, plan), (&k, about)));
+        flown.reduce(better)
+    };
+    let kept = best_of(keeping);
+    if kept.as_ref().is_some_and(|set| set.unsafe_drops == 0) {
+        return kept;
+    }
+    let unsafe_of_kept = kept.as_ref().map(|set| set.unsafe_drops);
+    let best = kept.into_iter().chain(best_of(others)).reduce(better)?;
+    let stopped_by = (best.margins.0 < LEAST_MODULUS)
+        .then(|| unsafe_of_kept.map_or(StoppedBy::NoSet, StoppedBy::UnsafeDrops));
+    Some(FlownGains { stopped_by, ..best })
+}
+
+/// The better of two sets, the first of equal ones.
+fn better(best: FlownGains, next: FlownGains) -> FlownGains {
+    let (a, b) = (best.rank(), next.rank());
+    let later = a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.total_cmp(&b.2));
+    if later.is_gt() { next } else { best }
 }
 
 /// Gains of a rule at a part of its pace.
@@ -133,8 +184,24 @@ fn flown_by(
     let mut random = OutcomeSummary::default();
     drops.iter().for_each(|drop| random.push(&drop.outcome));
     let unsafe_drops = drops.iter().filter(|drop| !drop.objections.is_empty()).count();
+    let in_time = |after_s: Option<f64>| after_s.is_some_and(|after_s| after_s <= mission.plan.horizon_s);
+    let late_drops = drops.iter().filter(|drop| !in_time(drop.outcome.steady_after_s)).count();
     let margins = judge.least_margins(plan, &design);
-    Some(FlownGains { gains, about, verdict, unsafe_drops, random, margins })
+    let loops = judge.worst_loops(&judge.operating_points(Some(plan)), &design);
+    let nearest = loops.iter().min_by(|a, b| a.modulus.0.total_cmp(&b.modulus.0));
+    let nearest = nearest.map_or(("", ""), |of| (LOOPS[of.index].0, of.modulus.1.state));
+    Some(FlownGains {
+        gains,
+        about,
+        verdict,
+        unsafe_drops,
+        beside_the_rule: !beside_the_rule(mission, &gains).outside.is_empty(),
+        late_drops,
+        random,
+        margins,
+        nearest,
+        stopped_by: None,
+    })
 }
 
 /// The verdict on the mission's drop with these gains.

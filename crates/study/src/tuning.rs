@@ -1,8 +1,8 @@
 //! How a mission's gains are tuned: the flights that judge them, what is made small, and how it is searched.
 
 use super::uncertain::uncertain_or_usual;
-use samara_core::control::ControlError;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
+use samara_core::control::{ControlError, Gains};
 use samara_core::sim::PlantKind;
 use samara_core::trajectory::Trajectory;
 use samara_core::tune::cma_es::{CmaSettings, Scale};
@@ -49,25 +49,31 @@ pub const PAPERS_MOST_PER_S: f64 = 5.0;
 const FAR_ABOVE: f64 = 1.5;
 /// Places of the proportional gains.
 const PROPORTIONAL: [usize; 4] = [0, 2, 3, 5];
+/// Places of the attitude's and the horizontal velocity's gain.
+const ATTITUDE: usize = 2;
+const HORIZONTAL: usize = 5;
 
 /// Gains of a mission beside the rule for its vehicle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct BesideTheRule {
     /// Those outside the range about the rule by more than [`NEAR_AN_END`], with that range where the others
-    /// are what they are. An integral may be as small as it likes.
+    /// are what they are. An integral may be as small as it likes, and the gain of the horizontal velocity as
+    /// great as the attitude's.
     pub outside: Vec<SearchedNumber>,
     /// Those at the end of the paper's range of gains, [`PAPERS_MOST_PER_S`], while the rule is far above it:
     /// each with the least and the greatest gain of the rule.
     pub at_papers_end: Vec<SearchedNumber>,
 }
 
-/// The mission's own gains beside the rule for its vehicle; nothing where the mission names a range for them.
-pub fn beside_the_rule(mission: &Mission) -> BesideTheRule {
+/// Gains beside the rule for a mission's vehicle; nothing where the mission names a range for them.
+pub fn beside_the_rule(mission: &Mission, gains: &Gains) -> BesideTheRule {
     if mission.study.gain_range.is_some() {
         return BesideTheRule::default();
     }
-    let (gains, rules) = (mission.control.gains.as_longitudinal(), rules(mission));
-    let searched = GainSpace::around(&rules).searched(&gains);
+    let (gains, rules) = (gains.as_longitudinal(), rules(mission));
+    let mut searched = GainSpace::around(&rules).searched(&gains);
+    // Drafts fly horizontal loops up to the attitude's, whose margins are looked at apart.
+    searched[HORIZONTAL].most = searched[HORIZONTAL].most.max(gains[ATTITUDE]);
     let is_outside = |k: usize| {
         let SearchedNumber { value, least, most, .. } = searched[k];
         let beyond = 1.0 + NEAR_AN_END;

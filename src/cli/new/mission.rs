@@ -19,7 +19,7 @@ use samara::config::{Mission, derived, gains_json, load_mission, load_vehicle, v
 use samara::model::Planet;
 use samara::plan::{Plan, SolverOptions, Status};
 use samara::report::plan_text;
-use samara::study::first_gains::{RANDOM_DROPS, gains_that_fly, guessed_gains};
+use samara::study::first_gains::{LEAST_MODULUS, RANDOM_DROPS, StoppedBy, gains_that_fly, guessed_gains};
 
 /// `samara new mission`.
 #[derive(Args, Debug)]
@@ -171,6 +171,15 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
         if found.unsafe_drops == 0 { "none".to_owned() } else { found.unsafe_drops.to_string() },
         1e3 * delay_s,
     );
+    let stopped = found.stopped_by.map_or_else(String::new, |by| {
+        let (of, state) = found.nearest;
+        let why = match by {
+            StoppedBy::UnsafeDrops(drops) => format!("gains that keep more leave {drops} drops unsafe"),
+            StoppedBy::NoSet => "no gains that fly the drop keep more".to_owned(),
+        };
+        format!(", less than {LEAST_MODULUS} by the loop of {of} at the {state}: {why}")
+    });
+    let random = format!("{random}{stopped}");
     let about = format!(
         "By samara new mission for {}: {}. Flown: J_TPF {:.3}, steady after {after_s:.1} s; {random}. samara design finds better ones.",
         mission.name, found.about, found.verdict.outcome.j_tpf

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::ask::Questions;
 use super::files::{new_file, place, schema};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::{plain_name, positive, three};
+use crate::cli::args::{number, plain_name, positive, three};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::config::draft::{DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
@@ -23,9 +23,14 @@ pub struct VehicleArgs {
     /// Mass, all included [kg].
     #[arg(long, value_name = "KG", value_parser = positive)]
     mass: Option<f64>,
-    /// Arrangement of the rotors: quad-x, quad-plus, hexa-x, hexa-plus, octo-x or octo-plus.
+    /// Arrangement of the rotors: quad-x, quad-plus, hexa-x, hexa-plus, octo-x, octo-plus, or
+    /// with coaxial pairs y6 or x8.
     #[arg(long, value_name = "FRAME", value_parser = frame)]
     frame: Option<Frame>,
+    /// Angle by which each rotor is turned about its arm, so that its thrust turns the vehicle the way that
+    /// its torque does: 0 to 45; not with coaxial pairs [deg].
+    #[arg(long, value_name = "DEG", value_parser = cant, default_value_t = 0.0)]
+    cant: f64,
     /// From the centre of mass to a rotor's hub [m].
     #[arg(long, value_name = "M", value_parser = positive)]
     arm: Option<f64>,
@@ -62,6 +67,11 @@ pub struct VehicleArgs {
 fn frame(text: &str) -> Result<Frame, String> {
     let known = Frame::ALL.map(Frame::name).join(", ");
     Frame::ALL.into_iter().find(|f| f.name() == text).ok_or_else(|| format!("one of {known} is expected"))
+}
+
+/// The value of `--cant`.
+fn cant(text: &str) -> Result<f64, String> {
+    number(text, |x| (0.0..=45.0).contains(&x), "an angle from 0 to 45 degrees is expected")
 }
 
 /// The value of `--inertia`.
@@ -109,6 +119,7 @@ pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
         name,
         mass_kg,
         frame,
+        cant_deg: args.cant,
         arm_m,
         propeller_m,
         thrust,

@@ -57,6 +57,7 @@ pub(crate) fn quadrotor(
     let rotor = Rotor::Quadratic {
         thrust_n_per_rad2_s2: THRUST_LIMIT_N / (133.0 * 133.0),
         torque_per_thrust_m: 0.05,
+        drag_n_s2_per_rad_m: 0.0,
         density_kg_m3: 5.4,
     };
     let motor = Motor::FirstOrder {

@@ -4,8 +4,9 @@
 //! how its disk moves ([`super::coefficient_table`]), with the force in the rotor's plane. The **table**
 //! rotor carries computed thrust and torque over (speed, airspeed, angle of the flow), so windmill,
 //! vortex-ring and turbulent-wake states are in the data. The **quadratic** rotor is `T = k omega^2`, `Q = c
-//! T`, which knows no inflow. Assumptions: quasi-static (III.B.1 of the paper); no forces in the rotor's
-//! plane but the first's.
+//! T`, which knows no inflow along its axis; across it the force in its plane is `h omega V` against its
+//! motion, as far as it has an `h`. Assumptions: quasi-static (III.B.1 of the paper); no force in the plane
+//! of a table's rotor.
 
 use nalgebra::Vector3;
 
@@ -72,7 +73,10 @@ pub enum Rotor {
         thrust_n_per_rad2_s2: f64,
         /// Torque per thrust c [m].
         torque_per_thrust_m: f64,
-        /// Density that k holds for [kg/m^3].
+        /// Force in the rotor's plane over rotor speed and speed across its axis, h [N/((rad/s)(m/s))] at
+        /// `density_kg_m3`; 0: none.
+        drag_n_s2_per_rad_m: f64,
+        /// Density that k and h hold for [kg/m^3].
         density_kg_m3: f64,
     },
 }
@@ -89,7 +93,8 @@ impl Rotor {
             }
             Self::Table(table) => table.load(omega_rad_s, inflow, density_kg_m3),
             Self::Quadratic { .. } => {
-                let hub = HubMotion::of(V3::constant(0.0, &Vector3::zeros()), &Vector3::z());
+                let across = Vector3::x() * (inflow.airspeed_m_s * math::cos(inflow.angle_rad)).max(0.0);
+                let hub = HubMotion::of(V3::constant(0.0, &across), &Vector3::z());
                 self.load_at_hub(omega_rad_s, &hub, density_kg_m3)
             }
         }
@@ -108,11 +113,17 @@ impl Rotor {
                 table.load(omega_rad_s, hub.climb_m_s, hub.in_plane_m_s, density_kg_m3)
             }
             Self::Table(table) => table.load(omega_rad_s, hub.inflow(), density_kg_m3),
-            Self::Quadratic { thrust_n_per_rad2_s2, torque_per_thrust_m, density_kg_m3: reference } => {
+            Self::Quadratic {
+                thrust_n_per_rad2_s2,
+                torque_per_thrust_m,
+                drag_n_s2_per_rad_m,
+                density_kg_m3: reference,
+            } => {
                 let share = density_kg_m3 / omega_rad_s.of(*reference);
                 let thrust_n = share * *thrust_n_per_rad2_s2 * omega_rad_s * omega_rad_s;
                 let torque_nm = thrust_n * *torque_per_thrust_m;
-                RotorLoad { thrust_n, torque_nm, in_plane_n: omega_rad_s.of(0.0) }
+                let in_plane_n = share * *drag_n_s2_per_rad_m * omega_rad_s.abs() * hub.in_plane_m_s;
+                RotorLoad { thrust_n, torque_nm, in_plane_n }
             }
         }
     }
@@ -128,7 +139,10 @@ impl Rotor {
 
     /// Whether the flow past the hub counts.
     pub fn knows_inflow(&self) -> bool {
-        !matches!(self, Self::Quadratic { .. })
+        match self {
+            Self::BladeElement(_) | Self::Table(_) => true,
+            Self::Quadratic { drag_n_s2_per_rad_m, .. } => *drag_n_s2_per_rad_m > 0.0,
+        }
     }
 
     /// Steepest rise of the torque with the speed, either way, up to `omega_max_rad_s` and at the rotor's own
@@ -305,9 +319,31 @@ mod tests {
     #[test]
     fn closed_form_steepest_torque() {
         assert_eq!(Rotor::Table(table()).steepest_torque_nm_s(1.0), 3.0);
-        let quadratic =
-            Rotor::Quadratic { thrust_n_per_rad2_s2: 2.0, torque_per_thrust_m: 0.5, density_kg_m3: 1.0 };
-        assert_eq!(quadratic.steepest_torque_nm_s(10.0), 20.0);
+        assert_eq!(quadratic().steepest_torque_nm_s(10.0), 20.0);
+    }
+
+    fn quadratic() -> Rotor {
+        Rotor::Quadratic {
+            thrust_n_per_rad2_s2: 2.0,
+            torque_per_thrust_m: 0.5,
+            drag_n_s2_per_rad_m: 0.25,
+            density_kg_m3: 1.0,
+        }
+    }
+
+    /// Edgewise h omega V, twice of it in twice the density, whichever way the rotor turns; nothing along the
+    /// axis.
+    #[test]
+    fn closed_form_in_plane_force_of_a_quadratic_rotor() {
+        let edgewise = Inflow { airspeed_m_s: 3.0, angle_rad: 0.0 };
+        for omega in [8.0, -8.0] {
+            assert_eq!(quadratic().load(omega, edgewise, 2.0).in_plane_n, 2.0 * 0.25 * 8.0 * 3.0);
+        }
+        let slanted = Inflow { angle_rad: std::f64::consts::FRAC_PI_3, ..edgewise };
+        assert!((quadratic().load(8.0, slanted, 1.0).in_plane_n - 3.0).abs() < 1e-12);
+        let along = Inflow { angle_rad: std::f64::consts::FRAC_PI_2, ..edgewise };
+        assert!(quadratic().load(8.0, along, 1.0).in_plane_n < 1e-12);
+        assert_eq!(quadratic().load(8.0, along, 1.0).thrust_n, 128.0);
     }
 
     #[test]

@@ -46,7 +46,12 @@ fn vehicle(side_area_m2: Option<f64>) -> Vehicle {
             at(-0.8, 1.0, RotationSense::Cw),
         ],
         aero,
-        Rotor::Quadratic { thrust_n_per_rad2_s2: 1e-4, torque_per_thrust_m: 0.02, density_kg_m3: 1.2 },
+        Rotor::Quadratic {
+            thrust_n_per_rad2_s2: 1e-4,
+            torque_per_thrust_m: 0.02,
+            drag_n_s2_per_rad_m: 0.0,
+            density_kg_m3: 1.2,
+        },
         Motor::FirstOrder {
             omega_max_rad_s: 900.0,
             tau_up_s: 0.05,

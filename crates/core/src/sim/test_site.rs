@@ -32,8 +32,12 @@ pub fn vehicle() -> Arc<Vehicle> {
     let alpha: Vec<f64> = (0..=36).map(|i| (f64::from(i) * 10.0 - 180.0).to_radians()).collect();
     let (flat, none) = (vec![1.0; 37], vec![0.0; 37]);
     let aero = BodyAero::new(0.05, 0.5, &alpha, &flat, &none, &none).unwrap();
-    let rotor =
-        Rotor::Quadratic { thrust_n_per_rad2_s2: 1e-5, torque_per_thrust_m: 0.016, density_kg_m3: 1.225 };
+    let rotor = Rotor::Quadratic {
+        thrust_n_per_rad2_s2: 1e-5,
+        torque_per_thrust_m: 0.016,
+        drag_n_s2_per_rad_m: 0.0,
+        density_kg_m3: 1.225,
+    };
     let motor = Motor::FirstOrder {
         omega_max_rad_s: 1_000.0,
         tau_up_s: 0.05,

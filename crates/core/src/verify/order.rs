@@ -56,6 +56,7 @@ fn with_smooth_rotors(problem: &PlanProblem<'_>) -> Arc<Vehicle> {
     let rotor = Rotor::Quadratic {
         thrust_n_per_rad2_s2: load.thrust_n / (omega_max * omega_max),
         torque_per_thrust_m: load.torque_nm / load.thrust_n,
+        drag_n_s2_per_rad_m: 0.0,
         density_kg_m3,
     };
     Arc::new(Vehicle { rotor, latency_s: 0.0, ..vehicle.clone() })

@@ -10,7 +10,7 @@ mod mission;
 mod vehicle;
 
 pub use mission::{DRAFT_NODES, MissionDraft, ReleasedFrom, mission_draft_json};
-pub use vehicle::{DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
+pub use vehicle::{DraftThrust, Frame, FrameRotor, OnArm, VehicleDraft, vehicle_draft_json};
 
 /// A number rounded to four significant digits: no more is known of what is estimated.
 fn rounded(x: f64) -> f64 {

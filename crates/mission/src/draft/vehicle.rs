@@ -20,12 +20,46 @@ pub enum Frame {
     OctoX,
     /// Eight rotors, one of them ahead.
     OctoPlus,
+    /// Three arms, one of them behind, with a coaxial pair each.
+    Y6,
+    /// Four arms, two of them ahead, with a coaxial pair each.
+    X8,
+}
+
+/// Where the rotor of a frame sits on its arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum OnArm {
+    /// Alone.
+    Alone,
+    /// Above the other one of a coaxial pair.
+    Upper,
+    /// Below the other one of a coaxial pair.
+    Lower,
+}
+
+/// A rotor of a frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameRotor {
+    /// Bearing of the arm, clockwise from the front [deg].
+    pub bearing_deg: f64,
+    /// Place on the arm.
+    pub on_arm: OnArm,
+    /// Sense of rotation, seen from above.
+    pub spin: RotationSense,
 }
 
 impl Frame {
     /// Every frame there is.
-    pub const ALL: [Self; 6] =
-        [Self::QuadX, Self::QuadPlus, Self::HexaX, Self::HexaPlus, Self::OctoX, Self::OctoPlus];
+    pub const ALL: [Self; 8] = [
+        Self::QuadX,
+        Self::QuadPlus,
+        Self::HexaX,
+        Self::HexaPlus,
+        Self::OctoX,
+        Self::OctoPlus,
+        Self::Y6,
+        Self::X8,
+    ];
 
     /// Name in files and on the command line.
     pub fn name(self) -> &'static str {
@@ -36,43 +70,84 @@ impl Frame {
             Self::HexaPlus => "hexa-plus",
             Self::OctoX => "octo-x",
             Self::OctoPlus => "octo-plus",
+            Self::Y6 => "y6",
+            Self::X8 => "x8",
         }
     }
 
-    /// Bearing of each arm, clockwise from the front [deg], and the rotor's sense of rotation seen from
-    /// above, in PX4's order (its airframe reference, <https://docs.px4.io/main/en/airframes/>).
-    pub fn arms(self) -> Vec<(f64, RotationSense)> {
+    /// Whether each arm has a coaxial pair.
+    pub fn is_coaxial(self) -> bool {
+        matches!(self, Self::Y6 | Self::X8)
+    }
+
+    /// The rotors in PX4's order (its airframe reference, <https://docs.px4.io/main/en/airframes/>; coaxial
+    /// ones: airframes 11001 and 12001).
+    pub fn rotors(self) -> Vec<FrameRotor> {
+        use OnArm::{Alone, Lower, Upper};
         use RotationSense::{Ccw, Cw};
-        match self {
-            Self::QuadX => vec![(45.0, Ccw), (-135.0, Ccw), (-45.0, Cw), (135.0, Cw)],
-            Self::QuadPlus => vec![(90.0, Ccw), (-90.0, Ccw), (0.0, Cw), (180.0, Cw)],
-            Self::HexaX => {
-                vec![(90.0, Cw), (-90.0, Ccw), (-30.0, Cw), (150.0, Ccw), (30.0, Ccw), (-150.0, Cw)]
+        let places: &[(f64, OnArm, RotationSense)] = match self {
+            Self::QuadX => {
+                &[(45.0, Alone, Ccw), (-135.0, Alone, Ccw), (-45.0, Alone, Cw), (135.0, Alone, Cw)]
             }
-            Self::HexaPlus => {
-                vec![(0.0, Cw), (180.0, Ccw), (-120.0, Cw), (60.0, Ccw), (-60.0, Ccw), (120.0, Cw)]
+            Self::QuadPlus => {
+                &[(90.0, Alone, Ccw), (-90.0, Alone, Ccw), (0.0, Alone, Cw), (180.0, Alone, Cw)]
             }
-            Self::OctoX => vec![
-                (22.5, Cw),
-                (-157.5, Cw),
-                (67.5, Ccw),
-                (157.5, Ccw),
-                (-22.5, Ccw),
-                (-112.5, Ccw),
-                (-67.5, Cw),
-                (112.5, Cw),
+            Self::HexaX => &[
+                (90.0, Alone, Cw),
+                (-90.0, Alone, Ccw),
+                (-30.0, Alone, Cw),
+                (150.0, Alone, Ccw),
+                (30.0, Alone, Ccw),
+                (-150.0, Alone, Cw),
             ],
-            Self::OctoPlus => vec![
-                (0.0, Cw),
-                (180.0, Cw),
-                (45.0, Ccw),
-                (135.0, Ccw),
-                (-45.0, Ccw),
-                (-135.0, Ccw),
-                (-90.0, Cw),
-                (90.0, Cw),
+            Self::HexaPlus => &[
+                (0.0, Alone, Cw),
+                (180.0, Alone, Ccw),
+                (-120.0, Alone, Cw),
+                (60.0, Alone, Ccw),
+                (-60.0, Alone, Ccw),
+                (120.0, Alone, Cw),
             ],
-        }
+            Self::OctoX => &[
+                (22.5, Alone, Cw),
+                (-157.5, Alone, Cw),
+                (67.5, Alone, Ccw),
+                (157.5, Alone, Ccw),
+                (-22.5, Alone, Ccw),
+                (-112.5, Alone, Ccw),
+                (-67.5, Alone, Cw),
+                (112.5, Alone, Cw),
+            ],
+            Self::OctoPlus => &[
+                (0.0, Alone, Cw),
+                (180.0, Alone, Cw),
+                (45.0, Alone, Ccw),
+                (135.0, Alone, Ccw),
+                (-45.0, Alone, Ccw),
+                (-135.0, Alone, Ccw),
+                (-90.0, Alone, Cw),
+                (90.0, Alone, Cw),
+            ],
+            Self::Y6 => &[
+                (60.0, Upper, Cw),
+                (60.0, Lower, Ccw),
+                (180.0, Upper, Cw),
+                (180.0, Lower, Ccw),
+                (-60.0, Upper, Cw),
+                (-60.0, Lower, Ccw),
+            ],
+            Self::X8 => &[
+                (45.0, Upper, Ccw),
+                (-45.0, Upper, Cw),
+                (-135.0, Upper, Ccw),
+                (135.0, Upper, Cw),
+                (-45.0, Lower, Ccw),
+                (45.0, Lower, Cw),
+                (135.0, Lower, Ccw),
+                (-135.0, Lower, Cw),
+            ],
+        };
+        places.iter().map(|&(bearing_deg, on_arm, spin)| FrameRotor { bearing_deg, on_arm, spin }).collect()
     }
 }
 
@@ -102,6 +177,9 @@ pub struct VehicleDraft {
     pub mass_kg: f64,
     /// Arrangement of the rotors.
     pub frame: Frame,
+    /// Angle by which each rotor is turned about its arm, so that its thrust pushes the way that its torque
+    /// turns the body [deg]; 0: straight up. Only of frames without coaxial pairs.
+    pub cant_deg: f64,
     /// From the centre of mass to a rotor's hub [m].
     pub arm_m: f64,
     /// Diameter of a propeller [m].
@@ -133,15 +211,47 @@ const REFERENCE_INERTIA_KG_M2: f64 = 5.2e-5;
 /// Time constant of a motor with that propeller [s].
 const REFERENCE_TAU_S: f64 = 0.025;
 
+/// Share of those moments of inertia that a draft has: commanded moments are in proportion to the file's, and
+/// a vehicle that is easier to turn than its file has loops that are faster than the file's.
+const INERTIA_SAFE: f64 = 0.8;
+/// Force in a rotor's plane, over rho omega V D^3. Blade elements have 0.0028 for that propeller
+/// ([`samara_core::model::blade_element`]), PX4's Gazebo model x500 0.0040 if its own have 10 inch (8.06e-5
+/// N/((rad/s)(m/s))). So much slows a vehicle in hover by some 0.25 1/s; a quadrotor was slowed by 0.24 to
+/// 0.54 1/s, body and all (M. Faessler et al., Differential Flatness of Quadrotor Dynamics Subject to Rotor
+/// Drag, RA-L 2018).
+const C_DRAG: f64 = 0.011;
+/// Drag area over the circle through the hubs. Of an x500, of 0.19 m2, some 0.035 m2 face a wind along the
+/// rotors' planes, where more is worse, and some 0.1 m2 the fall, where less is worse: 0.18 and 0.53.
+const DRAG_AREA: f64 = 0.3;
+/// From rotor to rotor of a coaxial pair, over the diameter: best of 0.16 to 0.38
+/// (doi 10.1177/1756829318804763).
+const PAIR_SPACING: f64 = 0.19;
+/// Thrust and torque of a lower rotor over those of a lone one at the same speed: that propeller at an
+/// advance ratio of 0.28, which is that of the upper one's induced velocity, sqrt(2 C_T/pi). So a pair lifts
+/// 0.835 of two lone rotors; designers count on 0.78 to 0.88.
+const LOWER_THRUST: f64 = 0.67;
+const LOWER_TORQUE: f64 = 0.87;
+/// Greatest angle of canted rotors [deg].
+const MOST_CANT_DEG: f64 = 45.0;
+
 /// Moments of inertia [kg m^2]: a solid sphere and point masses at the hubs (R. W. Beard, Quadrotor Dynamics
-/// and Control, Brigham Young University 2008, section 2.3).
-fn estimated_inertia(draft: &VehicleDraft, hubs: &[[f64; 2]]) -> [f64; 3] {
+/// and Control, Brigham Young University 2008, section 2.3), on the safe side.
+fn estimated_inertia(draft: &VehicleDraft, hubs: &[[f64; 3]]) -> [f64; 3] {
     let radius = BODY_RADIUS * draft.arm_m;
     let body = 0.4 * (1.0 - ROTORS_SHARE) * draft.mass_kg * radius * radius;
     let at_hub = ROTORS_SHARE * draft.mass_kg / hubs.len() as f64;
-    let sum = |f: &dyn Fn(&[f64; 2]) -> f64| hubs.iter().map(f).sum::<f64>();
-    let (xx, yy) = (at_hub * sum(&|[_, y]| y * y), at_hub * sum(&|[x, _]| x * x));
-    [body + xx, body + yy, body + xx + yy].map(rounded)
+    let [x2, y2, z2] = [0, 1, 2].map(|k| hubs.iter().map(|hub| hub[k] * hub[k]).sum::<f64>());
+    [y2 + z2, x2 + z2, x2 + y2].map(|squares| rounded(INERTIA_SAFE * (body + at_hub * squares)))
+}
+
+/// Unit vector of the thrust of a rotor on an arm of this bearing, body axes. Turned about the arm, a rotor
+/// that turns counter-clockwise pushes its arm clockwise, as the torque of the air on it does.
+fn canted_axis(rotor: &FrameRotor, cant_deg: f64) -> [f64; 3] {
+    let (sin_bearing, cos_bearing) = math::sin_cos(rotor.bearing_deg * RAD_PER_DEG);
+    let (sin_cant, cos_cant) = math::sin_cos(cant_deg * RAD_PER_DEG);
+    let across = rotor.spin.sign() * sin_cant;
+    let to_1e_9 = |x: f64| (x * 1e9).round() / 1e9 + 0.0;
+    [-across * sin_bearing, across * cos_bearing, -cos_cant].map(to_1e_9)
 }
 
 /// The text of a vehicle file, as [`load_vehicle`](crate::load_vehicle) reads it.
@@ -149,7 +259,7 @@ fn estimated_inertia(draft: &VehicleDraft, hubs: &[[f64; 2]]) -> [f64; 3] {
 /// # Errors
 /// [`ModelError`] when a number of the draft is not positive.
 pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
-    let VehicleDraft { mass_kg, arm_m, propeller_m, density_kg_m3, .. } = *draft;
+    let VehicleDraft { mass_kg, cant_deg, arm_m, propeller_m, density_kg_m3, .. } = *draft;
     let (given, speed) = match draft.thrust {
         DraftThrust::AtFullThrottle { thrust_n } => (thrust_n, 1.0),
         DraftThrust::Coefficient { thrust_n_per_rad2_s2, omega_max_rad_s } => {
@@ -169,22 +279,52 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     ] {
         samara_core::model::check_positive(what, value)?;
     }
+    let in_range = (0.0..=MOST_CANT_DEG).contains(&cant_deg);
+    samara_core::model::check(in_range, "cant", "from 0 to 45 deg", cant_deg)?;
+    let is_coaxial = draft.frame.is_coaxial();
+    let not_both = !(is_coaxial && cant_deg > 0.0);
+    samara_core::model::check(
+        not_both,
+        "cant of a coaxial frame",
+        "0 deg: a pair shares its axis",
+        cant_deg,
+    )?;
     let to_1e_5 = |x: f64| (x * 1e5).round() / 1e5 + 0.0;
-    let arms = draft.frame.arms();
-    let hubs: Vec<[f64; 2]> = arms
+    let of_frame = draft.frame.rotors();
+    let hubs: Vec<[f64; 3]> = of_frame
         .iter()
-        .map(|(bearing_deg, _)| {
+        .map(|FrameRotor { bearing_deg, on_arm, .. }| {
             let (sin, cos) = math::sin_cos(bearing_deg * RAD_PER_DEG);
-            [to_1e_5(arm_m * cos), to_1e_5(arm_m * sin)]
+            let down = match on_arm {
+                OnArm::Alone => 0.0,
+                OnArm::Upper => -0.5 * PAIR_SPACING * propeller_m,
+                OnArm::Lower => 0.5 * PAIR_SPACING * propeller_m,
+            };
+            [arm_m * cos, arm_m * sin, down].map(to_1e_5)
         })
         .collect();
     let mut told = Vec::new();
-    let mut estimated = vec!["body_aero", "rotor.quadratic.torque_per_thrust_m"];
+    let mut estimated =
+        vec!["body_aero", "rotor.quadratic.drag_n_s2_per_rad_m", "rotor.quadratic.torque_per_thrust_m"];
+    if cant_deg > 0.0 {
+        told.push(format!(
+            "Each rotor is turned about its arm by {cant_deg} deg, so that its thrust adds to its own torque about the vertical axis"
+        ));
+    }
+    if is_coaxial {
+        estimated.push("coaxial");
+        told.push(format!(
+            "The rotors of a pair are {PAIR_SPACING} diameters apart, which is estimated; the lower one has {LOWER_THRUST} of the thrust and \
+             {LOWER_TORQUE} of the torque of a lone one at the same speed: APC 10x4.7 SF in the wake of another (UIUC Propeller Data \
+             Site), a pair lifts 0.835 of two lone rotors, and designers count on 0.78 to 0.88"
+        ));
+    }
     let inertia = draft.inertia_kg_m2.unwrap_or_else(|| {
         estimated.push("inertia_kg_m2");
         told.push(format!(
-            "The inertia is estimated: a solid sphere of {:.0} % of the mass and {BODY_RADIUS} arm lengths radius, the rest as \
-             points at the hubs (Beard, Quadrotor Dynamics and Control, 2008)",
+            "The inertia is estimated, on the small side: {INERTIA_SAFE} of that of a solid sphere of {:.0} % of the mass and {BODY_RADIUS} \
+             arm lengths radius with the rest as points at the hubs (Beard, Quadrotor Dynamics and Control, 2008), since a vehicle \
+             that is easier to turn than its file says has faster loops and keeps less to instability",
             100.0 * (1.0 - ROTORS_SHARE)
         ));
         estimated_inertia(draft, &hubs)
@@ -220,33 +360,44 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     estimated.extend(["motor.first_order.tau_down_s", "motor.first_order.rotor_inertia_kg_m2"]);
     estimated.sort_unstable();
     let rotor_inertia = rounded(REFERENCE_INERTIA_KG_M2 * size.powi(4));
-    let drag_area_m2 = rounded(0.3 * std::f64::consts::PI * arm_m * arm_m);
+    let drag_n_s2_per_rad_m = rounded(C_DRAG * density_kg_m3 * propeller_m.powi(3));
+    let drag_area_m2 = rounded(DRAG_AREA * std::f64::consts::PI * arm_m * arm_m);
     let about = format!(
         "A draft by samara new vehicle: {} of {mass_kg} kg, arms of {arm_m} m, propellers of {:.0} mm. Replace what is estimated by \
-         what is measured. {}. Rotor inertia: 5.2e-5 kg m2 at 10 inch, with the fourth power of the diameter. Drag areas: 0.3 of the \
-         circle through the hubs.",
+         what is measured. {}. Rotor inertia: 5.2e-5 kg m2 at 10 inch, with the fourth power of the diameter. Drag is on the side \
+         that is worse: of the rotors across their axes {C_DRAG} rho D^3 per rad/s and m/s, four times what blade elements give and \
+         as quadrotors are slowed in flight (Faessler et al., RA-L 2018); of the body {DRAG_AREA} of the circle through the hubs, more \
+         than frames show to a wind and less than they show to the fall.",
         draft.frame.name(),
         1e3 * propeller_m,
         told.join(". "),
     );
     let rotors: Vec<String> = hubs
         .iter()
-        .zip(&arms)
-        .map(|([x, y], (_, sense))| {
-            let sense = if *sense == RotationSense::Cw { "cw" } else { "ccw" };
+        .zip(&of_frame)
+        .map(|([x, y, z], rotor)| {
+            let [a, b, c] = canted_axis(rotor, cant_deg);
+            let sense = if rotor.spin == RotationSense::Cw { "cw" } else { "ccw" };
             format!(
-                "    {{ \"position_body_m\": [{x}, {y}, 0], \"axis_body\": [0, 0, -1], \"spin_from_above\": \"{sense}\" }}"
+                "    {{ \"position_body_m\": [{x}, {y}, {z}], \"axis_body\": [{a}, {b}, {c}], \"spin_from_above\": \"{sense}\" }}"
             )
         })
         .collect();
+    let coaxial = if is_coaxial {
+        format!(
+            "  \"coaxial\": {{ \"lower_thrust_factor\": {LOWER_THRUST}, \"lower_torque_factor\": {LOWER_TORQUE} }},\n"
+        )
+    } else {
+        String::new()
+    };
     let schema =
         draft.schema.as_ref().map_or_else(String::new, |path| format!("  \"$schema\": {},\n", text(path)));
     let [xx, yy, zz] = inertia;
     Ok(format!(
         "{{\n{schema}  \"about\": {},\n  \"estimated\": {},\n  \"name\": {},\n  \"mass_kg\": {mass_kg:?},\n  \"inertia_kg_m2\": [{xx:?}, {yy:?}, {zz:?}],\n  \
-         \"rotors\": [\n{}\n  ],\n  \"effects\": {{ \"reaction_torque\": true, \"rotor_momentum\": true }},\n  \"body_aero\": {{ \
-         \"drag_area_m2\": {drag_area_m2:?}, \"side_drag_area_m2\": {drag_area_m2:?} }},\n  \"rotor\": {{\n    \"quadratic\": {{\n      \"thrust_n_per_rad2_s2\": {k:?},\n      \
-         \"torque_per_thrust_m\": {torque_per_thrust_m:?},\n      \"density_kg_m3\": {density_kg_m3:?},\n      \"radius_m\": {:?}\n    \
+         \"rotors\": [\n{}\n  ],\n{coaxial}  \"effects\": {{ \"reaction_torque\": true, \"rotor_momentum\": true }},\n  \"body_aero\": {{ \"drag_area_m2\": {drag_area_m2:?}, \
+         \"side_drag_area_m2\": {drag_area_m2:?} }},\n  \"rotor\": {{\n    \"quadratic\": {{\n      \"thrust_n_per_rad2_s2\": {k:?},\n      \
+         \"torque_per_thrust_m\": {torque_per_thrust_m:?},\n      \"drag_n_s2_per_rad_m\": {drag_n_s2_per_rad_m:?},\n      \"density_kg_m3\": {density_kg_m3:?},\n      \"radius_m\": {:?}\n    \
          }}\n  }},\n  \"motor\": {{\n    \"first_order\": {{\n      \"omega_max_rad_s\": {omega_max:?},\n      \"tau_up_s\": \
          {tau_up_s:?},\n      \"tau_down_s\": {:?},\n      \"rotor_inertia_kg_m2\": {rotor_inertia:?}\n    }}\n  }}\n}}\n",
         text(&about),

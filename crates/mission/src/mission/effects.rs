@@ -173,6 +173,7 @@ fn without_inflow(vehicle: &Vehicle, density_kg_m3: f64) -> Vehicle {
     let rotor = Rotor::Quadratic {
         thrust_n_per_rad2_s2: vehicle.static_thrust_n(density_kg_m3) / (omega_max * omega_max),
         torque_per_thrust_m: vehicle.torque_per_thrust_m(density_kg_m3),
+        drag_n_s2_per_rad_m: 0.0,
         density_kg_m3,
     };
     Vehicle { rotor, start: None, ..vehicle.clone() }

@@ -186,9 +186,17 @@ impl Numbers {
                 self.list("vehicle.rotor.table.thrust_n", table.cells().iter().map(|[thrust, _]| thrust));
                 self.list("vehicle.rotor.table.torque_nm", table.cells().iter().map(|[_, torque]| torque));
             }
-            Rotor::Quadratic { thrust_n_per_rad2_s2, torque_per_thrust_m, density_kg_m3 } => {
+            Rotor::Quadratic {
+                thrust_n_per_rad2_s2,
+                torque_per_thrust_m,
+                drag_n_s2_per_rad_m,
+                density_kg_m3,
+            } => {
                 self.put("vehicle.rotor.quadratic.thrust_n_per_rad2_s2", thrust_n_per_rad2_s2);
                 self.put("vehicle.rotor.quadratic.torque_per_thrust_m", torque_per_thrust_m);
+                if *drag_n_s2_per_rad_m > 0.0 {
+                    self.put("vehicle.rotor.quadratic.drag_n_s2_per_rad_m", drag_n_s2_per_rad_m);
+                }
                 self.put("vehicle.rotor.quadratic.density_kg_m3", density_kg_m3);
             }
         }

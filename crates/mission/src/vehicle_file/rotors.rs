@@ -98,7 +98,7 @@ pub(super) enum RotorModelJson {
     BladeElement(BladeElementJson),
     /// Thrust and torque by table over rotor speed, airspeed and flow angle.
     Table(RotorTableJson),
-    /// Thrust = k omega^2, torque = c thrust.
+    /// Thrust = k omega^2, torque = c thrust, in-plane force = h omega V.
     Quadratic(QuadraticJson),
 }
 
@@ -118,7 +118,7 @@ pub(super) struct RotorTableJson {
     radius_m: Option<Positive<100>>,
 }
 
-/// Thrust = k omega^2, torque = c thrust.
+/// Thrust = k omega^2, torque = c thrust, in-plane force = h omega V.
 #[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct QuadraticJson {
@@ -129,7 +129,10 @@ pub(super) struct QuadraticJson {
     thrust_n_per_rad2_s2: Positive<1000>,
     /// Torque per thrust, c [m].
     torque_per_thrust_m: NonNegative<100>,
-    /// Density that k holds for [kg/m^3].
+    /// Force in the rotor's plane, against its motion, over rotor speed and speed across the axis
+    /// [N/((rad/s)(m/s))], as rotorDragCoefficient of Gazebo's motor model; none when left out.
+    drag_n_s2_per_rad_m: Option<NonNegative<1000>>,
+    /// Density that thrust and drag hold for [kg/m^3].
     density_kg_m3: Positive<1000>,
     /// Radius [m].
     radius_m: Option<Positive<100>>,
@@ -164,6 +167,7 @@ pub(super) fn build_rotor(
         RotorModelJson::Quadratic(q) => Ok(Rotor::Quadratic {
             thrust_n_per_rad2_s2: q.thrust_n_per_rad2_s2.get(),
             torque_per_thrust_m: q.torque_per_thrust_m.get(),
+            drag_n_s2_per_rad_m: q.drag_n_s2_per_rad_m.map_or(0.0, NonNegative::get),
             density_kg_m3: q.density_kg_m3.get(),
         }),
     }

@@ -31,10 +31,11 @@ pub(super) struct Rotors {
 enum LaneRotor {
     Table(Table),
     Coefficients(Coefficients),
-    /// `T = k omega^2`, `Q = c T`.
+    /// `T = k omega^2`, `Q = c T`, `-h omega U_i` forward.
     Quadratic {
         k: f64,
         c: f64,
+        h: f64,
     },
 }
 
@@ -89,9 +90,12 @@ impl Rotors {
         let rotor = match rotor {
             Rotor::BladeElement(table) => LaneRotor::Coefficients(Coefficients::new(table)),
             Rotor::Table(table) => LaneRotor::Table(Table::new(table)),
-            Rotor::Quadratic { thrust_n_per_rad2_s2: k, torque_per_thrust_m: c, .. } => {
-                LaneRotor::Quadratic { k: *k, c: *c }
-            }
+            Rotor::Quadratic {
+                thrust_n_per_rad2_s2: k,
+                torque_per_thrust_m: c,
+                drag_n_s2_per_rad_m: h,
+                ..
+            } => LaneRotor::Quadratic { k: *k, c: *c, h: *h },
         };
         let omega_max_rad_s = motor.omega_max_rad_s();
         Self {
@@ -116,7 +120,11 @@ impl Rotors {
     /// Whether the rotors have forces in their planes.
     #[inline(always)]
     pub(super) fn push_in_plane(&self) -> bool {
-        matches!(self.rotor, LaneRotor::Coefficients(_))
+        match &self.rotor {
+            LaneRotor::Coefficients(_) => true,
+            LaneRotor::Quadratic { h, .. } => *h > 0.0,
+            LaneRotor::Table(_) => false,
+        }
     }
 
     /// How far the hubs of a group are below the centre of mass [m].
@@ -168,10 +176,12 @@ impl Rotors {
                     load.forward[i] *= scale.forward[i];
                 }
             }
-            LaneRotor::Quadratic { k, c } => {
+            LaneRotor::Quadratic { k, c, h } => {
+                let z = self.hubs_m[group][1];
                 for i in 0..LANES {
                     load.thrust[i] = k * omega[i] * omega[i];
                     load.torque[i] = c * load.thrust[i];
+                    load.forward[i] = -h * omega[i].abs() * (flow[0][i] + rate[i] * z) * scale.forward[i];
                 }
             }
             LaneRotor::Table(table) => {

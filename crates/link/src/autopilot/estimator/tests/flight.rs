@@ -70,6 +70,7 @@ fn vehicle(site: &Site) -> Arc<Vehicle> {
     let rotor = Rotor::Quadratic {
         thrust_n_per_rad2_s2: 2.2 * MASS_KG * site.gravity_m_s2 / (4.0 * OMEGA_MAX_RAD_S.powi(2)),
         torque_per_thrust_m: 0.016,
+        drag_n_s2_per_rad_m: 0.0,
         density_kg_m3: site.density_kg_m3,
     };
     let motor = Motor::FirstOrder {
