@@ -140,7 +140,7 @@ pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
     } else {
         let path = if shown.contains('/') { shown.clone() } else { format!("./{shown}") };
         format!(
-            "{shown}: its `about` says what is estimated\nnext:\n  samara new mission {}_drop --vehicle {path} --planet earth --altitude 500 \
+            "{shown}: its `origins` say what is estimated, and how\nnext:\n  samara new mission {}_drop --vehicle {path} --planet earth --altitude 500 \
              --from parachute\n",
             draft.name
         )

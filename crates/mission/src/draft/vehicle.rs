@@ -1,6 +1,7 @@
 //! A vehicle file from what a data sheet says.
 
 use super::rounded;
+use crate::estimated::OriginKind;
 use samara_core::math;
 use samara_core::model::{ModelError, RotationSense};
 use samara_core::units::RAD_PER_DEG;
@@ -303,41 +304,41 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
             [arm_m * cos, arm_m * sin, down].map(to_1e_5)
         })
         .collect();
-    let mut told = Vec::new();
-    let mut estimated =
-        vec!["body_aero", "rotor.quadratic.drag_n_s2_per_rad_m", "rotor.quadratic.torque_per_thrust_m"];
-    if cant_deg > 0.0 {
-        told.push(format!(
-            "Each rotor is turned about its arm by {cant_deg} deg, so that its thrust adds to its own torque about the vertical axis"
-        ));
-    }
+    let mut origins = Vec::new();
+    let mut given = vec!["mass_kg", "rotors"];
     if is_coaxial {
-        estimated.push("coaxial");
-        told.push(format!(
-            "The rotors of a pair are {PAIR_SPACING} diameters apart, which is estimated; the lower one has {LOWER_THRUST} of the thrust and \
-             {LOWER_TORQUE} of the torque of a lone one at the same speed: APC 10x4.7 SF in the wake of another (UIUC Propeller Data \
-             Site), a pair lifts 0.835 of two lone rotors, and designers count on 0.78 to 0.88"
+        origins.push(Told::estimated(
+            &["coaxial"],
+            format!(
+                "rotors of a pair {PAIR_SPACING} diameters apart; the lower one has {LOWER_THRUST} of the thrust and {LOWER_TORQUE} of \
+                 the torque of a lone one at the same speed: APC 10x4.7 SF in the wake of another (UIUC Propeller Data Site), a \
+                 pair lifts 0.835 of two lone rotors, and designers count on 0.78 to 0.88"
+            ),
         ));
     }
-    let inertia = draft.inertia_kg_m2.unwrap_or_else(|| {
-        estimated.push("inertia_kg_m2");
-        told.push(format!(
-            "The inertia is estimated, on the small side: {INERTIA_SAFE} of that of a solid sphere of {:.0} % of the mass and {BODY_RADIUS} \
-             arm lengths radius with the rest as points at the hubs (Beard, Quadrotor Dynamics and Control, 2008), since a vehicle \
-             that is easier to turn than its file says has faster loops and keeps less to instability",
-            100.0 * (1.0 - ROTORS_SHARE)
+    let inertia = draft.inertia_kg_m2.inspect(|_| given.push("inertia_kg_m2")).unwrap_or_else(|| {
+        origins.push(Told::estimated(
+            &["inertia_kg_m2"],
+            format!(
+                "on the small side: {INERTIA_SAFE} of that of a solid sphere of {:.0} % of the mass and {BODY_RADIUS} arm lengths \
+                 radius with the rest as points at the hubs (Beard, Quadrotor Dynamics and Control, 2008), since a vehicle that \
+                 is easier to turn than its file says has faster loops and keeps less to instability",
+                100.0 * (1.0 - ROTORS_SHARE)
+            ),
         ));
         estimated_inertia(draft, &hubs)
     });
+    let of_thrust = ["rotor.quadratic.thrust_n_per_rad2_s2", "motor.first_order.omega_max_rad_s"];
     let (k, omega_max) = match draft.thrust {
         DraftThrust::Coefficient { thrust_n_per_rad2_s2, omega_max_rad_s } => {
+            given.extend(of_thrust);
             (thrust_n_per_rad2_s2, omega_max_rad_s)
         }
         DraftThrust::AtFullThrottle { thrust_n } => {
-            estimated.extend(["rotor.quadratic.thrust_n_per_rad2_s2", "motor.first_order.omega_max_rad_s"]);
-            told.push(format!(
-                "The rotor speed at full throttle is estimated from the thrust of {thrust_n} N: thrust = {C_THRUST} rho n^2 D^4"
-            ));
+            let formula = format!(
+                "the speed at full throttle from the thrust of {thrust_n} N: thrust = {C_THRUST} rho n^2 D^4"
+            );
+            origins.push(Told::estimated(&of_thrust, formula));
             let diameter_4 = propeller_m.powi(4);
             let turns_per_s = (thrust_n / (C_THRUST * density_kg_m3 * diameter_4)).sqrt();
             let omega = rounded(std::f64::consts::TAU * turns_per_s);
@@ -345,32 +346,58 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
         }
     };
     let torque_per_thrust_m = rounded(C_POWER * propeller_m / (std::f64::consts::TAU * C_THRUST));
-    told.push(format!(
-        "The rotors' torque is that of a static power coefficient of {C_POWER} beside a thrust coefficient of {C_THRUST} (APC \
-         10x4.7 SF, UIUC Propeller Data Site)"
+    origins.push(Told::estimated(
+        &["rotor.quadratic.torque_per_thrust_m"],
+        format!(
+            "a static power coefficient of {C_POWER} beside a thrust coefficient of {C_THRUST} (APC 10x4.7 SF, UIUC Propeller Data Site)"
+        ),
+    ));
+    origins.push(Told::estimated(
+        &["rotor.quadratic.drag_n_s2_per_rad_m"],
+        format!(
+            "on the side that is worse: {C_DRAG} rho D^3, four times what blade elements give and as quadrotors are slowed in \
+             flight (Faessler et al., RA-L 2018)"
+        ),
+    ));
+    origins.push(Told::estimated(
+        &["body_aero"],
+        format!(
+            "on the side that is worse: {DRAG_AREA} of the circle through the hubs, more than frames show to a wind and less \
+             than they show to the fall"
+        ),
     ));
     let size = propeller_m / REFERENCE_M;
-    let tau_up_s = draft.motor_tau_s.unwrap_or_else(|| {
-        estimated.push("motor.first_order.tau_up_s");
-        told.push(format!(
-            "The motors' time constant is estimated: {REFERENCE_TAU_S} s for a propeller of 10 inch, in proportion to the diameter"
-        ));
+    let up = "motor.first_order.tau_up_s";
+    let tau_up_s = draft.motor_tau_s.inspect(|_| given.push(up)).unwrap_or_else(|| {
+        let formula =
+            format!("{REFERENCE_TAU_S} s for a propeller of 10 inch, in proportion to the diameter");
+        origins.push(Told::estimated(&[up], formula));
         rounded((REFERENCE_TAU_S * size).clamp(0.005, 1.0))
     });
-    estimated.extend(["motor.first_order.tau_down_s", "motor.first_order.rotor_inertia_kg_m2"]);
-    estimated.sort_unstable();
+    origins
+        .push(Told::estimated(&["motor.first_order.tau_down_s"], "1.5 times the one speeding up".to_owned()));
+    origins.push(Told::estimated(
+        &["motor.first_order.rotor_inertia_kg_m2"],
+        "5.2e-5 kg m2 at 10 inch, with the fourth power of the diameter".to_owned(),
+    ));
+    let told = "told to samara new vehicle".to_owned();
+    origins.insert(0, Told { keys: given, kind: OriginKind::Given, formula: told });
     let rotor_inertia = rounded(REFERENCE_INERTIA_KG_M2 * size.powi(4));
     let drag_n_s2_per_rad_m = rounded(C_DRAG * density_kg_m3 * propeller_m.powi(3));
     let drag_area_m2 = rounded(DRAG_AREA * std::f64::consts::PI * arm_m * arm_m);
+    let canted = if cant_deg > 0.0 {
+        format!(
+            " Each rotor is turned about its arm by {cant_deg} deg, so that its thrust adds to its own torque about the \
+             vertical axis."
+        )
+    } else {
+        String::new()
+    };
     let about = format!(
-        "A draft by samara new vehicle: {} of {mass_kg} kg, arms of {arm_m} m, propellers of {:.0} mm. Replace what is estimated by \
-         what is measured. {}. Rotor inertia: 5.2e-5 kg m2 at 10 inch, with the fourth power of the diameter. Drag is on the side \
-         that is worse: of the rotors across their axes {C_DRAG} rho D^3 per rad/s and m/s, four times what blade elements give and \
-         as quadrotors are slowed in flight (Faessler et al., RA-L 2018); of the body {DRAG_AREA} of the circle through the hubs, more \
-         than frames show to a wind and less than they show to the fall.",
+        "A draft by samara new vehicle: {} of {mass_kg} kg, arms of {arm_m} m, propellers of {:.0} mm.{canted} Replace what is \
+         estimated by what is measured: origins say what, and how.",
         draft.frame.name(),
         1e3 * propeller_m,
-        told.join(". "),
     );
     let rotors: Vec<String> = hubs
         .iter()
@@ -394,14 +421,14 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
         draft.schema.as_ref().map_or_else(String::new, |path| format!("  \"$schema\": {},\n", text(path)));
     let [xx, yy, zz] = inertia;
     Ok(format!(
-        "{{\n{schema}  \"about\": {},\n  \"estimated\": {},\n  \"name\": {},\n  \"mass_kg\": {mass_kg:?},\n  \"inertia_kg_m2\": [{xx:?}, {yy:?}, {zz:?}],\n  \
+        "{{\n{schema}  \"about\": {},\n  \"origins\": [\n{}\n  ],\n  \"name\": {},\n  \"mass_kg\": {mass_kg:?},\n  \"inertia_kg_m2\": [{xx:?}, {yy:?}, {zz:?}],\n  \
          \"rotors\": [\n{}\n  ],\n{coaxial}  \"effects\": {{ \"reaction_torque\": true, \"rotor_momentum\": true }},\n  \"body_aero\": {{ \"drag_area_m2\": {drag_area_m2:?}, \
          \"side_drag_area_m2\": {drag_area_m2:?} }},\n  \"rotor\": {{\n    \"quadratic\": {{\n      \"thrust_n_per_rad2_s2\": {k:?},\n      \
          \"torque_per_thrust_m\": {torque_per_thrust_m:?},\n      \"drag_n_s2_per_rad_m\": {drag_n_s2_per_rad_m:?},\n      \"density_kg_m3\": {density_kg_m3:?},\n      \"radius_m\": {:?}\n    \
          }}\n  }},\n  \"motor\": {{\n    \"first_order\": {{\n      \"omega_max_rad_s\": {omega_max:?},\n      \"tau_up_s\": \
          {tau_up_s:?},\n      \"tau_down_s\": {:?},\n      \"rotor_inertia_kg_m2\": {rotor_inertia:?}\n    }}\n  }}\n}}\n",
         text(&about),
-        list(&estimated),
+        origins.iter().map(Told::line).collect::<Vec<_>>().join(",\n"),
         text(&draft.name),
         rotors.join(",\n"),
         rounded(0.5 * propeller_m),
@@ -409,10 +436,24 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     ))
 }
 
-/// A list of keys, one a line.
-fn list(keys: &[&str]) -> String {
-    let lines: Vec<String> = keys.iter().map(|key| format!("    {}", text(key))).collect();
-    format!("[\n{}\n  ]", lines.join(",\n"))
+/// Where numbers of a draft are from.
+struct Told {
+    keys: Vec<&'static str>,
+    kind: OriginKind,
+    formula: String,
+}
+
+impl Told {
+    fn estimated(keys: &[&'static str], formula: String) -> Self {
+        Self { keys: keys.to_vec(), kind: OriginKind::Estimated, formula }
+    }
+
+    /// The line of the file.
+    fn line(&self) -> String {
+        let keys = serde_json::Value::from(self.keys.clone()).to_string().replace("\",", "\", ");
+        let (kind, formula) = (self.kind.word(), text(&self.formula));
+        format!("    {{ \"keys\": {keys}, \"kind\": \"{kind}\", \"formula\": {formula} }}")
+    }
 }
 
 fn text(s: &str) -> String {
