@@ -1,5 +1,7 @@
 //! A mission's releases about a point of its safe-release envelope, and their flights.
 
+use std::sync::Arc;
+
 use nalgebra::Vector3;
 
 use super::controller::along_plan;
@@ -8,7 +10,7 @@ use samara_core::assess::envelope::flights::{EnvelopeStart, GROUP};
 use samara_core::assess::envelope::{
     AxisRange, Edge, EdgeSearch, EnvelopeAxis, EnvelopeFlights, EnvelopePoint, Ray, RayFlights, Stopped,
 };
-use samara_core::assess::{OneAtATime, RandomRelease, ReleaseDistribution, Scenario};
+use samara_core::assess::{OneAtATime, ReleaseDistribution, Scenario};
 use samara_core::control::ControlError;
 use samara_core::frames::{pitch, quaternion_from_euler};
 use samara_core::model::rigid_body::BodyState;
@@ -19,6 +21,7 @@ use samara_core::sim::planar::Variation;
 use samara_core::sim::plant::Plant;
 use samara_core::sim::{PlantKind, PlantState, Start};
 use samara_core::trajectory::Trajectory;
+use samara_core::uncertain::Uncertainty;
 use samara_core::units::{DEG_PER_RAD, RAD_PER_DEG};
 use samara_mission::Mission;
 
@@ -39,6 +42,8 @@ pub struct MissionEnvelope {
     ranges: [AxisRange; 6],
     /// The distribution at the release: without a delay, which is the point's.
     releases: ReleaseDistribution,
+    /// What is off in each draw.
+    uncertain: Arc<Uncertainty>,
     start: Start,
     seed: u64,
     flights: EnvelopeFlights,
@@ -55,12 +60,13 @@ impl MissionEnvelope {
         let delay_s = of_t0.parachute.delay_s;
         let releases = ReleaseDistribution {
             parachute: Parachute { delay_s: 0.0, ..of_t0.parachute },
-            uncertain: Some(uncertain_or_usual(mission)),
+            uncertain: None,
             ..of_t0
         };
         Ok(Self {
             ranges: ranges(mission, &releases.state(0.0, 0.0), delay_s),
             releases,
+            uncertain: uncertain_or_usual(mission),
             start: mission.release.start,
             seed: mission.seed,
             flights: EnvelopeFlights::new(mission.safety_study(plan), entry),
@@ -122,8 +128,10 @@ impl MissionEnvelope {
     fn start(&self, point: &EnvelopePoint, draw: u64) -> EnvelopeStart {
         let number = Trials::Envelope.first() + draw;
         let value = |axis| point.value(axis);
-        let RandomRelease { state: drawn, off, .. } = self.releases.draw(self.seed, number);
-        let nominal = self.releases.state(0.0, 0.0);
+        let (nominal, drawn) = (self.releases.state(0.0, 0.0), self.releases.draw(self.seed, number).state);
+        // Its delay is the point's, so what the delay is off by is no part of its state.
+        let uncertain = Some(self.uncertain.clone());
+        let off = self.releases.with_uncertain(uncertain).draw(self.seed, number).off;
         let wind_m_s = value(EnvelopeAxis::Wind);
         let drift = Vector3::new(wind_m_s, 0.0, value(EnvelopeAxis::Descent) - nominal.v_ned.z);
         let rate_rad_s = value(EnvelopeAxis::PitchRate) * RAD_PER_DEG - nominal.omega_body.y;

@@ -403,8 +403,10 @@ mod tests {
         let plan = PlanDesign { weights: [1.0; 4], ..own.plan };
         let starts = space().starts(&Design { plan, ..own });
         assert_eq!(starts.len(), 8);
-        // A peak that costs, a bound on the pitch, feed-forward, the tilt from gravity; three that are calmer.
-        assert_eq!(space().alternatives(&starts[0]).len(), 4 + 3);
+        // A peak that costs, a bound on the pitch, feed-forward, the tilt from gravity; in the middle of the
+        // ranges three that are calmer, at their ends none.
+        assert_eq!(space().alternatives(&starts[0]).len(), 4);
+        assert_eq!(space().alternatives(&space().design(&[0.5; DIMENSIONS])).len(), 4 + 3);
         assert_eq!((starts[0].plan.nodes, starts[0].plan.input_reference), (38, InputReference::Zero));
     }
 }
