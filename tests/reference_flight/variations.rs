@@ -14,7 +14,7 @@ use samara::control::{
 use samara::frames::quaternion_from_euler;
 use samara::model::rigid_body::{BodyState, MassProperties};
 use samara::model::wind::{Gust, GustLength, GustShape, RingFluctuation, Turbulence, TurbulenceScale, Wind};
-use samara::model::{Environment, Interference, RotationSense, RotorMount, Vehicle};
+use samara::model::{Environment, Interference, RotationSense, Rotor, RotorMount, Vehicle};
 use samara::sim::planar::{Flight, LANES, Model, Observer, Release, SetpointTable, State, Variation, fly};
 use samara::sim::{DropSimulation, FlightPlan, PlantKind, Reference};
 
@@ -22,6 +22,14 @@ use super::data::{TITAN, site};
 
 /// The quadrotor of version 0.1, whose rotors know no flow.
 static X500: LazyLock<Arc<Vehicle>> = LazyLock::new(|| vehicle("tests/data/v0.1/params/vehicles/x500.json"));
+
+/// That quadrotor with rotors that drag across their axes.
+static X500_DRAG: LazyLock<Arc<Vehicle>> = LazyLock::new(|| {
+    let mut vehicle = Vehicle::clone(&X500);
+    let Rotor::Quadratic { drag_n_s2_per_rad_m, .. } = &mut vehicle.rotor else { panic!() };
+    *drag_n_s2_per_rad_m = 2e-4;
+    Arc::new(vehicle)
+});
 
 /// The quadrotor with blades.
 static X500_BLADES: LazyLock<Arc<Vehicle>> = LazyLock::new(|| vehicle("params/vehicles/x500.json"));
@@ -268,13 +276,13 @@ proptest! {
     /// Any gains, release, variation and layout of the rotors, in any lane.
     #[test]
     fn prop_varied_flights_are_the_flights_in_space(
-        flight in flight(), lane in 0..LANES, airframe in 0usize..4, ideal in prop::bool::ANY,
+        flight in flight(), lane in 0..LANES, airframe in 0usize..5, ideal in prop::bool::ANY,
         layout in 0usize..6, target in prop::array::uniform2(-1.0f64..4.0), wind in wind(),
         latency_s in prop_oneof![Just(0.0), Just(PERIOD_S), 0.0f64..0.05], from_gravity in prop::bool::ANY,
         linear in prop::bool::ANY,
     ) {
-        let vehicle = [&*X500, &*X500_BLADES, &*TITAN, &*BLADES][airframe];
-        let site = if airframe < 2 { earth() } else { site() };
+        let vehicle = [&*X500, &*X500_DRAG, &*X500_BLADES, &*TITAN, &*BLADES][airframe];
+        let site = if airframe < 3 { earth() } else { site() };
         let kind = if ideal { PlantKind::Ideal } else { PlantKind::Actuator };
         let vehicle = Vehicle { latency_s, ..laid_out(vehicle, layout) };
         let tilt_from = if from_gravity { TiltFrom::Gravity } else { TiltFrom::Thrust };
@@ -291,12 +299,12 @@ proptest! {
     /// A vehicle that is off by factors flies as one that is built so, on any layout of rotors.
     #[test]
     fn prop_factors_are_those_of_a_vehicle_built_so(
-        v in variation(), airframe in 0usize..4, layout in 0usize..6,
+        v in variation(), airframe in 0usize..5, layout in 0usize..6,
         throttle in prop::array::uniform8(0.0f64..1.0),
         v_ned in prop::array::uniform3(-6.0f64..6.0), tilt in prop::array::uniform3(-1.0f64..1.0),
     ) {
-        let vehicle = laid_out([&*X500, &*X500_BLADES, &*TITAN, &*BLADES][airframe], layout);
-        let site = if airframe < 2 { earth() } else { site() };
+        let vehicle = laid_out([&*X500, &*X500_DRAG, &*X500_BLADES, &*TITAN, &*BLADES][airframe], layout);
+        let site = if airframe < 3 { earth() } else { site() };
         let [roll, pitch, yaw] = tilt;
         let body = BodyState {
             p_ned: Vector3::zeros(),

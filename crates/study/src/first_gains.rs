@@ -65,24 +65,27 @@ impl FlownGains {
     }
 
     /// Order among sets, the best first: of the fewest unsafe drops; of those that keep a modulus of a half;
-    /// of those in the range about the rule; of the fewest drops that are late; of the least worst J_TPF, as
-    /// finely as the draws tell; soonest steady.
+    /// of those in the range about the rule; of the fewest drops that are late; of the least worst J_TPF
+    /// above [`COMMANDED`], as finely as the draws tell; soonest steady.
     fn rank(&self) -> ((usize, bool, bool, usize), f64, f64) {
         let (worst, steady_s) = self.worst_and_steady();
         let near = self.margins.0 < LEAST_MODULUS;
         let counted = (self.unsafe_drops, near, self.beside_the_rule, self.late_drops);
-        (counted, (TOLD * worst).round(), steady_s)
+        (counted, (TOLD * worst.max(COMMANDED)).round(), steady_s)
     }
 }
 
 /// Steps of J_TPF that so few drops tell apart, to 1.
 const TOLD: f64 = 50.0;
+/// J_TPF that tells nothing more: a draft's commands are limited to so much of what is judged, and where they
+/// are used, the vehicle is steadier for it.
+const COMMANDED: f64 = 0.6;
 /// Paces of the rule that are flown, as shares of its own.
 const SHARES: [f64; 4] = [1.0, 0.7, 0.5, 0.3];
 /// Horizontal velocity loops that are flown at each pace: the gain in the rule's, and the integral over the
-/// square of the gain. A slow vehicle's rule bears more, and in wind needs it; with a quarter, the loop of
-/// both has one double root.
-const NORTH: [(f64, f64); 4] = [(1.0, INTEGRAL_OF_VELOCITY), (1.75, 0.25), (2.5, 0.25), (3.25, 0.25)];
+/// square of the gain. A slow vehicle's rule bears more, and in wind needs it: up to nearly the attitude's
+/// gain. With a quarter, the loop of both has one double root.
+const NORTH: [(f64, f64); 4] = [(1.0, INTEGRAL_OF_VELOCITY), (1.75, 0.25), (2.5, 0.25), (3.4, 0.25)];
 
 /// The gains by the rule for a vehicle's lag about a speed, in air of a density [kg/m^3]: what a draft has
 /// before anything was flown.
