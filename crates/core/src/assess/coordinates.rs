@@ -19,13 +19,12 @@ use super::releases::{RandomRelease, ReleaseDistribution};
 use super::safety::FlightWatch;
 use super::study::{CONTROL_PERIOD_S, OneAtATime, SafetyStudy, StudyEntry, StudyStart};
 use crate::control::Gains;
-use crate::math;
 use crate::model::MAX_ROTORS;
 use crate::model::parachute::TipOff;
 use crate::model::wind::{FlightNoise, GivenNoise};
 use crate::sim::planar::{Flight, LANES, Model, NotPlanar, Release, Variation};
 use crate::sim::{self, DropSimulation, Sample, fly_many};
-use crate::uncertain::{Deviations, UncertainQuantity, Uncertainty};
+use crate::uncertain::{Deviations, UncertainQuantity, Uncertainty, either_way};
 
 /// White noise over this time [s] counts as one number where a whole span moves; longer in long flights.
 const SPAN_S: f64 = 0.2;
@@ -253,7 +252,7 @@ impl TrialSpace {
             let z = column.first().copied().unwrap_or_default();
             match quantity {
                 DrawnQuantity::Amplitude => amplitude_rad = self.releases.amplitude_sigma_rad * z,
-                DrawnQuantity::Phase => phase_rad = std::f64::consts::PI * uniform(z),
+                DrawnQuantity::Phase => phase_rad = std::f64::consts::PI * either_way(z),
                 DrawnQuantity::TipOffRate(axis) => tip_off.omega_body[*axis] = sigma.omega_body[*axis] * z,
                 DrawnQuantity::TipOffVelocity(axis) => tip_off.v_body[*axis] = sigma.v_body[*axis] * z,
                 DrawnQuantity::Off(quantity) => coordinates[*quantity as usize] = z,
@@ -347,11 +346,6 @@ impl TrialSpace {
         let (study, entry, start) = self.in_space(trial);
         study.samples(&entry, start)
     }
-}
-
-/// `2 Phi(z) - 1`: uniform in (-1, 1) for a standard-normal z.
-fn uniform(z: f64) -> f64 {
-    1.0 - math::erfc(z * std::f64::consts::FRAC_1_SQRT_2)
 }
 
 /// The quantities that are drawn for a trial, in order.

@@ -101,13 +101,10 @@ impl Distribution {
     /// The number at a standard-normal coordinate: a greater one has a greater coordinate.
     pub fn at(&self, z: f64) -> f64 {
         match self {
-            Self::Uniform([least, most]) => {
-                // 2 Phi(z) - 1 between -1 and 1.
-                let share = 1.0 - math::erfc(z * std::f64::consts::FRAC_1_SQRT_2);
-                0.5 * (least + most) + 0.5 * (most - least) * share
-            }
+            Self::Uniform([least, most]) => 0.5 * (least + most) + 0.5 * (most - least) * either_way(z),
             Self::Normal { mean, sigma } => mean + sigma * z,
-            Self::TruncatedNormal { .. } | Self::Table(_) => self.quantile(below(z)),
+            Self::TruncatedNormal { mean, sigma, range } => cut(*mean, *sigma, *range, below(z)),
+            Self::Table(rows) => of_table(rows, below(z)),
         }
     }
 
@@ -116,24 +113,8 @@ impl Distribution {
         match self {
             Self::Uniform([least, most]) => stream.between(*least, *most),
             Self::Normal { mean, sigma } => mean + sigma * stream.normal(),
-            Self::TruncatedNormal { .. } | Self::Table(_) => self.quantile(stream.uniform()),
-        }
-    }
-
-    /// The number that is not exceeded with a probability, of one that is cut or by a table.
-    fn quantile(&self, p: f64) -> f64 {
-        match self {
-            Self::TruncatedNormal { mean, sigma, range } => {
-                let [from, to] = range.map(|end| (end - mean) / sigma);
-                (mean + sigma * truncated(p, from, to)).clamp(range[0], range[1])
-            }
-            Self::Table(rows) => {
-                let after = rows.partition_point(|[at, _]| *at <= p).clamp(1, rows.len() - 1);
-                let ([p0, x0], [p1, x1]) = (rows[after - 1], rows[after]);
-                x0 + (x1 - x0) * ((p - p0) / (p1 - p0)).clamp(0.0, 1.0)
-            }
-            Self::Uniform([least, most]) => least + (most - least) * p,
-            Self::Normal { mean, sigma } => mean + sigma * truncated(p, -NORMAL_ENDS, NORMAL_ENDS),
+            Self::TruncatedNormal { mean, sigma, range } => cut(*mean, *sigma, *range, stream.uniform()),
+            Self::Table(rows) => of_table(rows, stream.uniform()),
         }
     }
 
@@ -160,9 +141,9 @@ impl Distribution {
         match self {
             Self::Uniform([least, most]) => (0.5 * (least + most), (most - least) / 12f64.sqrt()),
             Self::Normal { mean, sigma } => (*mean, *sigma),
-            Self::TruncatedNormal { .. } => {
+            Self::TruncatedNormal { mean, sigma, range } => {
                 let n = 4096;
-                let all = (0..n).map(|i| self.quantile((f64::from(i) + 0.5) / f64::from(n)));
+                let all = (0..n).map(|i| cut(*mean, *sigma, *range, (f64::from(i) + 0.5) / f64::from(n)));
                 let (sum, squares) = all.fold((0.0, 0.0), |(sum, squares), x| (sum + x, squares + x * x));
                 let mean = sum / f64::from(n);
                 (mean, (squares / f64::from(n) - mean * mean).max(0.0).sqrt())
@@ -202,6 +183,24 @@ fn finite(numbers: &[f64]) -> Result<(), UnfitDistribution> {
 fn ascending(range: [f64; 2]) -> Result<(), UnfitDistribution> {
     finite(&range)?;
     if range[0] <= range[1] { Ok(()) } else { Err(UnfitDistribution::Descending) }
+}
+
+/// `2 Phi(z) - 1`: uniform in (-1, 1) for a standard-normal z.
+pub(crate) fn either_way(z: f64) -> f64 {
+    1.0 - math::erfc(z * std::f64::consts::FRAC_1_SQRT_2)
+}
+
+/// The number of a normal distribution that is cut that is not exceeded with the probability `p`.
+fn cut(mean: f64, sigma: f64, range: [f64; 2], p: f64) -> f64 {
+    let [from, to] = range.map(|end| (end - mean) / sigma);
+    (mean + sigma * truncated(p, from, to)).clamp(range[0], range[1])
+}
+
+/// The number of a table, of two rows or more, that is not exceeded with the probability `p`.
+fn of_table(rows: &[[f64; 2]], p: f64) -> f64 {
+    let after = rows.partition_point(|[at, _]| *at <= p).clamp(1, rows.len() - 1);
+    let ([p0, x0], [p1, x1]) = (rows[after - 1], rows[after]);
+    x0 + (x1 - x0) * ((p - p0) / (p1 - p0)).clamp(0.0, 1.0)
 }
 
 /// The probability that a standard-normal number is below z.

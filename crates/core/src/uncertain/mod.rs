@@ -14,6 +14,7 @@ mod distribution;
 mod joint;
 mod quantity;
 
+pub(crate) use distribution::either_way;
 pub use distribution::{Distribution, UnfitDistribution};
 pub use joint::{JointNormal, UnfitCovariance};
 pub use quantity::{Deviations, UncertainQuantity};
