@@ -77,7 +77,7 @@ impl Meaning {
             Value::Object(keys) => {
                 let sorted: BTreeMap<_, _> = keys.iter().collect();
                 for (key, value) in sorted {
-                    if !["about", "$schema", "provenance", "estimated"].contains(&key.as_str()) {
+                    if !["about", "$schema", "provenance", "estimated", "origins"].contains(&key.as_str()) {
                         self.value(&format!("{name}.{key}"), value, folder);
                     }
                 }

@@ -327,7 +327,7 @@ fn every_verb_stands_in_the_introduction() {
     }
 }
 
-/// Where the lander's plan has its peak of speed: `docs/plan.md`, `docs/paper.md` and titan.json's provenance
+/// Where the lander's plan has its peak of speed: `docs/plan.md`, `docs/paper.md` and titan.json's origins
 /// say so.
 #[test]
 fn regress_the_plan_s_peak_is_where_the_pages_say() {
