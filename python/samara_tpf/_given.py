@@ -65,7 +65,18 @@ class DesignAsked(TypedDict):
 
 
 def _text(document: Mapping[str, Any]) -> str:
-    return json.dumps(document, indent=2)
+    return json.dumps(document, indent=2, default=_plain)
+
+
+def _plain(value: Any) -> Any:
+    """What JSON has for a NumPy array or number; a mapping that is no dict becomes one."""
+    if isinstance(value, Mapping):
+        return dict(value)
+    if callable(tolist := getattr(value, "tolist", None)):
+        return tolist()
+    if isinstance(value, os.PathLike):
+        return os.fspath(value)
+    raise TypeError(f"a mission cannot hold a {type(value).__name__}: {value!r}")
 
 
 def given(

@@ -53,7 +53,7 @@ impl Fault {
             Some(ConfigError::Read { path: at, .. } | ConfigError::Parameters { file: at, .. }) => {
                 file = Some(at.clone());
             }
-            Some(ConfigError::Unknown { .. }) | None => {}
+            Some(ConfigError::Unknown { .. } | ConfigError::Override { .. }) | None => {}
         }
         Self::Given { message, file, place, path }
     }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use samara::config::shipped::is_built_in;
-use samara::config::{Mission, MissionText, load_mission, mission_path, mission_text, parse_mission};
+use samara::config::{Mission, MissionText, load_mission, mission_path, parse_mission};
 
 use crate::fault::{Fault, OrGiven as _};
 
@@ -67,11 +67,6 @@ impl Given {
     /// Whether gains were chosen in place of the mission's own.
     pub fn has_gains(&self) -> bool {
         self.gains.is_some() || self.gains_text.is_some() || self.params.is_some()
-    }
-
-    /// The text that the mission was read from.
-    pub fn text(&self, mission: &Mission) -> Result<String, Fault> {
-        self.text.clone().map_or_else(|| mission_text(&mission.file).or_given(), Ok)
     }
 
     fn open(&self) -> Result<Mission, Fault> {

@@ -7,15 +7,20 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-use clap::Args;
+use std::ffi::OsStr;
+
+use clap::builder::{PossibleValue, TypedValueParser};
+use clap::{Arg, Args, Command};
 
 use super::answer::{BadInput as _, Failure};
 use super::sign_key::sign_with;
 #[cfg(unix)]
 use super::system::raise_without_parent;
+use samara::config::{Override, settable_keys};
 use samara::control::px4::{Law, Version};
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{LinkUrl, Ports, SignWith, Speed, Wiring, system_of_instance};
+use samara::units::{UnitError, in_unit};
 
 /// The mission where none is named.
 pub const DEFAULT_MISSION: &str = "titan_drop";
@@ -147,7 +152,7 @@ pub struct PatienceArgs {
     ///
     /// Where many drops are flown, also for an answer. A single drop waits for an answer for ever: PX4 may
     /// stand still in a debugger.
-    #[arg(long = "patience", value_name = "S", default_value_t = PATIENCE_S, value_parser = positive, hide_short_help = true)]
+    #[arg(long = "patience", value_name = "S", default_value_t = PATIENCE_S, value_parser = positive_in("s"), hide_short_help = true)]
     seconds: f64,
 }
 
@@ -191,6 +196,48 @@ impl fmt::Display for AutopilotArg {
 /// The heading of what stands in place of the mission's own.
 pub const CHOICES: &str = "In place of the mission's own";
 
+/// Keys of the mission's and the vehicle's files with other values.
+#[derive(Args, Clone, Debug, Default)]
+pub struct SetArgs {
+    /// Another value of a key of the mission or its vehicle; may be repeated.
+    ///
+    /// The key as a path: limits.pitch_deg=40, mass_kg=2.1, tuning.cases[0].pitch_deg=5. A number may have a
+    /// unit (limits.speed_m_s=30kt), numbers stand in a list with commas (target_v_ned_m_s=3,0,1), all else
+    /// is JSON or a text. Where both files have the key, the mission's is meant; `vehicle.` before it means
+    /// the vehicle's.
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = SetParser, help_heading = CHOICES, hide_possible_values = true)]
+    pub set: Vec<Override>,
+}
+
+impl SetArgs {
+    /// The options as they are typed.
+    pub fn words(&self) -> impl Iterator<Item = String> {
+        self.set.iter().flat_map(|given| ["--set".to_owned(), given.to_string()])
+    }
+}
+
+/// Reads the value of `--set`, and has shells complete the keys.
+#[derive(Clone)]
+struct SetParser;
+
+impl TypedValueParser for SetParser {
+    type Value = Override;
+
+    fn parse_ref(
+        &self,
+        command: &Command,
+        arg: Option<&Arg>,
+        value: &OsStr,
+    ) -> Result<Override, clap::Error> {
+        let parse: fn(&str) -> Result<Override, String> = str::parse;
+        parse.parse_ref(command, arg, value)
+    }
+
+    fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
+        Some(Box::new(settable_keys().map(|key| PossibleValue::new(format!("{key}=")))))
+    }
+}
+
 /// What can be chosen in place of the mission's own.
 #[derive(Args, Clone, Debug, Default)]
 #[command(next_help_heading = CHOICES)]
@@ -211,6 +258,9 @@ pub struct ChoiceArgs {
     /// Seed of everything random.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(0..=u64::MAX))]
     pub seed: Option<u64>,
+    /// Other values of the mission's and the vehicle's keys.
+    #[command(flatten)]
+    pub set: SetArgs,
     /// Swing so that the release is this case of the mission (case_0 ..).
     ///
     /// The vehicle swings under its canopy so that it comes to t = 0 with the pitch and pitch rate of the
@@ -292,7 +342,7 @@ pub fn companion(text: &str) -> Result<Duration, String> {
     match text.split_once('=') {
         None if text == "companion" => Ok(Duration::from_secs(5)),
         Some(("companion", seconds)) => {
-            number(seconds, |x| (0.1..=86_400.0).contains(&x), expected).map(Duration::from_secs_f64)
+            measured(seconds, "s", |x| (0.1..=86_400.0).contains(&x), expected).map(Duration::from_secs_f64)
         }
         _ => Err(expected.to_owned()),
     }
@@ -335,6 +385,23 @@ pub fn positive(text: &str) -> Result<f64, String> {
     number(text, |x| x.is_finite() && x > 0.0, "a positive number is expected")
 }
 
+/// A positive number in a unit, alone or with another unit of the kind behind it (`160mm`).
+pub fn positive_in(
+    unit: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| measured(text, unit, |x| x > 0.0, "a positive number is expected")
+}
+
+/// A number in a unit, alone or with another unit of the kind behind it, that fits; otherwise what is
+/// expected.
+pub fn measured(text: &str, unit: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    match in_unit(text, unit) {
+        Ok(x) if fits(x) => Ok(x),
+        Err(error @ UnitError::Unit(..)) => Err(error.to_string()),
+        _ => Err(expected.to_owned()),
+    }
+}
+
 /// A number that fits; otherwise what is expected.
 pub fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
     text.parse().ok().filter(|x| fits(*x)).ok_or_else(|| expected.to_owned())
@@ -350,11 +417,11 @@ pub fn plain_name(text: &str) -> Result<String, String> {
     }
 }
 
-/// Three numbers that fit, separated by commas; otherwise what is expected.
-pub fn three(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<[f64; 3], String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
-    let numbers = numbers.filter(|numbers| numbers.iter().all(|x| fits(*x)));
-    numbers.and_then(|numbers| numbers.try_into().ok()).ok_or_else(|| expected.to_owned())
+/// Three numbers in a unit that fit, separated by commas; otherwise what is expected.
+pub fn three(text: &str, unit: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<[f64; 3], String> {
+    let numbers: Result<Vec<f64>, String> =
+        text.split(',').map(|part| measured(part, unit, &fits, expected)).collect();
+    numbers?.try_into().map_err(|_| expected.to_owned())
 }
 
 #[cfg(test)]

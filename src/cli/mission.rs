@@ -5,17 +5,19 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
-use super::args::{ChoiceArgs, EstimatorChoice, MissionArgs, PX4_DEFAULT, StateArgs, is_parameter_file};
+use super::args::{
+    ChoiceArgs, EstimatorChoice, MissionArgs, PX4_DEFAULT, SetArgs, StateArgs, is_parameter_file,
+};
 use super::terminal::{print, print_err, print_remarks};
 use samara::config::shipped::is_built_in;
-use samara::config::{Mission, load_mission, mission_path, plain_name};
+use samara::config::{Mission, load_mission_with, mission_path, plain_name};
 use samara::params::{Check, Class, Metadata, ParameterFile, check};
 use samara::replan::Cadence;
 use samara::report::params::check_text;
 
-/// The mission of a file or of a name.
-pub fn open_mission(name_or_path: &Path) -> Result<Mission, Failure> {
-    load_mission(&mission_path(name_or_path).bad_input()?).bad_input()
+/// The mission of a file or of a name, with what was set in it.
+pub fn open_mission(name_or_path: &Path, set: &SetArgs) -> Result<Mission, Failure> {
+    load_mission_with(&mission_path(name_or_path).bad_input()?, &set.set).bad_input()
 }
 
 /// A line for each name that was typed: the file that it means, or that it is built in. Nothing for a path.
@@ -41,7 +43,7 @@ pub fn print_origin(args: &MissionArgs, mission: &Mission) -> Result<(), Failure
 
 /// The mission with the chosen gains and seed.
 pub fn chosen_mission(name_or_path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
-    let mut mission = open_mission(name_or_path)?;
+    let mut mission = open_mission(name_or_path, &choice.set)?;
     if let Some(gains) = &choice.gains {
         if is_parameter_file(gains) {
             return Err(Failure::input(format!(

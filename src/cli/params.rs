@@ -6,7 +6,7 @@ use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, DEFAULT_MISSION, px4_law};
+use super::args::{ChoiceArgs, DEFAULT_MISSION, SetArgs, px4_law};
 use super::mission::{chosen_mission, mission_for_px4, open_mission, origin};
 use super::pilot::px4::upload::{suits, whole};
 use super::planning::plan_mission;
@@ -55,6 +55,9 @@ struct ExportArgs {
     /// The mission: a file, or a name - of a file in ./mission, or of a mission that samara brings along.
     #[arg(value_name = "NAME|FILE", default_value = DEFAULT_MISSION)]
     mission: PathBuf,
+    /// Other values of the mission's and the vehicle's keys.
+    #[command(flatten)]
+    set: SetArgs,
     /// Gains: a file, or a name - beside the mission's own gains, or of gains that samara brings along (ours,
     /// safety, near_hover, paper_pso); with --drop `px4_default`: PX4's own.
     #[arg(long, value_name = "NAME|FILE")]
@@ -93,6 +96,9 @@ struct CheckArgs {
     /// A mission whose vehicle samara is to fly with it, by file or by name.
     #[arg(long, value_name = "NAME|FILE")]
     mission: Option<PathBuf>,
+    /// Other values of the mission's and the vehicle's keys.
+    #[command(flatten)]
+    set: SetArgs,
     /// Print one JSON object on stdout instead of text.
     #[arg(long)]
     json: bool,
@@ -154,7 +160,7 @@ fn list_json() -> String {
 }
 
 fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
-    let choice = ChoiceArgs { gains: args.gains.clone(), params: None, seed: None, case: None };
+    let choice = ChoiceArgs { gains: args.gains.clone(), set: args.set.clone(), ..ChoiceArgs::default() };
     let (mission, export) = if args.drop {
         let (mission, given) = mission_for_px4(&args.mission, &choice)?;
         let export = of_a_drop(args, &mission, given.as_ref())?;
@@ -252,7 +258,7 @@ fn refusal(args: &CheckArgs, file: &ParameterFile, known: usize) -> Result<Optio
         return Ok(Some(format!("for {} is wanted, the file: {is}", wanted.name())));
     }
     let Some(mission) = &args.mission else { return Ok(None) };
-    let mission = open_mission(mission)?;
+    let mission = open_mission(mission, &args.set)?;
     let by_samara = import(file, &mission.parameter_subject());
     // PX4 takes any file with something of its own in it, but for one that is not for it.
     let is_px4s = file.purpose() != Some(Purpose::Samara) && known > 0 && suits(&mission).is_ok();

@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::answer::{Answer, Failure};
-use super::args::{MissionArgs, PlanningArgs, number, positive, whole};
+use super::args::{MissionArgs, PlanningArgs, SetArgs, measured, number, positive_in, whole};
 use super::mission::{open_mission, print_origin};
 use super::plan_grid::{self, GridArgs};
 use super::planning::{TimedPlan, shortfall, solve, write_plan};
@@ -19,6 +19,9 @@ pub struct PlanArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
+    /// Other values of the mission's and the vehicle's keys.
+    #[command(flatten)]
+    pub set: SetArgs,
     /// Number of collocation nodes, instead of the mission's.
     #[arg(long, value_name = "N", value_parser = whole::<u32>(3..=10_000))]
     pub nodes: Option<u32>,
@@ -37,7 +40,7 @@ pub struct PlanArgs {
     #[arg(long, value_name = "N", default_value_t = 300, value_parser = whole::<u32>(0..=u64::from(u32::MAX)))]
     pub max_iterations: u32,
     /// Budget of time [s]; when it is used up there is no plan, and plan.json says how far it came.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive_in("s"))]
     pub time_limit: Option<f64>,
     /// How much to show of the planning.
     #[command(flatten)]
@@ -63,7 +66,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
 /// Half the width of an interval that an interior point method can work in.
 fn terminal_tolerance(text: &str) -> Result<f64, String> {
     let expected = "a velocity of at least 1e-7 m/s is expected: the solver works inside the interval, and needs room there";
-    number(text, |x| x.is_finite() && x >= TERMINAL_TOLERANCE_LEAST_M_S, expected)
+    measured(text, "m/s", |x| x.is_finite() && x >= TERMINAL_TOLERANCE_LEAST_M_S, expected)
 }
 
 /// `samara plan`.
@@ -103,7 +106,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
 
 /// The mission with what the command line changes of its plan.
 fn chosen(args: &PlanArgs) -> Result<Mission, Failure> {
-    let mut mission = open_mission(&args.mission.mission)?;
+    let mut mission = open_mission(&args.mission.mission, &args.set)?;
     let (plan, usual) = (&mut mission.plan, SolverOptions::default());
     let nodes = args.nodes.map(|n| n as usize).filter(|n| *n != plan.nodes);
     plan.nodes = nodes.unwrap_or(plan.nodes);

@@ -5,7 +5,7 @@ use std::time::Duration;
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, MissionArgs, NetArgs, PageArgs, companion, positive, speed};
+use super::args::{ChoiceArgs, MissionArgs, NetArgs, PageArgs, companion, positive_in, speed};
 use super::conclusion::Conclusion;
 use super::mission::{chosen_mission, origin};
 use super::narrator::Narrator;
@@ -43,7 +43,7 @@ pub struct SimArgs {
     #[arg(long)]
     pub once: bool,
     /// End when nobody has answered for so long, in wall time; without it, wait for ever.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive_in("s"))]
     pub patience: Option<f64>,
 }
 

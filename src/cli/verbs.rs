@@ -56,7 +56,7 @@ pub enum Verb {
     /// Judge candidates that a search asks about: `samara design --ask`, `samara tune --ask`.
     #[command(after_long_help = include_str!("help/evaluate.txt"))]
     Evaluate(EvaluateArgs),
-    /// Fly the paper's safety study: release cases, Monte Carlo campaigns, figures, one page.
+    /// Fly campaigns: of random releases or whole drops, the paper's study, or a study of what decides.
     #[command(after_long_help = include_str!("help/assess.txt"))]
     Assess(AssessArgs),
     /// Make the release card of a mission: all evidence on one page, and whether to go.

@@ -322,3 +322,57 @@ fn files_that_do_not_suit_are_refused_with_what_is_expected() {
         &["vehicle.json to target_v_ned_m_s [4 0 4]: the target velocity cannot be reached"],
     );
 }
+
+/// A value that is set is flown, and so said by manifest and command; the card is of the mission with it.
+#[test]
+fn what_is_set_is_flown_and_said() {
+    let out = tempfile::tempdir().unwrap();
+    let folder = out.path().to_str().unwrap();
+    let set = ["--set", "mass_kg=2.2kg", "--set", "limits.speed_m_s=30kt"];
+    let drop = samara(
+        &[&["drop", "tests/calm_x500.json", "--no-html", "--json", "--out", folder], &set[..]].concat(),
+    );
+    assert_eq!(code(&drop), 0, "{}", stderr(&drop));
+    let plain =
+        samara(&["drop", "tests/calm_x500.json", "--no-html", "--json", "--out", &format!("{folder}/plain")]);
+    assert!(json(&drop)["input_hash"] != json(&plain)["input_hash"]);
+    let faster =
+        json(&drop)["peak_speed_m_s"].as_f64().unwrap() - json(&plain)["peak_speed_m_s"].as_f64().unwrap();
+    assert!(faster > 0.001, "a heavier vehicle falls faster: {faster}");
+    let choices = &object(&out.path().join("drop_manifest.json"))["choices"];
+    assert_eq!(
+        (&choices["set mass_kg"], &choices["set limits.speed_m_s"]),
+        (&"2.2kg".into(), &"30kt".into())
+    );
+    let card = |set: &[&str]| {
+        let card = samara(&[&["card", "tests/calm_x500.json", "--json", "--evidence", folder], set].concat());
+        let evidence = json(&card)["evidence"][0].clone();
+        (evidence["refused"].as_str().unwrap_or_default().to_owned(), json(&card)["reasons"].to_string())
+    };
+    let (refused, missing) = card(&set);
+    assert_eq!(refused, "");
+    assert!(missing.contains("--set mass_kg=2.2kg --set limits.speed_m_s=30kt"), "{missing}");
+    assert!(card(&[]).0.contains("limits.speed_m_s=30kt, mass_kg=2.2kg set (--set)"), "{}", card(&[]).0);
+    let checked = samara(&["check", "x500_drop", "--set", "limits.pich_deg=3"]);
+    assert!(
+        code(&checked) == 2 && stderr(&checked).contains("did you mean `pitch_deg`"),
+        "{}",
+        stderr(&checked)
+    );
+    let designed = samara(&["design", "x500_drop", "--set", "mass_kg=2.2"]);
+    assert!(code(&designed) == 2 && stderr(&designed).contains("a key of the mission is expected"));
+    let assessed = samara(&[
+        "assess",
+        "tests/calm_x500.json",
+        "--set",
+        "mass_kg=2.2",
+        "--trials",
+        "8",
+        "--json",
+        "--out",
+        folder,
+    ]);
+    assert!(json(&assessed)["command"].as_str().unwrap().contains("--set mass_kg=2.2"));
+    let bash = samara(&["completions", "bash"]);
+    assert!(String::from_utf8_lossy(&bash.stdout).contains("limits.pitch_deg="));
+}

@@ -29,21 +29,19 @@ fn designed_name(name: &str) -> String {
 }
 
 /// The mission's file with a design in place of its plan's settings and its gains, under the name
-/// `<mission>_design`: everything else stays as it is written in `text`, the text of that file. `gains` is
-/// the path of the gains' file; `relative` makes paths of the mission's other files hold for the folder that
-/// the text is written to.
+/// `<mission>_design`: everything else stays as it is written there. `gains` is the path of the gains' file;
+/// `relative` makes paths of the mission's other files hold for the folder that the text is written to.
 ///
 /// # Errors
 /// [`DesignError`] when the text is not that of a mission.
 pub fn designed_mission_json(
     mission: &Mission,
-    text: &str,
     design: &Design,
     gains: &str,
     relative: impl Fn(&std::path::Path) -> String,
 ) -> Result<String, DesignError> {
     let no_plan = || DesignError::NoPlan(mission.file.display().to_string());
-    let mut json: Value = serde_json::from_str(text).map_err(|_| no_plan())?;
+    let mut json: Value = serde_json::from_str(mission.inputs.mission_text()).map_err(|_| no_plan())?;
     let moved = |value: &mut Value| {
         if let Value::String(path) = value {
             let resolved = shipped::resolve(&mission.file, path);
@@ -158,7 +156,7 @@ fn as_missions_are_written(value: &Value, depth: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{MissionText, mission_text, parse_mission};
+    use crate::{MissionText, parse_mission};
     use samara_core::control::TiltFrom;
     use samara_core::design::PlanDesign;
 
@@ -190,9 +188,8 @@ mod tests {
         design.feed_forward = true;
         (design.limits.tilt_rad, design.limits.tilt_from) = (0.3, TiltFrom::Gravity);
         let gains = "built-in:params/gains/safety.json";
-        let before = mission_text(&mission.file).unwrap();
         let whole = |path: &std::path::Path| path.display().to_string();
-        let text = designed_mission_json(&mission, &before, &design, gains, whole).unwrap();
+        let text = designed_mission_json(&mission, &design, gains, whole).unwrap();
         let file = std::path::Path::new("elsewhere/design_mission.json");
         let read = parse_mission(&MissionText { mission: &text, file, vehicle: None, gains: None }).unwrap();
         assert_eq!(read.name, "titan_paper_design");

@@ -58,6 +58,14 @@ pub enum ConfigError {
         /// Fault, and what was expected.
         message: String,
     },
+    /// A key cannot be set, or not to this value.
+    #[error("--set {set}: {message}")]
+    Override {
+        /// Key and value as they were given.
+        set: String,
+        /// Fault, and what was expected.
+        message: String,
+    },
     /// A parameter file is not what was expected, or is not for the mission's vehicle and site.
     #[error("{}:{}{error}", shown(file), if starts_with_line(error) { "" } else { " " })]
     Parameters {

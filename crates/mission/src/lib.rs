@@ -41,11 +41,13 @@ mod gains_file;
 mod mission;
 mod names;
 mod number;
+mod overrides;
 mod params_file;
 mod plan_grid;
 mod rare_failure;
 mod rotor_table;
 pub mod schema;
+mod set_keys;
 pub mod shipped;
 mod source;
 mod table;
@@ -67,11 +69,13 @@ pub use mission::{
     load_mission, mission_text, parse_mission,
 };
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
+pub use overrides::Override;
 pub use params_file::load_parameters;
 pub use plan_grid::{
     GRID_COLUMNS, GridFileError, PlanGridFile, decode_plan_grid, encode_plan_grid, write_plan_grid_csv,
 };
 pub use rare_failure::{RareFailureFile, load_rare_failure};
+pub use set_keys::{is_of_vehicle, load_mission_with, settable_keys};
 pub use source::{NamedFile, input_text};
 pub use trajectory_csv::{
     Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,

@@ -4,6 +4,7 @@
 //! A place is where the refused thing *starts*: the value for a wrong value, the key for one that is unknown
 //! or given twice, the object for one that lacks a key. Syntax errors are where the parser stopped.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use serde::de::DeserializeOwned;
@@ -13,6 +14,7 @@ use super::bounded::bytes_at_most;
 use super::error::ConfigError;
 use super::names::nearest;
 use super::shipped;
+use samara_core::printable::printable;
 
 /// Larger files are refused: no mission, table or trajectory comes near, and a device file would never end.
 const LIMIT_BYTES: u64 = 64 << 20;
@@ -21,12 +23,14 @@ const LIMIT_BYTES: u64 = 64 << 20;
 pub(super) struct Source {
     pub(super) file: PathBuf,
     pub(super) text: String,
+    /// Paths whose values are not the file's, with what was asked for.
+    set: Vec<(String, String)>,
 }
 
 impl Source {
     /// A text that is on no disk, as if `file` held it.
     pub(super) fn of_text(text: &str, file: &Path) -> Self {
-        Self { file: file.to_owned(), text: text.to_owned() }
+        Self { file: file.to_owned(), text: text.to_owned(), set: Vec::new() }
     }
 
     /// Reads `path`, named in `named_in` or on the command line. `role` is for the message: "vehicle file".
@@ -42,7 +46,7 @@ impl Source {
             reason,
         };
         if let Some(found) = shipped::read(path) {
-            return Ok(Self { file: path.to_owned(), text: found.map_err(refuse)?.to_owned() });
+            return Ok(Self::of_text(found.map_err(refuse)?, path));
         }
         let bytes = bytes_at_most(path, LIMIT_BYTES).map_err(|e| refuse(e.to_string()))?;
         let text = String::from_utf8(bytes).map_err(|e| {
@@ -50,7 +54,43 @@ impl Source {
         })?;
         // A mark of the byte order, which some editors put in front, is no part of the text.
         let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
-        Ok(Self { file: path.to_owned(), text })
+        Ok(Self { file: path.to_owned(), text, set: Vec::new() })
+    }
+
+    /// Puts a value into the text, at a path that is there or is made; `asked` is for messages. Otherwise why
+    /// not.
+    pub(super) fn put(&mut self, path: &str, value: &serde_json::Value, asked: &str) -> Result<(), String> {
+        let (mut there, mut inner) = (path, value.to_string());
+        let span = loop {
+            if let Some(span) = span(&self.text, there) {
+                break span;
+            }
+            // What is not there is made inside of what is.
+            let Some((before, name)) = there.rsplit_once('.').or((!there.is_empty()).then_some(("", there)))
+            else {
+                return Err("the file is no JSON object".to_owned());
+            };
+            if name.contains('[') {
+                return Err(format!("there is no `{there}` in {}", self.file.display()));
+            }
+            if there.len() < path.len() {
+                inner = format!("{{ {inner} }}");
+            }
+            inner = format!("{}: {inner}", serde_json::Value::from(name));
+            there = before;
+        };
+        if there == path {
+            self.text.replace_range(span, &inner);
+        } else {
+            let object = self.text.get(span.clone()).unwrap_or_default();
+            let Some(inside) = object.strip_prefix('{') else {
+                return Err(format!("`{there}` is no object in {}", self.file.display()));
+            };
+            let end = if inside.trim_start().starts_with('}') { " " } else { ", " };
+            self.text.insert_str(span.start + 1, &format!(" {inner}{end}"));
+        }
+        self.set.push((path.to_owned(), asked.to_owned()));
+        Ok(())
     }
 
     /// A path that this file names: relative to this file's directory.
@@ -125,7 +165,10 @@ impl Source {
         self.error(place, path.to_owned(), message.into())
     }
 
-    fn error(&self, place: usize, json_path: String, message: String) -> ConfigError {
+    fn error(&self, place: usize, json_path: String, mut message: String) -> ConfigError {
+        if let Some((_, asked)) = self.set.iter().rev().find(|(path, _)| is_within(path, &json_path)) {
+            message += &format!(" (--set {})", printable(asked));
+        }
         let (line, column) = line_column(&self.text, place);
         ConfigError::Content { file: self.file.clone(), line, column, json_path, message }
     }
@@ -234,6 +277,11 @@ pub(super) fn sha256(text: &str) -> String {
     hash.hex()
 }
 
+/// Whether a path is another one or of something in it.
+fn is_within(path: &str, inner: &str) -> bool {
+    inner.strip_prefix(path).is_some_and(|rest| rest.is_empty() || rest.starts_with(['.', '[']))
+}
+
 /// Line and column (characters), both from 1, of the byte at `offset`.
 fn line_column(text: &str, offset: usize) -> (usize, usize) {
     let before = &text[..offset];
@@ -244,9 +292,16 @@ fn line_column(text: &str, offset: usize) -> (usize, usize) {
 /// The last start of `path` - of its key or its value, whichever was reached - at or before the byte `stop`.
 /// `None` when the text does not get there.
 fn locate(text: &str, path: &str, stop: usize) -> Option<usize> {
-    let mut scan = Scan { text, at: 0, path, stop, found: None };
+    let mut scan = Scan { text, at: 0, path, stop, found: None, end: None };
     let _ = scan.value("", 0);
     scan.found
+}
+
+/// Where the value at `path` stands.
+fn span(text: &str, path: &str) -> Option<Range<usize>> {
+    let mut scan = Scan { text, at: 0, path, stop: text.len(), found: None, end: None };
+    let _ = scan.value("", 0);
+    Some(scan.found?..scan.end?)
 }
 
 /// A walk over a JSON text that was or is being parsed by serde_json; on anything unexpected it just ends.
@@ -256,6 +311,8 @@ struct Scan<'a> {
     path: &'a str,
     stop: usize,
     found: Option<usize>,
+    /// Behind the value at the path.
+    end: Option<usize>,
 }
 
 impl Scan<'_> {
@@ -285,7 +342,7 @@ impl Scan<'_> {
 
     fn value(&mut self, path: &str, depth: usize) -> Option<()> {
         self.note(path)?;
-        match self.peek()? {
+        let walked = match self.peek()? {
             _ if depth > 128 => None,
             b'{' => self.object(path, depth),
             b'[' => self.array(path, depth),
@@ -297,7 +354,11 @@ impl Scan<'_> {
                 // The end of something that was not begun is no value, and the walk must go on.
                 (length > 0).then_some(())
             }
+        };
+        if path == self.path && walked.is_some() {
+            self.end = Some(self.at);
         }
+        walked
     }
 
     fn object(&mut self, path: &str, depth: usize) -> Option<()> {
@@ -365,5 +426,27 @@ mod tests {
             assert_eq!(locate(text, "b", text.len()), None, "{text}");
         }
         assert_eq!(locate("{\"a\": [1, 2}", "a[1]", 12), Some(10));
+    }
+
+    /// A value is replaced where it stands; what is not there is made in the innermost object that is.
+    #[test]
+    fn closed_form_values_are_put_into_a_text() {
+        let text = "{\n  \"a\": { \"b\": [1, { \"c\": 2 }] },\n  \"d\": {}\n}\n";
+        let put = |path: &str| {
+            let mut source = Source::of_text(text, Path::new("m.json"));
+            source.put(path, &9.into(), path).map(|()| source.text)
+        };
+        for (path, expected) in [
+            ("a.b", text.replace("[1, { \"c\": 2 }]", "9")),
+            ("a.b[0]", text.replace("[1,", "[9,")),
+            ("a.b[1].c", text.replace(": 2 }", ": 9 }")),
+            ("a.b[1].e", text.replace("{ \"c\"", "{ \"e\": 9,  \"c\"")),
+            ("d.e.f", text.replace("{}", "{ \"e\": { \"f\": 9 } }")),
+            ("g", text.replacen('{', "{ \"g\": 9, ", 1)),
+        ] {
+            assert_eq!(put(path).unwrap(), expected, "{path}");
+        }
+        assert_eq!(put("a.b.c").unwrap_err(), "`a.b` is no object in m.json");
+        assert_eq!(put("a.b[2]").unwrap_err(), "there is no `a.b[2]` in m.json");
     }
 }

@@ -4,6 +4,7 @@ mod built_in;
 mod choices;
 mod drafts;
 mod missions;
+mod overrides;
 mod random;
 mod refusals;
 mod schemas;

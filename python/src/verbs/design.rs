@@ -66,17 +66,11 @@ pub fn design(py: Python<'_>, given: Given, asked: DesignAsked) -> PyResult<Desi
         if let Some(gains) = &asked.start {
             mission.use_gains(gains).or_given()?;
         }
-        let text = given.text(&mission)?;
-        pool(asked.threads)?.install(|| search(&mission, &text, &asked, stop))
+        pool(asked.threads)?.install(|| search(&mission, &asked, stop))
     })
 }
 
-fn search(
-    mission: &Mission,
-    text_of_mission: &str,
-    asked: &DesignAsked,
-    stop: &Stop,
-) -> Result<Designed, Fault> {
+fn search(mission: &Mission, asked: &DesignAsked, stop: &Stop) -> Result<Designed, Fault> {
     let began = Instant::now();
     let judge = design_judge(mission);
     let mut search = DesignSearch::new(design_search(mission, asked.budget));
@@ -100,7 +94,7 @@ fn search(
     run.judged = judge_own_and(chosen, mission, &judge, asked.unseen, &fly).map_err(|_| Fault::stopped())?;
     run.wall_s = began.elapsed().as_secs_f64();
     let whole = |path: &Path| absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string();
-    let made = designed_mission_json(mission, text_of_mission, &run.chosen.design, GAINS, whole);
+    let made = designed_mission_json(mission, &run.chosen.design, GAINS, whole);
     Ok(Designed {
         gains_json: gains_json(&run.name, &about(mission, &search, &run), &run.gains(mission)),
         mission_json: made.or_given()?,

@@ -67,6 +67,9 @@ fn choices(args: &AssessArgs, mission: &Mission) -> Vec<String> {
     let mut add = |option: &str, value: Option<String>| {
         words.extend(value.into_iter().flat_map(|value| [option.to_owned(), value]));
     };
+    for set in &args.choice.set.set {
+        add("--set", Some(set.to_string()));
+    }
     add("--gains", args.choice.gains.clone());
     add("--params", args.choice.params.as_ref().map(|path| path.display().to_string()));
     add("--case", args.choice.case.clone());

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use crate::cli::args::{CHOICES, MissionArgs, PX4_DEFAULT, number, whole};
+use crate::cli::args::{CHOICES, MissionArgs, PX4_DEFAULT, SetArgs, number, whole};
 use samara::config::Mission;
 use samara::config::shipped::is_built_in;
 use samara::report::shell::command_line;
@@ -15,6 +15,9 @@ pub struct CardArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
+    /// Other values of the mission's and the vehicle's keys.
+    #[command(flatten)]
+    pub set: SetArgs,
     /// A folder of results to take evidence from [default: out/<mission name>].
     ///
     /// May be repeated. Every run in it that has a manifest is looked at; folders in it are not.
@@ -61,6 +64,11 @@ impl CardArgs {
         gains.chain(params).collect()
     }
 
+    /// What was chosen in place of the mission's own, as options.
+    pub fn options(&self) -> Vec<String> {
+        self.set.words().chain(self.gains_options()).collect()
+    }
+
     /// The mission as it was named, where that means it in any folder, else its file.
     pub fn mission_word(&self, mission: &Mission) -> String {
         let file = if is_built_in(&mission.file) { &self.mission.mission } else { &mission.file };
@@ -70,7 +78,7 @@ impl CardArgs {
     /// The command that makes the card again.
     pub fn command(&self, mission: &Mission) -> String {
         let mut words = vec!["samara".to_owned(), "card".to_owned(), self.mission_word(mission)];
-        words.extend(self.gains_options());
+        words.extend(self.options());
         let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
         self.evidence.iter().for_each(|folder| add("--evidence", folder.display().to_string()));
         self.p_failure.iter().for_each(|p| add("--p-failure", p.to_string()));

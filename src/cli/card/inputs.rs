@@ -8,7 +8,7 @@ use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::PX4_DEFAULT;
 use crate::cli::mission::{open_mission, px4_parameters};
 use samara::config::Mission;
-use samara::report::card::command::CHOICES;
+use samara::report::card::command::{CHOICES, sets};
 
 /// The mission as it is now.
 pub struct Present<'a> {
@@ -25,7 +25,7 @@ type Refusal = String;
 impl<'a> Present<'a> {
     /// The mission of the command line.
     pub fn of(args: &'a CardArgs) -> Result<Self, Failure> {
-        let mut mission = open_mission(&args.mission.mission)?;
+        let mut mission = open_mission(&args.mission.mission, &args.set)?;
         if let Some(gains) = args.gains.as_ref().filter(|_| !args.px4s_own_gains()) {
             mission.use_gains(gains).bad_input()?;
         }
@@ -46,7 +46,21 @@ impl<'a> Present<'a> {
 
     /// The hash of the inputs of a run with these choices.
     pub fn hash_with(&self, choices: &BTreeMap<String, String>) -> Result<String, Refusal> {
-        let known = |name: &str| name == GAINS || CHOICES.iter().any(|(choice, _)| *choice == name);
+        let own: BTreeMap<_, _> = self.mission.inputs.choices.iter().cloned().collect();
+        let [of_run, of_card] = [choices, &own].map(|choices| sets(choices).collect::<Vec<_>>());
+        if of_run != of_card {
+            let words = |sets: &[String]| match sets {
+                [] => "nothing".to_owned(),
+                sets => sets.join(", "),
+            };
+            let (run, card) = (words(&of_run), words(&of_card));
+            return Err(format!(
+                "it was made with {run} set (--set), the card is of the mission with {card} set"
+            ));
+        }
+        let of_set = |name: &str| own.contains_key(name);
+        let known =
+            |name: &str| name == GAINS || of_set(name) || CHOICES.iter().any(|(choice, _)| *choice == name);
         if let Some(name) = choices.keys().find(|name| !known(name)) {
             return Err(format!("it was made with a choice that this version does not know: {name}"));
         }

@@ -43,7 +43,7 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
         accepted: args.p_failure,
         accepts_estimates: args.accept_estimates,
         among: ChosenAmong::new(args.chosen_among),
-        chosen: args.gains_options(),
+        chosen: args.options(),
         command: args.command(mission),
     };
     let object = json(&card);

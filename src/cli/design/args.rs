@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use crate::cli::args::{MissionArgs, plain_name, positive, whole};
+use crate::cli::args::{MissionArgs, SetArgs, plain_name, positive_in, whole};
 use crate::cli::search::SearchArgs;
 
 /// `samara design`.
@@ -11,13 +11,16 @@ pub struct DesignArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
+    /// Other values of the mission's and the vehicle's keys.
+    #[command(flatten)]
+    pub set: SetArgs,
     /// Most designs that are planned and flown; 0 only judges the mission's own.
     #[arg(long, value_name = "N", default_value_t = 800, value_parser = whole::<u32>(0..=10_000_000))]
     pub budget: u32,
     /// End the search after so many seconds of wall time.
     ///
     /// Not repeatable: how far a search comes depends on the machine.
-    #[arg(long, value_name = "S", value_parser = positive, conflicts_with = "ask")]
+    #[arg(long, value_name = "S", value_parser = positive_in("s"), conflicts_with = "ask")]
     pub time_limit: Option<f64>,
     /// Gains to begin at: a name or a file [default: the mission's own].
     #[arg(long, value_name = "NAME|FILE")]

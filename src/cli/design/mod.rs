@@ -15,13 +15,14 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 
 use super::answer::{Answer, BadInput as _, Failure};
+use super::args::SetArgs;
 use super::estimate::warn_in_space;
 use super::mission::{open_mission, print_origin};
 use super::search::{SearchSession, identity_of, run_search};
 use super::system::{Stopwatch, thread_pool};
 use super::terminal::{print, print_err, print_remarks};
 pub use args::DesignArgs;
-use samara::config::Mission;
+use samara::config::{Mission, is_of_vehicle};
 use samara::design::{DesignSearch, FlyPortion, FlyPortions, NotJudged, judge_finalists, judge_fresh};
 use samara::report::design::{self, DesignRun};
 use samara::study::designing::{
@@ -33,7 +34,8 @@ const CHECKPOINT: &str = "design_checkpoint.json";
 
 /// Searches a design, judges it on fresh flights, writes and reports it.
 pub fn run(args: &DesignArgs) -> Result<Answer, Failure> {
-    let mut mission = open_mission(&args.mission.mission)?;
+    let mut mission = open_mission(&args.mission.mission, &args.set)?;
+    refuse_vehicle_keys(args)?;
     print_origin(&args.mission, &mission)?;
     remark(&mission);
     if let Some(seed) = args.seed {
@@ -43,6 +45,18 @@ pub fn run(args: &DesignArgs) -> Result<Answer, Failure> {
         mission.use_gains(gains).bad_input()?;
     }
     thread_pool(args.threads)?.install(|| search(args, &mission))
+}
+
+/// Refuses other values of the vehicle's keys: the mission that is written names the vehicle's file.
+fn refuse_vehicle_keys(args: &DesignArgs) -> Result<(), Failure> {
+    for given in &args.set.set {
+        if is_of_vehicle(given).bad_input()? {
+            return Err(Failure::input(format!(
+                "--set {given}: a key of the mission is expected: the designed mission names the vehicle's file, which has                  another value"
+            )));
+        }
+    }
+    Ok(())
 }
 
 /// Says what of the mission the flights of a design do not have.
@@ -151,7 +165,7 @@ fn others(args: &DesignArgs, mission: &Mission) -> Result<Vec<(String, Mission)>
             Some((path, gains)) => (path, Some(gains)),
             None => (named.as_str(), None),
         };
-        let mut other = open_mission(Path::new(path))?;
+        let mut other = open_mission(Path::new(path), &SetArgs::default())?;
         if let Some(gains) = gains {
             other.use_gains(gains).bad_input()?;
         }

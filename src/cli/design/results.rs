@@ -7,7 +7,7 @@ use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::new::relative;
 use crate::cli::planning::write_plan;
 use crate::cli::results::OutputFolder;
-use samara::config::{Mission, designed_mission_json, gains_json, load_mission, mission_text};
+use samara::config::{Mission, designed_mission_json, gains_json, load_mission};
 use samara::design::{DesignJudge, DesignSearch};
 use samara::report::bode_figure;
 use samara::report::design::{self, DesignRun};
@@ -28,8 +28,7 @@ pub fn write_design(
     let about = design::about(mission, search, run);
     folder.write_text(GAINS, &gains_json(&run.name, &about, &run.gains(mission)))?;
     let beside = |path: &std::path::Path| relative(folder.path(), path);
-    let before = mission_text(&mission.file).bad_input()?;
-    let text = designed_mission_json(mission, &before, chosen, GAINS, beside).bad_input()?;
+    let text = designed_mission_json(mission, chosen, GAINS, beside).bad_input()?;
     let path = folder.write_text(MISSION, &text)?;
     let designed = load_mission(&path).context("the mission that was written")?;
     if let Some(plan) = judge.plan(&chosen.plan) {

@@ -9,7 +9,7 @@ use serde_json::json;
 use super::ask::Questions;
 use super::files::{new_file, place, relative, schema};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::{number, plain_name, positive, three};
+use crate::cli::args::{measured, plain_name, positive_in, three};
 use crate::cli::planning::{plan_mission, solve};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
@@ -41,7 +41,7 @@ pub struct MissionArgs {
     #[arg(long, value_name = "parachute|balloon", value_parser = released_from, default_value = "parachute")]
     from: ReleasedFrom,
     /// Rate of descent under the parachute [m/s]; estimated when left out.
-    #[arg(long, value_name = "M/S", value_parser = positive)]
+    #[arg(long, value_name = "M/S", value_parser = positive_in("m/s"))]
     descent: Option<f64>,
     /// Time between the release and the start of the rotors [s].
     #[arg(long, value_name = "S", value_parser = delay, default_value_t = 0.5)]
@@ -50,7 +50,7 @@ pub struct MissionArgs {
     #[arg(long, value_name = "N,E,D", value_parser = velocity, allow_hyphen_values = true, default_value = "2,0,1")]
     target: [f64; 3],
     /// Speed that the vehicle bears [m/s]; guessed when left out.
-    #[arg(long, value_name = "M/S", value_parser = positive)]
+    #[arg(long, value_name = "M/S", value_parser = positive_in("m/s"))]
     speed_limit: Option<f64>,
     /// File to write [default: mission/NAME.json where there is that folder, else NAME.json].
     #[arg(long, value_name = "FILE")]
@@ -71,16 +71,17 @@ fn released_from(text: &str) -> Result<ReleasedFrom, String> {
 }
 
 fn altitude(text: &str) -> Result<f64, String> {
-    number(text, f64::is_finite, "an altitude in metres is expected")
+    measured(text, "m", f64::is_finite, "an altitude in metres is expected")
 }
 
 fn delay(text: &str) -> Result<f64, String> {
-    number(text, |x| (0.0..=60.0).contains(&x), "a time from 0 to 60 s is expected")
+    measured(text, "s", |x| (0.0..=60.0).contains(&x), "a time from 0 to 60 s is expected")
 }
 
 fn velocity(text: &str) -> Result<[f64; 3], String> {
     three(
         text,
+        "m/s",
         |x| x.abs() <= 100.0,
         "three components of a velocity, N,E,D, each up to 100 m/s, are expected",
     )

@@ -8,7 +8,7 @@ use serde_json::json;
 use super::ask::Questions;
 use super::files::{new_file, place, schema};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::{number, plain_name, positive, three};
+use crate::cli::args::{measured, plain_name, positive, positive_in, three};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::config::draft::{DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
@@ -21,7 +21,7 @@ pub struct VehicleArgs {
     #[arg(value_parser = plain_name)]
     name: Option<String>,
     /// Mass, all included [kg].
-    #[arg(long, value_name = "KG", value_parser = positive)]
+    #[arg(long, value_name = "KG", value_parser = positive_in("kg"))]
     mass: Option<f64>,
     /// Arrangement of the rotors: quad-x, quad-plus, hexa-x, hexa-plus, octo-x, octo-plus, or
     /// with coaxial pairs y6 or x8.
@@ -32,28 +32,28 @@ pub struct VehicleArgs {
     #[arg(long, value_name = "DEG", value_parser = cant, default_value_t = 0.0)]
     cant: f64,
     /// From the centre of mass to a rotor's hub [m].
-    #[arg(long, value_name = "M", value_parser = positive)]
+    #[arg(long, value_name = "M", value_parser = positive_in("m"))]
     arm: Option<f64>,
-    /// Diameter of a propeller: in metres, or `13in`.
-    #[arg(long, value_name = "M|INCHESin", value_parser = diameter)]
+    /// Diameter of a propeller: in metres, or with its unit, `13in`.
+    #[arg(long, value_name = "M", value_parser = diameter)]
     propeller: Option<f64>,
     /// Thrust of a rotor at full throttle [N]; the rotor speed is estimated.
-    #[arg(long, value_name = "N", value_parser = positive)]
+    #[arg(long, value_name = "N", value_parser = positive_in("N"))]
     thrust: Option<f64>,
     /// Instead of --thrust: thrust over the square of the rotor speed [N/(rad/s)^2].
     #[arg(long, value_name = "K", value_parser = positive, conflicts_with = "thrust", requires = "omega_max")]
     thrust_coefficient: Option<f64>,
     /// With --thrust-coefficient: rotor speed at full throttle [rad/s].
-    #[arg(long, value_name = "RAD/S", value_parser = positive, requires = "thrust_coefficient")]
+    #[arg(long, value_name = "RAD/S", value_parser = positive_in("rad/s"), requires = "thrust_coefficient")]
     omega_max: Option<f64>,
     /// Density of the air that the thrust holds for [kg/m^3].
-    #[arg(long, value_name = "KG/M3", value_parser = positive, default_value_t = 1.225)]
+    #[arg(long, value_name = "KG/M3", value_parser = positive_in("kg/m3"), default_value_t = 1.225)]
     density: f64,
     /// Moments of inertia about x, y and z [kg m^2]; estimated when left out.
     #[arg(long, value_name = "XX,YY,ZZ", value_parser = inertia)]
     inertia: Option<[f64; 3]>,
     /// Time constant of a motor speeding up [s]; estimated when left out.
-    #[arg(long, value_name = "S", value_parser = positive)]
+    #[arg(long, value_name = "S", value_parser = positive_in("s"))]
     motor_tau: Option<f64>,
     /// File to write [default: params/vehicles/NAME.json where there is that folder, else NAME.json].
     #[arg(long, value_name = "FILE")]
@@ -71,39 +71,51 @@ fn frame(text: &str) -> Result<Frame, String> {
 
 /// The value of `--cant`.
 fn cant(text: &str) -> Result<f64, String> {
-    number(text, |x| (0.0..=45.0).contains(&x), "an angle from 0 to 45 degrees is expected")
+    measured(text, "deg", |x| (0.0..=45.0).contains(&x), "an angle from 0 to 45 degrees is expected")
 }
 
 /// The value of `--inertia`.
 fn inertia(text: &str) -> Result<[f64; 3], String> {
-    three(text, |x| x.is_finite() && x > 0.0, "three positive numbers, XX,YY,ZZ, are expected")
+    three(text, "kgm2", |x| x > 0.0, "three positive numbers, XX,YY,ZZ, are expected")
 }
+
+/// A greater number alone is taken for inches that were meant [m].
+const BARE_DIAMETER_MOST_M: f64 = 2.0;
 
 /// The value of `--propeller`.
 fn diameter(text: &str) -> Result<f64, String> {
-    let number = |text: &str| positive(text.trim());
-    match text.strip_suffix("in") {
-        Some(inches) => number(inches).map(|inches| 0.0254 * inches),
-        None => number(text),
+    let expected = "a diameter in metres (0.33) or inches (13in) is expected";
+    let diameter_m = measured(text, "m", |x| x > 0.0, expected)?;
+    let bare = text.trim().parse::<f64>().is_ok();
+    if bare && diameter_m > BARE_DIAMETER_MOST_M {
+        return Err(format!(
+            "{diameter_m} alone is {diameter_m} m; its unit is expected: {diameter_m}in or {diameter_m}m"
+        ));
     }
-    .map_err(|_| "a diameter in metres (0.33) or inches (13in) is expected".to_owned())
+    Ok(diameter_m)
 }
 
 /// Writes the file, and reads it back as any other.
 pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
     let mut ask = Questions::new();
     let name = ask.ask(args.name.as_ref(), "NAME", "name of the vehicle", plain_name)?;
-    let mass = ask.ask(args.mass.as_ref(), "--mass", "mass [kg]", positive)?;
+    let mass = ask.ask(args.mass.as_ref(), "--mass", "mass [kg]", positive_in("kg"))?;
     let names = Frame::ALL.map(Frame::name).join(", ");
     let frame = ask.ask(args.frame.as_ref(), "--frame", &format!("frame ({names})"), frame)?;
-    let arm = ask.ask(args.arm.as_ref(), "--arm", "from the centre to a rotor's hub [m]", positive)?;
+    let arm =
+        ask.ask(args.arm.as_ref(), "--arm", "from the centre to a rotor's hub [m]", positive_in("m"))?;
     let propeller = ask.ask(args.propeller.as_ref(), "--propeller", "propeller (0.33 or 13in)", diameter)?;
     let thrust = match (args.thrust_coefficient, args.omega_max) {
         (Some(thrust_n_per_rad2_s2), Some(omega_max_rad_s)) => {
             Some(DraftThrust::Coefficient { thrust_n_per_rad2_s2, omega_max_rad_s })
         }
         _ => ask
-            .ask(args.thrust.as_ref(), "--thrust", "thrust of a rotor at full throttle [N]", positive)?
+            .ask(
+                args.thrust.as_ref(),
+                "--thrust",
+                "thrust of a rotor at full throttle [N]",
+                positive_in("N"),
+            )?
             .map(|thrust_n| DraftThrust::AtFullThrottle { thrust_n }),
     };
     ask.finish()?;

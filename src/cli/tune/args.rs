@@ -2,7 +2,7 @@
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::args::{MissionArgs, plain_name, positive, px4_law, whole};
+use crate::cli::args::{MissionArgs, SetArgs, plain_name, positive, px4_law, whole};
 use crate::cli::search::SearchArgs;
 use samara::control::px4::Law;
 use samara::tune::objective::PENALTY;
@@ -17,6 +17,9 @@ pub struct TuneArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
+    /// Other values of the mission's and the vehicle's keys.
+    #[command(flatten)]
+    pub set: SetArgs,
     /// Whose gains: samara's cascade's, or PX4's own parameters.
     ///
     /// PX4's are searched on the model of PX4's control law.
@@ -45,12 +48,12 @@ pub struct TuneArgs {
     /// J_TPF that it costs to break a bound by as much again.
     ///
     /// For `safety` and `pareto`.
-    #[arg(long, value_name = "X", default_value_t = PENALTY, value_parser = positive)]
+    #[arg(long, value_name = "X", default_value_t = PENALTY, value_parser = positive, hide_short_help = true)]
     pub penalty: f64,
     /// Amplitudes of the swing, in standard deviations.
     ///
     /// For `safety` and `pareto`; twelve phases each.
-    #[arg(long, value_name = "A,B,..", value_delimiter = ',', default_values_t = AMPLITUDES, value_parser = positive)]
+    #[arg(long, value_name = "A,B,..", value_delimiter = ',', default_values_t = AMPLITUDES, value_parser = positive, hide_short_help = true)]
     pub swing: Vec<f64>,
     /// Judge J_TPF also with a vehicle and air that are not known.
     ///
@@ -73,7 +76,7 @@ pub struct TuneArgs {
     #[arg(long, value_name = "N", default_value_t = 200, value_parser = whole::<u32>(1..=100_000))]
     pub iterations: u32,
     /// Stop a swarm after so many iterations without a better cost.
-    #[arg(long, value_name = "N", default_value_t = STALL, value_parser = whole::<u32>(1..=100_000))]
+    #[arg(long, value_name = "N", default_value_t = STALL, value_parser = whole::<u32>(1..=100_000), hide_short_help = true)]
     pub stall: u32,
     /// Seed of the search and of the unseen flights.
     ///

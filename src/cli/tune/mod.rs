@@ -30,7 +30,7 @@ use samara::plan::Status;
 
 /// Searches gains for samara's cascade or for PX4.
 pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
-    let mut mission = open_mission(&args.mission.mission)?;
+    let mut mission = open_mission(&args.mission.mission, &args.set)?;
     print_origin(&args.mission, &mission)?;
     if !mission.faults.list.is_empty() {
         let remark = "faults: gains are searched and judged without them; `samara assess` flies motor faults";

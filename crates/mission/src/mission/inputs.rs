@@ -2,6 +2,7 @@
 //! come from.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::error::ConfigError;
 use crate::gains_file::{GainsFile, gains_of, load_gains};
@@ -19,13 +20,17 @@ pub struct Inputs {
     pub gains_file: PathBuf,
     /// The directory of the mission's own gains file.
     gains_directory: PathBuf,
+    /// The texts of mission and vehicle.
+    texts: [Arc<str>; 2],
     hash_without_gains: InputHash,
 }
 
 impl Inputs {
-    /// The inputs of a mission as its files give them, and its gains.
+    /// The inputs of a mission as its files give them, and its gains; `texts` are those of mission and
+    /// vehicle.
     pub(super) fn of_files(
         source: &Source,
+        texts: [String; 2],
         hash_without_gains: InputHash,
     ) -> Result<(Self, GainsFile), ConfigError> {
         let gains_directory = source.file.parent().map(Path::to_owned).unwrap_or_default();
@@ -34,6 +39,7 @@ impl Inputs {
             choices: Vec::new(),
             gains_file: PathBuf::new(),
             gains_directory,
+            texts: texts.map(Arc::from),
             hash_without_gains,
         };
         let gains = inputs.take_gains(source)?;
@@ -100,21 +106,20 @@ impl Inputs {
         self.hash = hash.hex();
     }
 
-    /// The texts of mission, vehicle and, if they are named `gains_name`, gains, as their files are now, each
-    /// with its name among results.
-    pub(super) fn texts(
-        &self,
-        mission: &Path,
-        vehicle: &Path,
-        gains_name: &str,
-    ) -> Result<Vec<(String, String)>, ConfigError> {
-        let mut files = vec![("mission.json", mission), ("vehicle.json", vehicle)];
+    /// The text of the mission's file, with what was set in it.
+    pub fn mission_text(&self) -> &str {
+        &self.texts[0]
+    }
+
+    /// The texts of mission and vehicle as they were read and, if they are named `gains_name`, those of the
+    /// gains as their file is now, each with its name among results.
+    pub(super) fn texts(&self, gains_name: &str) -> Result<Vec<(String, String)>, ConfigError> {
+        let [mission, vehicle] = &self.texts;
+        let mut files = vec![("mission.json", mission.to_string()), ("vehicle.json", vehicle.to_string())];
         // Others may have flown: of a parameter file, of a study.
         if load_gains(&self.gains_file)?.name == gains_name {
-            files.push(("gains.json", &self.gains_file));
+            files.push(("gains.json", Source::read(&self.gains_file, "file", None)?.text));
         }
-        let read =
-            |(name, path): (&str, &Path)| Ok((name.to_owned(), Source::read(path, "file", None)?.text));
-        files.into_iter().map(read).collect()
+        Ok(files.into_iter().map(|(name, text)| (name.to_owned(), text)).collect())
     }
 }

@@ -72,13 +72,13 @@ impl Mission {
         self.inputs.gains_beside()
     }
 
-    /// The texts of the mission's files as they are now - mission, vehicle and, if they are named
-    /// `gains_name`, gains - each with its name among results.
+    /// The texts of the mission's files - mission and vehicle as they were read and, if they are named
+    /// `gains_name`, gains as they are now - each with its name among results.
     ///
     /// # Errors
-    /// [`ConfigError`] of a file that is no longer there.
+    /// [`ConfigError`] of a file of gains that is no longer there.
     pub fn input_texts(&self, gains_name: &str) -> Result<Vec<(String, String)>, ConfigError> {
-        self.inputs.texts(&self.file, &self.vehicle_file, gains_name)
+        self.inputs.texts(gains_name)
     }
 
     /// Numbers that the vehicle, or the world, contradicts: each with its key and what they make of it.

@@ -23,6 +23,7 @@ use serde::Deserialize;
 use crate::error::ConfigError;
 use crate::estimated::{Estimated, estimated_keys};
 use crate::number::{Count, Exactly, Name, SpanS, Within};
+use crate::overrides::{Overrides, put_all};
 use crate::shipped::{MISSIONS, is_built_in, names_in};
 use crate::source::{InputHash, Source};
 use crate::uncertain::{UncertainJson, uncertainty};
@@ -208,8 +209,14 @@ pub struct Mission {
 /// # Errors
 /// [`ConfigError`] with the place in the file that is refused.
 pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
-    let source = Source::read(path, "mission file", None).map_err(|e| naming_the_built_in(e, path))?;
-    mission_of(&source, None, None)
+    load_with(path, &Overrides::default())
+}
+
+/// Reads a mission with other values of keys of its file and of its vehicle's.
+pub(super) fn load_with(path: &Path, overrides: &Overrides) -> Result<Mission, ConfigError> {
+    let mut source = Source::read(path, "mission file", None).map_err(|e| naming_the_built_in(e, path))?;
+    put_all(&mut source, &overrides.mission)?;
+    mission_of(&source, None, None, overrides)
 }
 
 /// The text of a mission file, of the disk or built in.
@@ -240,11 +247,16 @@ pub struct MissionText<'a> {
 /// # Errors
 /// [`ConfigError`] with the place in the text or in the file that is refused.
 pub fn parse_mission(text: &MissionText<'_>) -> Result<Mission, ConfigError> {
-    mission_of(&Source::of_text(text.mission, text.file), text.vehicle, text.gains)
+    mission_of(&Source::of_text(text.mission, text.file), text.vehicle, text.gains, &Overrides::default())
 }
 
 /// The mission of a text, whose vehicle and gains are in files unless their texts are given.
-fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Result<Mission, ConfigError> {
+fn mission_of(
+    source: &Source,
+    vehicle: Option<&str>,
+    gains: Option<&str>,
+    overrides: &Overrides,
+) -> Result<Mission, ConfigError> {
     let json: MissionJson = source.parse()?;
     let mut hash = InputHash::default();
     hash.absorb("mission", &source.text);
@@ -255,7 +267,8 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
             |text| Ok(Source::of_text(text, &path)),
         )
     };
-    let vehicle_source = named(&json.vehicle, "vehicle file", vehicle)?;
+    let mut vehicle_source = named(&json.vehicle, "vehicle file", vehicle)?;
+    put_all(&mut vehicle_source, &overrides.vehicle)?;
     let mut vehicle = vehicle_of(&vehicle_source, &mut hash)?;
     vehicle.vehicle.latency_s = json.control.latency_s();
     let (target_v_ned, epoch_unix_us) =
@@ -266,7 +279,9 @@ fn mission_of(source: &Source, vehicle: Option<&str>, gains: Option<&str>) -> Re
     site.wind.ring = vortex_ring::fluctuation(source, json.vortex_ring.as_ref(), &vehicle.vehicle, seed)?;
     let replan = json.replan.as_ref().map(|replan| Replan::from_json(source, replan, &mut hash));
     let replan = replan.transpose()?.unwrap_or_default();
-    let (inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, hash)?;
+    let texts = [source.text.clone(), vehicle_source.text.clone()];
+    let (mut inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, texts, hash)?;
+    overrides.all.iter().for_each(|given| inputs.note(&format!("set {}", given.key()), given.value()));
     let release =
         Release::from_json(source, &json.release, &json.parachute, &vehicle.vehicle, &site.environment)?;
     release.check_duration(source, json.duration_s.get())?;

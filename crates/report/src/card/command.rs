@@ -1,5 +1,6 @@
 //! The commands that make evidence again, from what its run says of itself.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::finding::Finding;
@@ -24,6 +25,15 @@ pub const CHOICES: [(&str, &str); 13] = [
     ("time limit", "--time-limit"),
 ];
 
+/// Before the key of a choice that is another value of a key: `set limits.pitch_deg`.
+const SET: &str = "set ";
+
+/// The choices that are other values of the mission's or the vehicle's keys, `KEY=VALUE`, in the order of the
+/// keys.
+pub fn sets(choices: &BTreeMap<String, String>) -> impl Iterator<Item = String> + '_ {
+    choices.iter().filter_map(|(name, value)| Some(format!("{}={value}", name.strip_prefix(SET)?)))
+}
+
 /// The command that makes a run again, quoted for a shell: `mission` and `options` are how mission and gains
 /// were named, `folder` is where its files are. `None` for searches, whose options are the circumstances of
 /// their manifest.
@@ -46,6 +56,7 @@ pub fn command(
         Kind::Tune | Kind::Design => return None,
     };
     let mut words = vec!["samara".to_owned(), verb.to_owned(), mission.to_owned()];
+    words.extend(sets(&run.choices).flat_map(|set| ["--set".to_owned(), set]));
     // A plan has no gains.
     if kind != Kind::Plan {
         words.extend_from_slice(options);

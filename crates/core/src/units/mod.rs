@@ -21,3 +21,7 @@ pub const GAUSS_PER_TESLA: f64 = 1e4;
 pub const M_PER_FT: f64 = 0.3048;
 /// Kilograms per slug.
 pub const KG_PER_SLUG: f64 = 14.593_902_937;
+
+mod typed;
+
+pub use typed::{UnitError, in_unit, unit_of};
