@@ -23,6 +23,7 @@
 //! | [`design`] | plan and gains by one search |
 //! | [`params`] | PX4 parameter files, and gains in PX4's terms |
 #![cfg_attr(feature = "files", doc = "| [`config`] | files in: missions, vehicles, gains, trajectories |")]
+#![cfg_attr(feature = "host", doc = "| [`host`] | studies on many threads, whose rows are kept |")]
 #![cfg_attr(feature = "files", doc = "| [`report`] | results out: flight log, figures, tables, pages |")]
 //! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
 #![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
@@ -36,6 +37,8 @@ pub use samara_core::{
     assess, checksum, control, design, frames, math, model, params, plan, printable, random, real, replan,
     sim, simd, time, trajectory, tune, uncertain, units, vector, verify,
 };
+#[cfg(feature = "host")]
+pub use samara_host as host;
 pub use samara_link::autopilot;
 #[cfg(feature = "files")]
 pub use samara_mission as config;

@@ -42,6 +42,7 @@ mod results;
 mod rotors;
 mod shards;
 mod snapshots;
+mod studies;
 mod swap;
 mod toolchain;
 mod tune;

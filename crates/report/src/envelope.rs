@@ -13,6 +13,7 @@ use samara_core::assess::envelope::search::{CONFIDENCE, PROBABILITY};
 use samara_core::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Fan, Ray};
 use samara_mission::Mission;
 use samara_study::envelope::ENVELOPE_LIMITS;
+use samara_study::envelope_search::SearchedFan;
 
 /// Two quantities of an envelope, as a panel of its figure shows them.
 #[derive(Clone, Debug, PartialEq)]
@@ -103,6 +104,13 @@ pub struct FanEdges {
     pub nominal: [bool; 2],
     /// For each ray the edges of those limits.
     pub edges: Vec<Vec<Edge>>,
+}
+
+impl From<SearchedFan> for FanEdges {
+    fn from(searched: SearchedFan) -> Self {
+        let SearchedFan { fan, nominal, edges } = searched;
+        Self { fan, nominal, edges }
+    }
 }
 
 impl FanEdges {

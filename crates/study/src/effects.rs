@@ -8,6 +8,7 @@
 use std::ops::Range;
 
 use super::controller::{KeepsHeading, controller};
+use super::jobs::row_of;
 use samara_core::assess::{Course, Outcome, Verdict, VerdictBuilder, Verdicts, judge};
 use samara_core::control::ControlError;
 use samara_core::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
@@ -69,6 +70,8 @@ pub struct JudgedDrop {
     /// Whether it was steady at the end and within every limit.
     pub safe: bool,
 }
+
+row_of!(JudgedDrop { outcome, safe });
 
 impl JudgedDrop {
     /// A drop along its plan to the end, by its verdict; `None`: nothing was released.

@@ -1,10 +1,12 @@
 //! Campaigns of a mission's own gains, along the plan and, beside it, with the target velocity as a step.
 
 use super::controller::along_plan;
+use super::jobs::{Jobs, Round, Stopped};
 use super::uncertain::uncertain_or_usual;
 use samara_core::assess::coordinates::TrialSpace;
 use samara_core::assess::{Outcome, SafetyStudy, StudyEntry, StudyReference};
 use samara_core::control::ControlError;
+use samara_core::sim::planar::LANES;
 use samara_core::trajectory::Trajectory;
 use samara_core::tune::ReleaseCase;
 use samara_mission::Mission;
@@ -44,6 +46,22 @@ pub fn trial_space(
         releases.uncertain = Some(uncertain_or_usual(mission));
     }
     Ok(TrialSpace::new(mission.safety_study(plan), along_plan, releases))
+}
+
+/// The outcomes of trials at points of their coordinates.
+///
+/// # Errors
+/// [`Stopped`] when the study is to end.
+pub fn fly_points(
+    jobs: &mut impl Jobs,
+    space: &TrialSpace,
+    points: &[Vec<f64>],
+) -> Result<Vec<Outcome>, Stopped> {
+    let round = Round::of(points.len() as u64, LANES as u64);
+    jobs.fly("", round, &|some, stop| {
+        let some = points.get(some.start as usize..some.end as usize).unwrap_or_default();
+        (!stop()).then(|| space.fly(some))
+    })
 }
 
 /// Flies a release case: what it came to, and its distance from the plan, (45).

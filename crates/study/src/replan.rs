@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 
 use super::controller::{KeepsHeading, controller_with};
 use super::effects::JudgedDrop;
+use super::jobs::row_of;
 use samara_core::assess::{Verdict, VerdictBuilder};
 use samara_core::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
 use samara_core::control::{ControlError, Gains};
@@ -91,6 +92,8 @@ pub struct ReplanDrop {
     /// Iterations of all solves.
     pub iterations: usize,
 }
+
+row_of!(ReplanDrop { drop, renewed, kept, iterations });
 
 impl ReplanDrop {
     /// A drop by its verdict, `None` where nothing was released, and what came of each attempt to renew its

@@ -1,8 +1,6 @@
 //! How rare failures are, and what decides a drop: searches over everything that is drawn for a trial.
 
 use pyo3::prelude::*;
-use rayon::prelude::*;
-use samara::assess::Outcome;
 use samara::assess::coordinates::TrialSpace;
 use samara::assess::rare::RareSearch;
 use samara::assess::sobol::SobolStudy;
@@ -10,13 +8,12 @@ use samara::config::Mission;
 use samara::report::figure::{rare_figure, sobol_figure};
 use samara::report::rare::RareReport;
 use samara::report::sobol::{Replaced, SobolReport, outputs_of};
-use samara::sim::planar::LANES;
-use samara::study::own::trial_space;
+use samara::study::own::{fly_points, trial_space};
 
 use super::plan::converged;
 use crate::fault::{Fault, OrGiven as _};
 use crate::given::Given;
-use crate::pool::pool;
+use crate::pool::hosted;
 use crate::work::{Stop, work};
 
 /// How rare failures are.
@@ -66,10 +63,11 @@ pub fn assess_rare(
     work(py, move |stop| {
         let mission = dropped(&given, "rare")?;
         let space = space(&mission, unknowns, stop)?;
-        let pool = pool(threads)?;
         let search = RareSearch { bound, least, per_level, seed: mission.seed };
-        let found = search.run(space.dimensions(), &space.spans(), |points| {
-            Ok(fly(&space, points, &pool, stop)?.into_iter().map(|outcome| outcome.j_tpf).collect())
+        let found = hosted(threads, stop, |host| {
+            search.run(space.dimensions(), &space.spans(), |points| {
+                Ok(fly_points(host, &space, points)?.into_iter().map(|outcome| outcome.j_tpf).collect())
+            })
         })?;
         let nearest = found.nearest.as_ref().map(|nearest| space.drawn(&nearest.point));
         let parts = space.parts().to_vec();
@@ -97,14 +95,16 @@ pub fn assess_sobol(
     work(py, move |stop| {
         let mission = dropped(&given, "sobol")?;
         let space = space(&mission, true, stop)?;
-        let (groups, end_s, pool) = (space.groups(), space.duration_s(), pool(threads)?);
+        let (groups, end_s) = (space.groups(), space.duration_s());
         let study = SobolStudy { points, seed: mission.seed };
         let ranges: Vec<_> = groups.iter().map(|group| group.ranges.clone()).collect();
         let mut replaced = Replaced::default();
-        let found = study.run(space.dimensions(), &ranges, |points| {
-            let flown = fly(&space, points, &pool, stop)?;
-            flown.iter().for_each(|outcome| replaced.push(outcome));
-            Ok::<_, Fault>(flown.iter().map(|outcome| outputs_of(outcome, end_s)).collect())
+        let found = hosted(threads, stop, |host| {
+            study.run(space.dimensions(), &ranges, |points| {
+                let flown = fly_points(host, &space, points)?;
+                flown.iter().for_each(|outcome| replaced.push(outcome));
+                Ok(flown.iter().map(|outcome| outputs_of(outcome, end_s)).collect())
+            })
         })?;
         let report = SobolReport { mission: &mission, study, groups, found, replaced, end_s };
         let svg = sobol_figure(&report).or_given()?;
@@ -125,15 +125,4 @@ fn dropped(given: &Given, option: &str) -> Result<Mission, Fault> {
 
 fn space(mission: &Mission, unknowns: bool, stop: &Stop) -> Result<TrialSpace, Fault> {
     trial_space(mission, &converged(mission, stop)?.trajectory, unknowns).or_given()
-}
-
-fn fly(
-    space: &TrialSpace,
-    points: &[Vec<f64>],
-    pool: &rayon::ThreadPool,
-    stop: &Stop,
-) -> Result<Vec<Outcome>, Fault> {
-    let fly = |some: &[Vec<f64>]| (!stop.raised()).then(|| space.fly(some));
-    let portions: Option<Vec<Vec<Outcome>>> = pool.install(|| points.par_chunks(LANES).map(fly).collect());
-    Ok(portions.ok_or_else(Fault::stopped)?.into_iter().flatten().collect())
 }

@@ -177,7 +177,7 @@ pub struct AssessArgs {
     ///
     /// Whole drops by its own gains, without a wire: with none of its effects, with each alone, with all,
     /// and with each left out of all.
-    #[arg(long, group = MODE, conflicts_with_all = ["autopilot", "only", "resume", "bound"])]
+    #[arg(long, group = MODE, conflicts_with_all = ["autopilot", "only", "bound"])]
     pub effects: bool,
     /// Search how far from the nominal release a drop may begin and be safe.
     ///
@@ -191,7 +191,7 @@ pub struct AssessArgs {
         default_missing_value = "all",
         value_parser = pairs,
         group = MODE,
-        conflicts_with_all = ["autopilot", "only", "resume", "bound", "trials"]
+        conflicts_with_all = ["autopilot", "only", "bound", "trials"]
     )]
     pub envelope: Option<Pairs>,
     /// Directions of each pair of --envelope, a multiple of 4 [default: 16].
@@ -209,7 +209,7 @@ pub struct AssessArgs {
         default_missing_value = "release,1",
         value_parser = cadences,
         group = MODE,
-        conflicts_with_all = ["only", "resume", "bound", "feed_forward"]
+        conflicts_with_all = ["only", "bound", "feed_forward"]
     )]
     pub replan: Option<Cadences>,
     /// Show how well the release is found without a wire.
@@ -224,7 +224,7 @@ pub struct AssessArgs {
         default_missing_value = "20",
         value_parser = whole::<u64>(1..=100_000),
         group = MODE,
-        conflicts_with_all = ["autopilot", "only", "resume", "bound", "params", "case"]
+        conflicts_with_all = ["autopilot", "only", "bound", "params", "case"]
     )]
     pub free_fall: Option<u64>,
     /// Find how rare failures are, down to probability P.
@@ -236,7 +236,7 @@ pub struct AssessArgs {
         value_name = "P",
         value_parser = rare,
         group = MODE,
-        conflicts_with_all = ["autopilot", "only", "resume", "keep", "trials"]
+        conflicts_with_all = ["autopilot", "only", "keep", "trials"]
     )]
     pub rare: Option<f64>,
     /// Show what decides a drop, of all that is uncertain.
@@ -252,7 +252,7 @@ pub struct AssessArgs {
         value_parser = whole::<usize>(64..=1_000_000),
         hide_short_help = true,
         group = MODE,
-        conflicts_with_all = ["autopilot", "only", "resume", "keep", "trials", "bound"]
+        conflicts_with_all = ["autopilot", "only", "keep", "trials", "bound"]
     )]
     pub sobol: Option<usize>,
     /// Draw what is uncertain too, with --rare, where no file has the key `uncertain`.
@@ -278,9 +278,9 @@ pub struct AssessArgs {
     /// J_TPF that a safe trial stays below.
     #[arg(long, value_name = "B", default_value_t = BOUND, value_parser = bound)]
     pub bound: f64,
-    /// Continue the campaigns whose files are in the folder.
+    /// Go on with what was stopped, or killed, in the folder.
     ///
-    /// They must be of the same inputs and seed.
+    /// Campaigns or a study of the same inputs, seed and options; a campaign also to more --trials.
     #[arg(long)]
     pub resume: bool,
     /// Lines to keep of the trials: `all`, those of `failures`, or none.

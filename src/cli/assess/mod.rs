@@ -11,10 +11,11 @@
 //! | `campaign` | a campaign's trials, flown, written and continued |
 //! | `figures` | the figures of flights |
 //! | `only` | one trial again |
-//! | `rows` | campaigns of the same drops, row by row, for the next and `replan` |
+//! | `rows` | how many drops campaigns of the same drops have, for the next and `replan` |
 //! | `effects` | `--effects`: campaigns of drops with and without each effect |
 //! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
 //! | `replan` | `--replan`: drops along one plan and along renewed ones |
+//! | `hosted` | a study with its threads, progress and rows that are kept |
 //! | `points` | a mission with a drop, and trials as points: for `envelope`, `rare` and `sobol` |
 //! | `rare` | `--rare`: how rare failures are, and the most likely one |
 //! | `sobol` | `--sobol`: what of all that is drawn decides a drop |
@@ -30,6 +31,7 @@ mod effects;
 mod envelope;
 mod figures;
 mod free_fall;
+mod hosted;
 mod only;
 mod own;
 mod paper;

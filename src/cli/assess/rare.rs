@@ -8,8 +8,9 @@ use anyhow::Context as _;
 
 use super::args::{AssessArgs, BOUND};
 use super::command::Command;
+use super::hosted::{self, Asked, Hosted};
 use super::only::AloneFlight;
-use super::points::{Flights, Stopped, mission, stopped};
+use super::points::{mission, warn};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
@@ -20,17 +21,20 @@ use samara::assess::rare::RareSearch;
 use samara::config::{Mission, load_rare_failure};
 use samara::report::figure::{FigureError, rare_figure};
 use samara::report::rare::RareReport;
-use samara::study::own::trial_space;
+use samara::study::own::{fly_points, trial_space};
 use samara::trajectory::Trajectory;
 
 /// Name of the files of the most likely failure.
 const FAILURE: &str = "rare_failure";
 
+/// Name of the study.
+const NAME: &str = "rare";
+
 /// Searches, writes and reports.
 pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
     let mission = mission(args, "--rare", &narrator)?;
-    let folder = OutputFolder::create("assess_rare", args.mission.out.as_deref(), &mission.name)?;
+    let folder = hosted::folder(args, "assess_rare", NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -38,27 +42,32 @@ pub fn run(args: &AssessArgs, least: f64, stop: &AtomicBool) -> Result<Answer, F
     let space = trial_space(&mission, plan, args.unknowns).bad_input()?;
     let search = RareSearch { bound: args.bound, least, per_level: args.per_level(), seed: mission.seed };
     let spans = space.spans();
-    let flights = Flights::new(&space, args.threads, search.points_most(spans.len()) as u64, stop)?;
-    let found = search.run(space.dimensions(), &spans, |points| {
-        Ok::<_, Stopped>(flights.fly(points)?.iter().map(|outcome| outcome.j_tpf).collect())
-    });
-    flights.finish();
-    let Ok(found) = found else { return stopped(args, &mission, "probability", &narrator) };
+    let unknowns = args.unknowns || mission.uncertain.is_some();
+    let settings = [
+        ("rare", least.to_string()),
+        ("bound", args.bound.to_string()),
+        ("unknowns", unknowns.to_string()),
+        ("per_level", args.per_level().to_string()),
+    ];
+    let whole = search.points_most(spans.len()) as u64;
+    let asked = Asked { name: NAME, unit: "flights", whole, threads: args.threads, settings: &settings };
+    let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
+    warn(&space, whole, &hosted);
+    let found = hosted.run(|host| {
+        search.run(space.dimensions(), &spans, |points| {
+            Ok(fly_points(host, &space, points)?.iter().map(|outcome| outcome.j_tpf).collect())
+        })
+    })?;
+    let Some(found) = found else { return hosted.stopped("probability", &narrator) };
     let nearest = found.nearest.as_ref().map(|nearest| space.drawn(&nearest.point));
     let command = Command::of(args, &mission).alone();
-    let (parts, unknowns) = (space.parts().to_vec(), args.unknowns || mission.uncertain.is_some());
+    let parts = space.parts().to_vec();
     let report = RareReport { mission: &mission, unknowns, found, parts, nearest };
     write(&report, &folder)?;
     if let Some(drawn) = &report.nearest {
         write_flight(&mission, plan, (&space, drawn), args.bound, &folder, args)?;
     }
-    let asked = [
-        ("rare", least.to_string()),
-        ("bound", args.bound.to_string()),
-        ("unknowns", report.unknowns.to_string()),
-        ("per_level", args.per_level().to_string()),
-    ];
-    folder.write_manifest("assess_rare", &mission, &asked)?;
+    folder.write_manifest("assess_rare", &mission, &settings)?;
     let again = match report.nearest {
         Some(_) => {
             let file = folder.path().join(FAILURE).with_extension("json");

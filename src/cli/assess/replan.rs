@@ -2,12 +2,13 @@
 //! samara's own autopilot.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 
 use super::args::AssessArgs;
 use super::drops::{instance_at, remove_folder, side_by_side};
-use super::rows::{fly_row, trials_of};
+use super::hosted::{self, Asked, Hosted};
+use super::rows::trials_of;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::ChoiceArgs;
 use crate::cli::conclusion::Conclusion;
@@ -15,20 +16,20 @@ use crate::cli::mission::{check_replan, chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::{Pilot, PilotedDrop, pilot_and_mission};
 use crate::cli::planning::{Planned, plan_to_fly};
-use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
-use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::link::shell::{Speed, Wiring};
 use samara::replan::Cadence;
 use samara::report::replan::{ReplanCampaign, ReplanReport};
+use samara::study::jobs::{Fly, Jobs as _, Round};
 use samara::study::replan::{ReplanDrop, ReplanFlights, ReplanRow};
 
 /// Trials of a campaign unless it is said otherwise.
 const TRIALS: u64 = 300;
-/// Trials between two looks at Ctrl-C.
-const BLOCK: u64 = 16;
+
+/// Name of the study.
+const NAME: &str = "replan";
 
 /// Flies the campaigns, writes and reports them.
 pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result<Answer, Failure> {
@@ -50,7 +51,7 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
     let trials = trials_of(args.trials, TRIALS, "--replan")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
-    let folder = OutputFolder::create("replan", args.mission.out.as_deref(), &mission.name)?;
+    let folder = hosted::folder(args, "replan", NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -76,19 +77,37 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
         }
         None => None,
     };
-    let flown = fly_all(args, &mission, &rows, (&planned, wire.as_ref()), trials, stop)?;
-    let Some(campaigns) = flown else {
-        narrator.say("stopped: nothing is kept of campaigns that are not complete\n");
-        narrator.check()?;
-        return Ok(Answer::No);
-    };
+    let asked = cadences.iter().map(Cadence::to_string).collect::<Vec<_>>().join(",");
+    let settings = [("trials", trials.to_string()), ("replan", asked)];
+    let threads = wire.as_ref().map_or(args.threads, |wire| Some(side_by_side(args, wire.pilot)));
+    let whole = rows.len() as u64 * trials;
+    let asked = Asked { name: NAME, unit: "drops", whole, threads, settings: &settings };
+    let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
+    let failure = Mutex::new(None);
+    let flights = flights_of(&mission, &rows, (&planned, wire.as_ref()), (stop, &failure))?;
+    let flown = hosted.run(|host| {
+        let campaign = |(row, fly): &(&ReplanRow, Box<FlyDrop<'_>>)| {
+            let fly_some: Fly<'_, ReplanDrop> =
+                &|some, stop| some.map(|trial| (!stop()).then(|| fly(trial)).flatten()).collect();
+            let drops = host.fly(&row.name(), Round::of(trials, 1), fly_some)?;
+            Ok(ReplanCampaign { row: (*row).clone(), drops })
+        };
+        flights.iter().map(campaign).collect::<Result<Vec<_>, _>>()
+    })?;
+    drop(flights);
+    if let Some(wire) = &wire {
+        (0..hosted.threads()).try_for_each(|place| remove_folder(&wire.place(place)))?;
+    }
+    if let Some(failure) = failure.into_inner().ok().flatten() {
+        return Err(failure);
+    }
+    let Some(campaigns) = flown else { return hosted.stopped("campaigns", &narrator) };
     let report =
         ReplanReport { mission: &mission, autopilot: pilot.as_ref().map(|pilot| pilot.name()), campaigns };
     folder.write_text("replan.txt", &report.document().text())?;
     folder.write_text("replan.json", &report.json())?;
     folder.write_text("replan.csv", &report.csv())?;
-    let asked = cadences.iter().map(Cadence::to_string).collect::<Vec<_>>().join(",");
-    folder.write_manifest("replan", &mission, &[("trials", trials.to_string()), ("replan", asked)])?;
+    folder.write_manifest("replan", &mission, &settings)?;
     print(&if args.mission.json {
         report.json()
     } else {
@@ -104,7 +123,10 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
 /// The rows of the table: the first by the mission's own gains, the others by those that were chosen, or that
 /// the mission has for renewed plans.
 fn rows(args: &AssessArgs, cadences: &[Cadence]) -> Result<Vec<ReplanRow>, Failure> {
-    let own = chosen_mission(&args.mission.mission, &ChoiceArgs::default())?;
+    let own = chosen_mission(
+        &args.mission.mission,
+        &ChoiceArgs { set: args.choice.set.clone(), ..ChoiceArgs::default() },
+    )?;
     let chosen = chosen_mission(&args.mission.mission, &args.choice)?;
     let asked_for = args.choice.gains.is_some() || args.choice.params.is_some();
     let of_renewed = match &own.replan.gains {
@@ -122,41 +144,39 @@ fn check(mission: &Mission, cadences: &[Cadence], over_the_wire: bool) -> Result
     cadences.iter().try_for_each(|cadence| check_replan(mission, *cadence))
 }
 
-/// Flies every trial of every campaign, over the wire where there is one; `None` when Ctrl-C stopped them.
-fn fly_all(
-    args: &AssessArgs,
-    mission: &Arc<Mission>,
-    rows: &[ReplanRow],
-    (planned, wire): (&Planned, Option<&Wire<'_>>),
-    trials: u64,
-    stop: &AtomicBool,
-) -> Result<Option<Vec<ReplanCampaign>>, Failure> {
-    let pool = thread_pool(wire.map_or(args.threads, |wire| Some(side_by_side(args, wire.pilot))))?;
-    let progress = ProgressLine::new("assess", "drops", rows.len() as u64 * trials);
-    let mut campaigns = Vec::new();
-    for row in rows {
-        progress.set_message(&row.name());
-        let size = (trials, BLOCK);
-        let flown = match (wire, &planned.plan) {
+/// Flies a trial; `None` where it was stopped or failed.
+type FlyDrop<'a> = dyn Fn(u64) -> Option<ReplanDrop> + Sync + 'a;
+
+/// What flies the trials of each row, over the wire where there is one; what fails is put into `failure`.
+fn flights_of<'a>(
+    mission: &'a Arc<Mission>,
+    rows: &'a [ReplanRow],
+    (planned, wire): (&'a Planned, Option<&'a Wire<'_>>),
+    (stop, failure): (&'a AtomicBool, &'a Mutex<Option<Failure>>),
+) -> Result<Vec<(&'a ReplanRow, Box<FlyDrop<'a>>)>, Failure> {
+    let of_row = |row: &'a ReplanRow| {
+        let fly: Box<FlyDrop<'a>> = match (wire, &planned.plan) {
             (Some(wire), _) => {
                 let mission = flown_so(mission, row);
-                fly_row(&pool, &progress, size, stop, |trial| wire.fly(&mission, planned, row, trial, stop))
+                Box::new(move |trial| match wire.fly(&mission, planned, row, trial, stop) {
+                    Ok(drop) => drop,
+                    Err(error) => {
+                        if let Ok(mut failure) = failure.lock() {
+                            failure.get_or_insert(error);
+                        }
+                        None
+                    }
+                })
             }
             (None, Some(plan)) => {
                 let flights = ReplanFlights::new(mission, plan, row).bad_input()?;
-                fly_row(&pool, &progress, size, stop, |trial| Ok(Some(flights.fly(trial))))
+                Box::new(move |trial| Some(flights.fly(trial)))
             }
-            (None, None) => None,
+            (None, None) => Box::new(|_| None),
         };
-        let drops = flown.map(|drops| drops.into_iter().collect::<Result<Option<Vec<_>>, _>>());
-        let Some(drops) = drops.transpose()?.flatten() else { return Ok(None) };
-        campaigns.push(ReplanCampaign { row: row.clone(), drops });
-    }
-    progress.finish();
-    if let Some(wire) = wire {
-        (0..pool.current_num_threads()).try_for_each(|place| remove_folder(&wire.place(place)))?;
-    }
-    Ok(Some(campaigns))
+        Ok((row, fly))
+    };
+    rows.iter().map(of_row).collect()
 }
 
 /// The mission as the drops of a row are flown.

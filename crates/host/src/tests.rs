@@ -1,0 +1,122 @@
+//! The host of studies, on jobs whose rows are known.
+
+use std::io::{self, Write};
+use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex};
+
+use super::kept::{KeptRows, read};
+use super::{Host, Silent};
+use samara_study::jobs::{Fly, HereAndNow, Jobs, Round, Stop, Stopped};
+
+/// A file in memory, which may be full.
+#[derive(Clone, Default)]
+struct Memory(Arc<Mutex<Vec<u8>>>, Option<usize>);
+
+impl Memory {
+    fn text(&self) -> String {
+        String::from_utf8(self.0.lock().unwrap().clone()).unwrap()
+    }
+}
+
+impl Write for Memory {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let mut memory = self.0.lock().unwrap();
+        if self.1.is_some_and(|most| memory.len() + bytes.len() > most) {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        memory.extend(bytes);
+        Ok(bytes.len())
+    }
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// Two rounds, the second as long as the first says: what a study of several rounds is like.
+fn study(jobs: &mut impl Jobs, flown: &AtomicU64) -> Result<Vec<Vec<f64>>, Stopped> {
+    let fly = |some: Range<u64>, stop: Stop<'_>| {
+        flown.fetch_add(some.end - some.start, Ordering::Relaxed);
+        (!stop()).then(|| some.map(|job| vec![(job as f64).sqrt(); (job % 3) as usize]).collect())
+    };
+    let fly: Fly<'_, Vec<f64>> = &fly;
+    let mut rows = jobs.fly("first", Round::of(50, 4), fly)?;
+    rows.extend(jobs.fly("second", Round::of(rows.len() as u64 + 7, 8), fly)?);
+    Ok(rows)
+}
+
+fn hosted(
+    threads: usize,
+    stop: Stop<'_>,
+    kept: KeptRows,
+    flown: &AtomicU64,
+) -> (Result<Vec<Vec<f64>>, Stopped>, Option<io::Error>) {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let mut host = Host::new(&pool, stop, &Silent, kept);
+    let found = study(&mut host, flown);
+    (found, host.failure())
+}
+
+/// On any number of threads rows are those of one thread, in their order, and so is the file.
+#[test]
+fn prop_rows_come_in_order_on_any_number_of_threads() {
+    let flown = AtomicU64::new(0);
+    let expected = study(&mut HereAndNow, &flown).unwrap();
+    let mut files = Vec::new();
+    for threads in [1, 2, 7] {
+        let file = Memory::default();
+        let kept = KeptRows::going_on(Vec::new(), Box::new(file.clone()));
+        assert_eq!(hosted(threads, &|| false, kept, &flown).0.unwrap(), expected);
+        files.push(file.text());
+    }
+    assert!(files.iter().all(|text| *text == files[0]) && files[0].lines().count() == expected.len());
+}
+
+/// From wherever a file ends, within a line too, the study ends in the same rows and the same file, and flies
+/// no whole row again.
+#[test]
+fn prop_a_study_goes_on_from_every_end_of_its_file() {
+    let (flown, file) = (AtomicU64::new(0), Memory::default());
+    let kept = KeptRows::going_on(Vec::new(), Box::new(file.clone()));
+    let expected = hosted(2, &|| false, kept, &flown).0.unwrap();
+    let text = file.text();
+    for cut in (0..=text.len()).step_by(11).chain([text.len()]) {
+        let (rows, whole) = read(&text[..cut]);
+        assert!(whole <= cut && rows.len() == text[..whole].lines().count());
+        let (left, rest) = ((expected.len() - rows.len()) as u64, Memory::default());
+        let flown = AtomicU64::new(0);
+        let kept = KeptRows::going_on(rows, Box::new(rest.clone()));
+        assert_eq!(hosted(2, &|| false, kept, &flown).0.unwrap(), expected);
+        assert_eq!(text[..whole].to_owned() + &rest.text(), text);
+        assert_eq!(flown.into_inner(), left);
+    }
+}
+
+/// What was stopped has kept the rows of the first jobs without a gap.
+#[test]
+fn a_stopped_study_has_kept_its_first_rows() {
+    for after in [0, 1, 9, 40, 60] {
+        let (flown, file) = (AtomicU64::new(0), Memory::default());
+        let kept = KeptRows::going_on(Vec::new(), Box::new(file.clone()));
+        let stop = || flown.load(Ordering::Relaxed) >= after;
+        assert!(matches!(hosted(3, &stop, kept, &flown), (Err(Stopped), None)));
+        let (text, expected) = (file.text(), study(&mut HereAndNow, &AtomicU64::new(0)).unwrap());
+        let kept = KeptRows::going_on(read(&text).0, Box::new(Memory::default()));
+        assert_eq!(hosted(3, &|| false, kept, &flown).0.unwrap(), expected);
+    }
+}
+
+/// A full disk ends the study with the reason, whatever the threads are at.
+#[test]
+fn rows_that_cannot_be_kept_end_the_study() {
+    let kept = KeptRows::going_on(Vec::new(), Box::new(Memory(Arc::default(), Some(40))));
+    let (found, failure) = hosted(2, &|| false, kept, &AtomicU64::new(0));
+    assert!(found.is_err() && failure.unwrap().kind() == io::ErrorKind::StorageFull);
+}
+
+#[test]
+fn what_is_no_whole_row_ends_what_is_read() {
+    assert_eq!(read("1.0,2.5\n-0.0\ninf,NaN"), (vec![vec![1.0, 2.5], vec![-0.0]], 13));
+    assert_eq!(read("1.0\n\0\0\0\n2.0\n"), (vec![vec![1.0]], 4));
+    assert_eq!(read(""), (Vec::new(), 0));
+}

@@ -1,0 +1,222 @@
+//! Jobs out, rows in: how a study has its flights flown.
+//!
+//! A study says how many jobs it has next and what each comes to, and goes on with the rows. Who flies them -
+//! on how many threads, with which progress, with rows kept so that a study that was ended goes on - is its
+//! host's: a study has no thread, no file and no clock. What a job comes to hangs on its number alone, so a
+//! row that was kept stands for the job that was flown.
+
+use std::ops::Range;
+
+use samara_core::assess::Outcome;
+use samara_core::assess::envelope::Edge;
+pub use samara_core::assess::envelope::Stopped;
+use samara_core::assess::free_fall::{Descent, FoundRelease, ReleaseTrial};
+use samara_core::assess::outcome::QUANTITIES;
+
+/// Whether a study is to end now; asked between flights.
+pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
+
+/// Flies a group of jobs, of these numbers: a row for each, or none where it was stopped.
+pub type Fly<'a, R> = &'a (dyn Fn(Range<u64>, Stop<'_>) -> Option<Vec<R>> + Sync);
+
+/// The jobs that a study has next: `0..count`, `group` neighbours at a time.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Round {
+    /// How many jobs.
+    pub count: u64,
+    /// How many fly side by side, at least one.
+    pub group: u64,
+}
+
+impl Round {
+    /// Jobs that fly side by side in groups.
+    pub fn of(count: u64, group: u64) -> Self {
+        Self { count, group: group.max(1) }
+    }
+
+    /// Groups of the jobs from `first` on.
+    pub fn groups(&self, first: u64) -> u64 {
+        self.count.saturating_sub(first).div_ceil(self.group)
+    }
+
+    /// The jobs of the group of this number, of those from `first` on.
+    pub fn group(&self, first: u64, number: u64) -> Range<u64> {
+        let from = first + number * self.group;
+        from..self.count.min(from + self.group)
+    }
+}
+
+/// The host of a study: it flies the jobs.
+pub trait Jobs {
+    /// Flies jobs, neighbours in groups, on any threads; their rows, in the order of the jobs. `what` is said
+    /// of them while they fly.
+    ///
+    /// # Errors
+    /// [`Stopped`] when the study is to end.
+    fn fly<R: Row>(&mut self, what: &str, round: Round, fly: Fly<'_, R>) -> Result<Vec<R>, Stopped>;
+}
+
+/// Flies one group after another in the thread that asks, without an end: for tests and examples.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct HereAndNow;
+
+impl Jobs for HereAndNow {
+    fn fly<R: Row>(&mut self, _: &str, round: Round, fly: Fly<'_, R>) -> Result<Vec<R>, Stopped> {
+        let mut rows = Vec::new();
+        for number in 0..round.groups(0) {
+            rows.extend(fly(round.group(0, number), &|| false).ok_or(Stopped)?);
+        }
+        Ok(rows)
+    }
+}
+
+/// What a job came to, as numbers: to the bit when it is read back.
+pub trait Row: Sized + Send {
+    /// Puts its numbers behind those of others.
+    fn put_numbers(&self, numbers: &mut Vec<f64>);
+    /// Takes it from the numbers that are left; `None` where they are not those of such a row.
+    fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self>;
+}
+
+impl Row for f64 {
+    fn put_numbers(&self, numbers: &mut Vec<f64>) {
+        numbers.push(*self);
+    }
+    fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+        numbers.next()
+    }
+}
+
+/// A row of one number that is exact as a double.
+macro_rules! number {
+    ($($number:ty),*) => {
+        $(impl Row for $number {
+            fn put_numbers(&self, numbers: &mut Vec<f64>) {
+                numbers.push(*self as f64);
+            }
+            fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+                numbers.next().map(|x| x as Self)
+            }
+        })*
+    };
+}
+number!(f32, u64, usize);
+
+impl Row for bool {
+    fn put_numbers(&self, numbers: &mut Vec<f64>) {
+        numbers.push(f64::from(u8::from(*self)));
+    }
+    fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+        numbers.next().map(|x| x != 0.0)
+    }
+}
+
+impl<T: Row> Row for Option<T> {
+    fn put_numbers(&self, numbers: &mut Vec<f64>) {
+        self.is_some().put_numbers(numbers);
+        self.iter().for_each(|value| value.put_numbers(numbers));
+    }
+    fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+        Some(if bool::from_numbers(numbers)? { Some(T::from_numbers(numbers)?) } else { None })
+    }
+}
+
+impl<T: Row> Row for Vec<T> {
+    fn put_numbers(&self, numbers: &mut Vec<f64>) {
+        self.len().put_numbers(numbers);
+        self.iter().for_each(|value| value.put_numbers(numbers));
+    }
+    fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+        (0..usize::from_numbers(numbers)?).map(|_| T::from_numbers(numbers)).collect()
+    }
+}
+
+impl<T: Row, const N: usize> Row for [T; N] {
+    fn put_numbers(&self, numbers: &mut Vec<f64>) {
+        self.iter().for_each(|value| value.put_numbers(numbers));
+    }
+    fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+        let values: Option<Vec<T>> = (0..N).map(|_| T::from_numbers(numbers)).collect();
+        values?.try_into().ok()
+    }
+}
+
+impl Row for Outcome {
+    fn put_numbers(&self, numbers: &mut Vec<f64>) {
+        QUANTITIES.iter().for_each(|quantity| quantity.of(self).put_numbers(numbers));
+    }
+    fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+        let mut outcome = Self::default();
+        for quantity in &QUANTITIES {
+            quantity.put(&mut outcome, Option::<f64>::from_numbers(numbers)?);
+        }
+        Some(outcome)
+    }
+}
+
+/// A row of a struct's fields, in this order.
+macro_rules! row_of {
+    ($name:ty { $($field:ident),* }) => {
+        impl $crate::jobs::Row for $name {
+            fn put_numbers(&self, numbers: &mut Vec<f64>) {
+                $(self.$field.put_numbers(numbers);)*
+            }
+            fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+                Some(Self { $($field: $crate::jobs::Row::from_numbers(numbers)?),* })
+            }
+        }
+    };
+}
+pub(crate) use row_of;
+
+row_of!(Edge { limit, safe, beyond, tried, holds });
+row_of!(FoundRelease { after_s, dated_late_s });
+row_of!(ReleaseTrial { trial, swing_rad, tumble_rad_s, wind_m_s, autopilot, companion, rules_s });
+row_of!(Descent { trial, alarms, slack_alarms, slack_spells, slack_s, least_m_s2, rules });
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn numbers_of(row: &impl Row) -> Vec<f64> {
+        let mut numbers = Vec::new();
+        row.put_numbers(&mut numbers);
+        numbers
+    }
+
+    /// What is put is taken, to the bit, and numbers that are too few are no row.
+    #[test]
+    fn prop_rows_are_read_back_to_the_bit() {
+        let edge =
+            Edge { limit: 0.7, safe: 0.1 + 0.2, beyond: None, tried: vec![1e-300, f64::MAX], holds: true };
+        let numbers = numbers_of(&edge);
+        assert_eq!(Edge::from_numbers(&mut numbers.iter().copied()), Some(edge));
+        for cut in 0..numbers.len() {
+            assert_eq!(Edge::from_numbers(&mut numbers[..cut].iter().copied()), None, "{cut}");
+        }
+        let descent = Descent {
+            trial: 7,
+            least_m_s2: f64::INFINITY,
+            rules: vec![[1, 2], [3, 4]],
+            ..Descent::default()
+        };
+        assert_eq!(Descent::from_numbers(&mut numbers_of(&descent).into_iter()), Some(descent));
+        let mut outcome =
+            Outcome { steady_after_s: Some(1.0 / 3.0), impact_speed_m_s: Some(-0.0), ..Outcome::lost() };
+        outcome.j_tpf = f64::INFINITY;
+        let read = Outcome::from_numbers(&mut numbers_of(&outcome).into_iter()).unwrap();
+        assert_eq!(numbers_of(&read), numbers_of(&outcome));
+        assert_eq!(
+            (read.j_tpf, read.impact_speed_m_s.unwrap().to_bits()),
+            (f64::INFINITY, (-0.0f64).to_bits())
+        );
+    }
+
+    #[test]
+    fn here_and_now_flies_every_job_once_in_order() {
+        let fly: Fly<'_, u64> = &|jobs, _| Some(jobs.collect());
+        assert_eq!(HereAndNow.fly("jobs", Round::of(7, 3), fly).unwrap(), (0..7).collect::<Vec<_>>());
+        let ended: Fly<'_, u64> = &|jobs, _| (jobs.start < 3).then(|| jobs.collect());
+        assert!(HereAndNow.fly("jobs", Round::of(7, 3), ended).is_err());
+    }
+}
