@@ -80,13 +80,13 @@ const BETWEEN: [Draft; 9] = [
 
 #[test]
 fn the_ends_of_what_is_drafted_are_planned_and_flown_safely_at_once() {
-    ENDS.map(drafted_and_flown);
+    ENDS.into_iter().for_each(drafted_and_flown);
 }
 
 #[test]
 #[ignore = "a minute or more: scripts/test --all"]
 fn drafts_between_the_ends_are_planned_and_flown_safely_at_once() {
-    BETWEEN.map(drafted_and_flown);
+    BETWEEN.into_iter().for_each(drafted_and_flown);
 }
 
 /// A draft is planned, loads, is found in order and flies a drop safely.
