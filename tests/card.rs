@@ -205,7 +205,7 @@ fn what_failed_and_what_is_missing_decide() {
     let (answer, found) = card(&mission, place.path(), &[]);
     assert_eq!(answer, Some(1));
     for command in [
-        format!("a safe-release envelope is missing: samara assess {mission} --envelope"),
+        format!("a safe-release envelope is missing: samara study envelope {mission}"),
         format!(
             "a campaign of whole drops is missing: samara assess {mission} --autopilot reference --trials 299"
         ),
@@ -324,7 +324,7 @@ fn regress_what_is_of_another_release_or_plan_is_not_enough() {
     assert!(said.contains(&format!("--evidence {}", out("plain").display())), "{said}");
     let too_rare = samara(&["card", X500, "--p-failure", "1e-300"], &out("card"));
     let said = String::from_utf8_lossy(&too_rare.stderr).into_owned();
-    assert!(code(&too_rare) == Some(2) && said.contains("samara assess --rare"), "{said}");
+    assert!(code(&too_rare) == Some(2) && said.contains("samara study rare"), "{said}");
 }
 
 /// The hash of a run's inputs is computed from the choices of its manifest: every choice that a verb notes

@@ -123,9 +123,15 @@ fn missions_without_effects_are_refused() {
     let shipped = params.join("vehicles/x500.json");
     fs::write(&calm_file, calm.replace(shipped.to_str().unwrap(), vehicle.to_str().unwrap())).unwrap();
     for (args, words) in [
-        (vec![calm_file.to_str().unwrap()], "--effects has nothing to leave out: at least one of these keys"),
-        (vec!["mission/x500_ground.json"], "--effects flies drops, and this mission begins on the ground"),
-        (vec![X500, "--trials", "100001"], "--trials: at most 100000 are expected with --effects"),
+        (
+            vec![calm_file.to_str().unwrap()],
+            "a study of effects has nothing to leave out: at least one of these keys",
+        ),
+        (
+            vec!["mission/x500_ground.json"],
+            "a study of effects flies drops, and this mission begins on the ground",
+        ),
+        (vec![X500, "--trials", "100001"], "--trials: at most 100000 are expected with effects"),
         (vec![X500, "--only", "1"], "--effects"),
     ] {
         let output = Command::new(env!("CARGO_BIN_EXE_samara"))

@@ -1,4 +1,4 @@
-//! Rare failures: trials by their coordinates against those of plain campaigns, and `samara assess --rare` as
+//! Rare failures: trials by their coordinates against those of plain campaigns, and `samara study rare` as
 //! a user meets it.
 #![cfg(feature = "cli")]
 

@@ -159,7 +159,7 @@ fn plans_are_renewed_from_telemetry() {
     );
 }
 
-/// A plan that is not renewed is flown as `assess --effects` flies it, which knows nothing of renewals.
+/// A plan that is not renewed is flown as `study effects` flies it, which knows nothing of renewals.
 #[test]
 fn reference_one_plan_is_flown_as_it_ever_was() {
     let (mission, plan) = planned(LANDER);

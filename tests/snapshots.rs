@@ -291,18 +291,22 @@ fn studies() {
     place.says("assess_paper", 0, "assess --paper --trials 60 --out OUT/b");
     place.wrote("assess_paper_page", "b/assess.html");
     place.says("assess_model", 0, "assess x500_drop --autopilot px4-model --trials 12 --out OUT/c");
-    place.says("assess_envelope", 0, "assess x500_drop --envelope=pitch:pitch_rate --rays 4 --out OUT/d");
+    place.says(
+        "assess_envelope",
+        0,
+        "study envelope x500_drop --pairs pitch:pitch_rate --rays 4 --out OUT/d",
+    );
     place.says("assess_only", 0, "assess x500_drop --only 3 --out OUT/e");
 }
 
 #[test]
 fn studies_of_causes() {
     let place = Place::new();
-    place.says("assess_sobol", 0, "assess x500_drop --sobol=64 --out OUT/a");
-    place.says("assess_rare", 1, "assess x500_drop --rare 1e-2 --bound 0.5 --per-level 800 --out OUT/b");
-    place.says("assess_effects", 0, "assess x500_drop --effects --trials 4 --out OUT/c");
-    place.says("assess_replan", 0, "assess x500_drop --replan=release --trials 4 --out OUT/d");
-    place.says("assess_free_fall", 0, "assess x500_no_wire --free-fall=1 --trials 20 --out OUT/e");
+    place.says("assess_sobol", 0, "study sobol x500_drop --points 64 --out OUT/a");
+    place.says("assess_rare", 1, "study rare x500_drop --least 1e-2 --bound 0.5 --per-level 800 --out OUT/b");
+    place.says("assess_effects", 0, "study effects x500_drop --trials 4 --out OUT/c");
+    place.says("assess_replan", 0, "study replan x500_drop --when release --trials 4 --out OUT/d");
+    place.says("assess_free_fall", 0, "study free-fall x500_no_wire --hours 1 --trials 20 --out OUT/e");
 }
 
 #[test]

@@ -7,9 +7,9 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-fn assess(mission: &str, study: &[&str], out: &Path) -> Command {
+fn study(kind: &[&str], mission: &str, out: &Path) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
-    command.args(["assess", mission, "--out"]).arg(out).args(study);
+    command.arg("study").args(kind).args([mission, "--out"]).arg(out);
     command.stdout(Stdio::null()).stderr(Stdio::null());
     command
 }
@@ -43,25 +43,25 @@ fn kill_after(rows: usize, mut command: Command, kept: &Path) -> bool {
 #[test]
 fn prop_a_study_that_is_killed_goes_on_and_ends_in_the_same_bytes() {
     let calm = "tests/calm_x500.json";
-    for (name, mission, study, most) in [
-        ("rare", calm, &["--rare", "1e-3"][..], 200),
-        ("envelope", calm, &["--envelope=wind:delay", "--rays", "4"], 1),
-        ("effects", "x500_drop", &["--effects", "--trials", "24"], 60),
+    for (name, mission, kind, most) in [
+        ("rare", calm, &["rare", "--least", "1e-3"][..], 200),
+        ("envelope", calm, &["envelope", "--pairs", "wind:delay", "--rays", "4"], 1),
+        ("effects", "x500_drop", &["effects", "--trials", "24"], 60),
     ] {
         let out = tempfile::tempdir().unwrap();
         let [whole, killed] = ["whole", "killed"].map(|name| out.path().join(name));
-        let code = assess(mission, study, &whole).status().unwrap().code();
+        let code = study(kind, mission, &whole).status().unwrap().code();
         let kept = killed.join(format!("{name}_rows.csv"));
-        assert!(kill_after(most, assess(mission, study, &killed), &kept), "{name} was over too soon");
-        let going_on = [study, &["--resume"]].concat();
+        assert!(kill_after(most, study(kind, mission, &killed), &kept), "{name} was over too soon");
+        let going_on = [kind, &["--resume"]].concat();
         let before = fs::read_to_string(&kept).unwrap().lines().count();
-        kill_after(before + 1, assess(mission, &going_on, &killed), &kept);
+        kill_after(before + 1, study(&going_on, mission, &killed), &kept);
         if kept.exists() {
-            assert_eq!(assess(mission, &going_on, &killed).status().unwrap().code(), code, "{name}");
+            assert_eq!(study(&going_on, mission, &killed).status().unwrap().code(), code, "{name}");
         }
         assert!(files(&whole) == files(&killed), "{name}: {:?}", files(&killed).keys());
         // Nothing is left to go on with, and other inputs never were.
-        assert_eq!(assess(mission, &going_on, &killed).status().unwrap().code(), Some(2));
+        assert_eq!(study(&going_on, mission, &killed).status().unwrap().code(), Some(2));
     }
 }
 
@@ -71,7 +71,7 @@ fn rows_of_other_inputs_are_refused() {
     let out = tempfile::tempdir().unwrap();
     let kept = out.path().join("sobol_rows.csv");
     fs::write(&kept, "# {\"study\":\"sobol\"}\n1.0,2.0\n").unwrap();
-    let output = assess("tests/calm_x500.json", &["--sobol=64", "--resume"], out.path())
+    let output = study(&["sobol", "--points", "64", "--resume"], "tests/calm_x500.json", out.path())
         .stderr(Stdio::piped())
         .output()
         .unwrap();
@@ -79,4 +79,22 @@ fn rows_of_other_inputs_are_refused() {
     assert_eq!(output.status.code(), Some(2), "{said}");
     assert!(said.contains("sobol_rows.csv:1: these rows are of other inputs; expected `# {"), "{said}");
     assert!(fs::read_to_string(&kept).unwrap().ends_with("1.0,2.0\n"));
+}
+
+/// An old spelling is the new one, and says so in a line.
+#[test]
+fn old_spellings_fly_the_same_and_say_the_new_one() {
+    let out = tempfile::tempdir().unwrap();
+    let [old, new] = ["old", "new"].map(|name| out.path().join(name));
+    let mission = "tests/calm_x500.json";
+    let flown = Command::new(env!("CARGO_BIN_EXE_samara"))
+        .args(["assess", mission, "--sobol=64", "--out"])
+        .arg(&old)
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&flown.stderr);
+    assert_eq!(flown.status.code(), Some(0), "{said}");
+    assert!(said.contains("samara: assess --sobol is now: samara study sobol --points\n"), "{said}");
+    assert!(study(&["sobol", "--points", "64"], mission, &new).status().unwrap().success());
+    assert!(files(&old) == files(&new));
 }

@@ -338,7 +338,7 @@ class RareFailures:
 
     @property
     def below(self) -> bool:
-        """Whether failures are rarer than asked, by the whole interval: exit code 0 of ``samara assess --rare``."""
+        """Whether failures are rarer than asked, by the whole interval: exit code 0 of ``samara study rare``."""
         return self._searched.below
 
     @cached_property

@@ -128,7 +128,7 @@ def assess(
     """Flies random releases with the mission's own gains, along the plan and with a step, as ``samara assess``.
 
     With ``replan``, such as ``["release", 1]``, it flies whole drops without a wire instead, along one plan and with
-    the plan renewed at each of these, 300 of each unless ``trials`` says otherwise, as ``samara assess --replan``.
+    the plan renewed at each of these, 300 of each unless ``trials`` says otherwise, as ``samara study replan``.
 
     ``trials``: of each campaign, at least 2, in place of the mission's; ``bound``: the J_TPF that a safe trial stays
     below; ``threads``: one for each core unless given, the results do not depend on it.
@@ -163,7 +163,7 @@ def rare(
     threads: int | None = None,
     base: str | os.PathLike[str] | None = None,
 ) -> RareFailures:
-    """How rare failures are, down to the probability ``least``, by subset simulation, as ``samara assess --rare``.
+    """How rare failures are, down to the probability ``least``, by subset simulation, as ``samara study rare``.
 
     A failure is a trial whose J_TPF reaches ``bound``. Everything is searched that is drawn for a trial along the
     plan, turbulence's white noise included, and with ``unknowns`` what the controller does not know. ``per_level``:
@@ -192,7 +192,7 @@ def sobol(
     threads: int | None = None,
     base: str | os.PathLike[str] | None = None,
 ) -> Sensitivities:
-    """What decides a drop, of all that is uncertain: Sobol's indices, as ``samara assess --sobol``.
+    """What decides a drop, of all that is uncertain: Sobol's indices, as ``samara study sobol``.
 
     Of J_TPF, the time to steady flight and the altitude lost, over swing, air and what the controller does not know,
     from two samples of ``points`` trials and as many more for each quantity; ``seed``: of the trials; ``threads``: one

@@ -16,7 +16,8 @@ use super::answer::{BadInput as _, Failure};
 use super::sign_key::sign_with;
 #[cfg(unix)]
 use super::system::raise_without_parent;
-use samara::config::{Override, settable_keys};
+use samara::config::shipped::is_built_in;
+use samara::config::{Mission, Override, settable_keys};
 use samara::control::px4::{Law, Version};
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{LinkUrl, Ports, SignWith, Speed, Wiring, system_of_instance};
@@ -26,7 +27,7 @@ use samara::units::{UnitError, in_unit};
 pub const DEFAULT_MISSION: &str = "titan_drop";
 
 /// Options that every verb with a mission has.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct MissionArgs {
     /// The mission: a file, or a name.
     ///
@@ -39,6 +40,14 @@ pub struct MissionArgs {
     /// Print one JSON object on stdout instead of text.
     #[arg(long)]
     pub json: bool,
+}
+
+impl MissionArgs {
+    /// How the mission is named in a command: a built-in one by its name, which means it anywhere else, too.
+    pub fn named(&self, mission: &Mission) -> String {
+        let file = if is_built_in(&mission.file) { &self.mission } else { &mission.file };
+        file.display().to_string()
+    }
 }
 
 /// Whose end is this process's end.
@@ -74,7 +83,7 @@ impl ParentArgs {
 }
 
 /// Whether the page of a flight is written, and its log for other tools.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct PageArgs {
     /// Leave out drop.html, the page that replays the flight (a megabyte).
     #[arg(long)]
@@ -145,7 +154,7 @@ pub struct LinkArgs {
 }
 
 /// How long PX4 is waited for.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Autopilot")]
 pub struct PatienceArgs {
     /// Wall time that PX4 may take to connect [s].
@@ -278,6 +287,19 @@ pub fn is_parameter_file(gains: &str) -> bool {
 pub const PX4_DEFAULT: &str = "px4_default";
 
 impl ChoiceArgs {
+    /// The choices as options, the seed spelt out.
+    pub fn words(&self, mission: &Mission) -> Vec<String> {
+        let option = |option: &str, value: Option<String>| {
+            value.into_iter().flat_map(move |value| [option.to_owned(), value]).collect::<Vec<_>>()
+        };
+        let mut words: Vec<String> = self.set.words().collect();
+        words.extend(option("--gains", self.gains.clone()));
+        words.extend(option("--params", self.params.as_ref().map(|path| path.display().to_string())));
+        words.extend(option("--case", self.case.clone()));
+        words.extend(option("--seed", Some(mission.seed.to_string())));
+        words
+    }
+
     /// Whether PX4 is to keep the gains that it has.
     pub fn px4s_own_gains(&self) -> bool {
         self.gains.as_deref() == Some(PX4_DEFAULT)
@@ -295,7 +317,7 @@ impl ChoiceArgs {
 }
 
 /// What the reference autopilot flies by.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 #[command(next_help_heading = "Autopilot")]
 pub struct StateArgs {
     /// State that the autopilot flies by: truth or ekf.

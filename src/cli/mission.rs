@@ -8,6 +8,7 @@ use super::answer::{BadInput as _, Failure};
 use super::args::{
     ChoiceArgs, EstimatorChoice, MissionArgs, PX4_DEFAULT, SetArgs, StateArgs, is_parameter_file,
 };
+use super::narrator::Narrator;
 use super::terminal::{print, print_err, print_remarks};
 use samara::config::shipped::is_built_in;
 use samara::config::{Mission, load_mission_with, mission_path, plain_name};
@@ -61,6 +62,20 @@ pub fn chosen_mission(name_or_path: &Path, choice: &ChoiceArgs) -> Result<Missio
     if let Some(case) = &choice.case {
         mission.use_release_case(case).bad_input()?;
     }
+    Ok(mission)
+}
+
+/// The mission with its choices for flights from t = 0, and what there is to remark about it.
+pub fn mission_from_t0(
+    args: &MissionArgs,
+    choice: &ChoiceArgs,
+    narrator: &Narrator,
+) -> Result<Mission, Failure> {
+    let mission = chosen_mission(&args.mission, choice)?;
+    mission.faults.check_from_t0().bad_input()?;
+    narrator.say(&origin(&args.mission, &mission));
+    let remarks = mission.t0_remarks().into_iter().chain(mission.battery_remark().map(str::to_owned));
+    remarks.for_each(|remark| print_err(&format!("samara: {remark}\n")));
     Ok(mission)
 }
 

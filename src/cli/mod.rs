@@ -4,6 +4,7 @@
 //! Results go to stdout, everything else to stderr. Exit codes: 0 yes, 1 the result says no, 2 bad input, 3
 //! internal error, 4 a search asks others.
 
+mod alone_flight;
 mod answer;
 mod args;
 mod aside;
@@ -41,6 +42,7 @@ mod shell_files;
 mod sign_key;
 mod sim;
 mod stream;
+mod study;
 mod system;
 mod terminal;
 mod tune;
@@ -76,6 +78,7 @@ pub fn run() -> ExitCode {
         Verb::Design(args) => design::run(&args),
         Verb::Evaluate(args) => search::evaluate::run(&args),
         Verb::Assess(args) => assess::run(args),
+        Verb::Study(args) => study::run(&args),
         #[cfg(feature = "shards")]
         Verb::Merge(args) => assess::shards::merge::run(&args),
         Verb::Fidelity(args) => fidelity::run(&args),

@@ -23,6 +23,7 @@ use super::search::evaluate::EvaluateArgs;
 use super::shell_files::{CompletionsArgs, ManArgs};
 use super::sim::SimArgs;
 use super::stream::StreamArgs;
+use super::study::StudyVerbArgs;
 use super::tune::TuneArgs;
 use super::verify::VerifyArgs;
 
@@ -56,9 +57,12 @@ pub enum Verb {
     /// Judge candidates that a search asks about: `samara design --ask`, `samara tune --ask`.
     #[command(after_long_help = include_str!("help/evaluate.txt"))]
     Evaluate(EvaluateArgs),
-    /// Fly campaigns: of random releases or whole drops, the paper's study, or a study of what decides.
+    /// Fly campaigns: from random releases, of whole drops, the paper's study.
     #[command(after_long_help = include_str!("help/assess.txt"))]
     Assess(AssessArgs),
+    /// Study effects, the envelope, rare failures, what decides, renewed plans, ..
+    #[command(after_long_help = include_str!("help/study.txt"))]
+    Study(StudyVerbArgs),
     /// Make the release card of a mission: all evidence on one page, and whether to go.
     #[command(after_long_help = include_str!("help/card.txt"))]
     Card(CardArgs),
@@ -66,8 +70,8 @@ pub enum Verb {
     #[cfg(feature = "shards")]
     #[command(after_long_help = include_str!("help/merge.txt"))]
     Merge(MergeArgs),
-    /// Hold campaigns of the same trials, flown in several ways, against each other.
-    #[command(after_long_help = include_str!("help/fidelity.txt"))]
+    /// Hold campaigns of the same trials, flown in several ways, against each other: study fidelity.
+    #[command(hide = true, after_long_help = include_str!("help/fidelity.txt"))]
     Fidelity(FidelityArgs),
     /// Run the simulator alone: a HIL server for the reference autopilot or PX4.
     #[command(after_long_help = include_str!("help/sim.txt"))]

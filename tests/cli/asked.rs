@@ -61,7 +61,7 @@ fn options_that_an_autopilot_has_not_got_are_refused() {
     refused(&["assess", X500, "--autopilot", "reference", "--gains", "px4_default"], &words);
     let words = ["--replan: --autopilot reference or px4=DIR is expected with it;"];
     refused(&["assess", X500, "--autopilot", "px4-model", "--replan"], &words);
-    let words = ["--params: --gains is expected with --autopilot and --replan"];
+    let words = ["--params: --gains is expected with --autopilot"];
     let params = ["--params", "params/px4/titan_px4.params"];
     refused(&[&["assess", X500, "--autopilot", "reference", "--replan"], &params[..]].concat(), &words);
     refused(&["assess", X500, "--estimator", "ekf"], &["--estimator: --autopilot is expected with it"]);

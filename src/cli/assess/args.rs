@@ -8,57 +8,20 @@ use clap::{ArgGroup, Args};
 use crate::cli::answer::Failure;
 use crate::cli::args::{
     AutopilotArg, ChoiceArgs, MissionArgs, PageArgs, ParentArgs, PatienceArgs, StateArgs, autopilot,
-    instance, number, whole,
+    instance, whole,
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
-use samara::assess::envelope::EnvelopeAxis;
-use samara::assess::rare::{PER_LEVEL, PER_LEVEL_LEAST, PROBABILITY_LEAST};
+use crate::cli::study::args::StudyArgs;
+use crate::cli::study::envelope::{Pairs, pairs, rays};
+use crate::cli::study::free_fall::hours;
+use crate::cli::study::rare::{bound, least, per_level};
+use crate::cli::study::replan::{Cadences, WHEN, cadences};
+use crate::cli::study::sobol::points;
 use samara::config::Mission;
-use samara::replan::Cadence;
 use samara::report::campaign::Keep;
 #[cfg(feature = "shards")]
 use samara::report::cut::Cut;
-
-/// The pairs of `--envelope`, in order, none twice.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pairs(pub Vec<[EnvelopeAxis; 2]>);
-
-fn pairs(text: &str) -> Result<Pairs, String> {
-    if text == "all" {
-        return Ok(Pairs(EnvelopeAxis::pairs()));
-    }
-    let names = EnvelopeAxis::ALL.map(EnvelopeAxis::name).join(", ");
-    let mut pairs: Vec<[EnvelopeAxis; 2]> = Vec::new();
-    for pair in text.split(',') {
-        let axes = pair.split_once(':').map(|(x, y)| [x, y].map(|name| EnvelopeAxis::named(name.trim())));
-        let Some([Some(x), Some(y)]) = axes.filter(|[x, y]| x != y) else {
-            return Err(format!(
-                "`all`, or pairs of different quantities such as pitch:wind are expected, found `{pair}`; \
-                 quantities: {names}"
-            ));
-        };
-        if !pairs.iter().any(|known| known.contains(&x) && known.contains(&y)) {
-            pairs.push([x, y]);
-        }
-    }
-    Ok(Pairs(pairs))
-}
-
-/// The cadences of `--replan`, in order, none twice.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Cadences(pub Vec<Cadence>);
-
-fn cadences(text: &str) -> Result<Cadences, String> {
-    let mut cadences = Vec::new();
-    for cadence in text.split(',') {
-        let cadence = cadence.trim().parse()?;
-        if !cadences.contains(&cadence) {
-            cadences.push(cadence);
-        }
-    }
-    Ok(Cadences(cadences))
-}
 
 /// What `--only` flies again.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -75,23 +38,6 @@ fn only(text: &str) -> Result<Only, String> {
     }
     let trial = whole::<u64>(0..=u64::MAX)(text);
     trial.map(Only::Trial).map_err(|expected| format!("{expected}, or the rare_failure.json of --rare"))
-}
-
-fn rare(text: &str) -> Result<f64, String> {
-    let fits = |p: f64| (PROBABILITY_LEAST..=0.1).contains(&p);
-    number(text, fits, &format!("a probability from {PROBABILITY_LEAST:e} to 0.1 is expected, such as 1e-6"))
-}
-
-fn bound(text: &str) -> Result<f64, String> {
-    number(text, |x| x > 0.0 && x <= 1e6, "a number above 0, up to 1e6, is expected")
-}
-
-fn rays(text: &str) -> Result<usize, String> {
-    let expected = "a multiple of 4 from 4 to 64 is expected";
-    text.parse()
-        .ok()
-        .filter(|n: &usize| (4..=64).contains(n) && n.is_multiple_of(4))
-        .ok_or_else(|| expected.to_owned())
 }
 
 #[cfg(feature = "shards")]
@@ -147,9 +93,6 @@ pub const PAPER: &str = "titan_paper";
 /// J_TPF that a safe trial stays below, unless it is said otherwise.
 pub const BOUND: f64 = 1.0;
 
-/// Directions of each pair of `--envelope`, unless it is said otherwise.
-const RAYS: usize = 16;
-
 /// What is done instead of a mission's own campaigns: one of these at most.
 const MODE: &str = "mode";
 
@@ -164,27 +107,19 @@ pub struct AssessArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
     pub mission: MissionArgs,
-    /// What the mission leaves to choose.
-    #[command(flatten)]
-    pub choice: ChoiceArgs,
     /// Fly the paper's own study, with its results beside ours.
     ///
     /// The mission is titan_paper unless one is named, such as titan_paper_second, which reads the paper's
     /// control law in another way.
     #[arg(long, group = MODE, conflicts_with_all = ["autopilot"])]
     pub paper: bool,
-    /// Show what each effect that the mission names does.
-    ///
-    /// Whole drops by its own gains, without a wire: with none of its effects, with each alone, with all,
-    /// and with each left out of all.
-    #[arg(long, group = MODE, conflicts_with_all = ["autopilot", "only", "bound"])]
+    /// Now `samara study effects`.
+    #[arg(long, hide = true, group = MODE, conflicts_with_all = ["autopilot", "only", "bound"])]
     pub effects: bool,
-    /// Search how far from the nominal release a drop may begin and be safe.
-    ///
-    /// Two quantities at a time: `all` pairs, or some with commas between, such as `pitch:wind`. The
-    /// quantities are pitch, pitch_rate, descent, delay, wind and turbulence.
+    /// Now `samara study envelope --pairs PAIRS`.
     #[arg(
         long,
+        hide = true,
         value_name = "PAIRS",
         num_args = 0..=1,
         require_equals = true,
@@ -194,85 +129,67 @@ pub struct AssessArgs {
         conflicts_with_all = ["autopilot", "only", "bound", "trials"]
     )]
     pub envelope: Option<Pairs>,
-    /// Directions of each pair of --envelope, a multiple of 4 [default: 16].
-    #[arg(long, value_name = "N", value_parser = rays, hide_short_help = true)]
+    /// Now `samara study envelope --rays N`.
+    #[arg(long, hide = true, value_name = "N", value_parser = rays)]
     pub rays: Option<usize>,
-    /// Show what it does to renew the plan during the drop.
-    ///
-    /// When: `release`, once; or a rate [Hz], from the release on; several with commas between. Whole drops
-    /// without a wire, or by --autopilot reference, beside those along one plan.
+    /// Now `samara study replan --when WHEN`.
     #[arg(
         long,
+        hide = true,
         value_name = "WHEN",
         num_args = 0..=1,
         require_equals = true,
-        default_missing_value = "release,1",
+        default_missing_value = WHEN,
         value_parser = cadences,
         group = MODE,
         conflicts_with_all = ["only", "bound", "feed_forward"]
     )]
     pub replan: Option<Cadences>,
-    /// Show how well the release is found without a wire.
-    ///
-    /// By the fall that the accelerometer shows: releases that must be found, and HOURS of descent in
-    /// turbulence in which nothing may be, 20 unless they are given.
+    /// Now `samara study free-fall --hours HOURS`.
     #[arg(
         long,
+        hide = true,
         value_name = "HOURS",
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "20",
-        value_parser = whole::<u64>(1..=100_000),
+        value_parser = hours,
         group = MODE,
         conflicts_with_all = ["autopilot", "only", "bound", "params", "case"]
     )]
     pub free_fall: Option<u64>,
-    /// Find how rare failures are, down to probability P.
-    ///
-    /// Subset simulation over everything that is drawn, turbulence's white noise included: the probability
-    /// that J_TPF reaches --bound with its interval, or that it is below P, and the most likely failure.
+    /// Now `samara study rare --least P`.
     #[arg(
         long,
+        hide = true,
         value_name = "P",
-        value_parser = rare,
+        value_parser = least,
         group = MODE,
         conflicts_with_all = ["autopilot", "only", "keep", "trials"]
     )]
     pub rare: Option<f64>,
-    /// Show what decides a drop, of all that is uncertain.
-    ///
-    /// Sobol's indices of J_TPF, the time to steady flight and the altitude lost, over swing, air and the
-    /// controller's unknowns, from two samples of N trials and N more for each quantity, 2048 unless given.
+    /// Now `samara study sobol --points N`.
     #[arg(
         long,
+        hide = true,
         value_name = "N",
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "2048",
-        value_parser = whole::<usize>(64..=1_000_000),
-        hide_short_help = true,
+        value_parser = points,
         group = MODE,
         conflicts_with_all = ["autopilot", "only", "keep", "trials", "bound"]
     )]
     pub sobol: Option<usize>,
-    /// Draw what is uncertain too, with --rare, where no file has the key `uncertain`.
-    ///
-    /// Mass, inertia, drag, density, thrust, latency, steady wind, delays: as `samara tune --robust` draws
-    /// them. What the mission or its vehicle calls uncertain is always drawn.
-    #[arg(long, hide_short_help = true)]
+    /// Now `samara study rare --unknowns`.
+    #[arg(long, hide = true)]
     pub unknowns: bool,
-    /// Flights of each level of --rare [default: 6800].
-    #[arg(
-        long,
-        value_name = "N",
-        value_parser = whole::<usize>(PER_LEVEL_LEAST as u64..=100_000),
-        hide_short_help = true
-    )]
+    /// Now `samara study rare --per-level N`.
+    #[arg(long, hide = true, value_name = "N", value_parser = per_level)]
     pub per_level: Option<usize>,
     /// Trials of each campaign.
     ///
-    /// Instead of the mission's `monte_carlo.trials`; with --effects 1000, with --replan 300, with
-    /// --free-fall 10000 unless it is given.
+    /// Instead of the mission's `monte_carlo.trials`.
     #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
     pub trials: Option<u64>,
     /// J_TPF that a safe trial stays below.
@@ -280,7 +197,7 @@ pub struct AssessArgs {
     pub bound: f64,
     /// Go on with what was stopped, or killed, in the folder.
     ///
-    /// Campaigns or a study of the same inputs, seed and options; a campaign also to more --trials.
+    /// Campaigns of the same inputs, seed and options, also to more --trials.
     #[arg(long)]
     pub resume: bool,
     /// Lines to keep of the trials: `all`, those of `failures`, or none.
@@ -289,17 +206,9 @@ pub struct AssessArgs {
     /// from. [default: all, of more than 1000000 trials summary]
     #[arg(long, value_name = "LINES", value_parser = keep, conflicts_with_all = ["paper", "only", "effects", "envelope", "replan", "free_fall"])]
     pub keep: Option<Keep>,
-    /// A part of the campaign.
-    #[cfg(feature = "shards")]
-    #[command(flatten)]
-    pub part: ShardArgs,
-    /// Whose end is this process's end.
-    #[command(flatten)]
-    pub parent: ParentArgs,
     /// Fly trial K alone, with flight log and figures.
     ///
-    /// Of each campaign: prints what was drawn and what came of it. Or the most likely failure of --rare,
-    /// from its rare_failure.json.
+    /// Of each campaign: prints what was drawn and what came of it.
     #[arg(long, value_name = "K|FILE", value_parser = only, conflicts_with_all = ["trials", "resume"])]
     pub only: Option<Only>,
     /// Fly the trial of --only so many times: how alike are they?
@@ -312,6 +221,21 @@ pub struct AssessArgs {
         value_parser = whole::<u64>(2..=10_000)
     )]
     pub repeat: Option<u64>,
+    /// Threads to fly on; the results do not depend on it.
+    ///
+    /// [default: one for each core; 2 for drops by PX4, and there no more than instances are left]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256), hide_short_help = true)]
+    pub threads: Option<u16>,
+    /// Pages of flights whose files are kept.
+    #[command(flatten)]
+    pub page: PageArgs,
+    /// A part of the campaign.
+    #[cfg(feature = "shards")]
+    #[command(flatten)]
+    pub part: ShardArgs,
+    /// Whose end is this process's end.
+    #[command(flatten)]
+    pub parent: ParentArgs,
     /// Fly whole drops: by reference, px4=DIR or px4-model[=VERSION].
     ///
     /// From the canopy to the end: by samara's own autopilot, by PX4 from its build folder, or by the model
@@ -338,14 +262,9 @@ pub struct AssessArgs {
     /// How long PX4 may keep a flight waiting.
     #[command(flatten)]
     pub patience: PatienceArgs,
-    /// Pages of flights whose files are kept.
+    /// What the mission leaves to choose.
     #[command(flatten)]
-    pub page: PageArgs,
-    /// Threads to fly on; the results do not depend on it.
-    ///
-    /// [default: one for each core; 2 for drops by PX4, and there no more than instances are left]
-    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256), hide_short_help = true)]
-    pub threads: Option<u16>,
+    pub choice: ChoiceArgs,
 }
 
 impl AssessArgs {
@@ -370,14 +289,15 @@ impl AssessArgs {
         self.trials.unwrap_or(mission.study.monte_carlo.trials as u64)
     }
 
-    /// Flights of each level of `--rare`.
-    pub fn per_level(&self) -> usize {
-        self.per_level.unwrap_or(PER_LEVEL)
-    }
-
-    /// Directions of each pair of `--envelope`.
-    pub fn rays(&self) -> usize {
-        self.rays.unwrap_or(RAYS)
+    /// What is asked of any study, where an old spelling asks for one.
+    pub fn study(&self) -> StudyArgs {
+        StudyArgs {
+            mission: self.mission.clone(),
+            choice: self.choice.clone(),
+            resume: self.resume,
+            threads: self.threads,
+            parent: self.parent.clone(),
+        }
     }
 
     /// Refuses options that would change nothing here. (The parser's own `requires` is silent where what is

@@ -9,7 +9,6 @@ use crate::cli::args::AutopilotArg;
 use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print;
 use samara::config::Mission;
-use samara::config::shipped::is_built_in;
 use samara::report::campaign::Keep;
 use samara::report::shell::command_line;
 
@@ -26,9 +25,7 @@ impl Command {
     pub fn of(args: &AssessArgs, mission: &Mission) -> Self {
         let mut words = vec!["samara".to_owned(), "assess".to_owned()];
         if !(args.paper && args.mission.mission == Path::new(PAPER)) {
-            // A built-in mission by its name, which means it anywhere else, too.
-            let file = if is_built_in(&mission.file) { &args.mission.mission } else { &mission.file };
-            words.push(file.display().to_string());
+            words.push(args.mission.named(mission));
         }
         words.extend(args.paper.then(|| "--paper".to_owned()));
         words.extend(choices(args, mission));
@@ -63,21 +60,11 @@ impl Command {
 
 /// The options that decide what is flown, but for the autopilot and how many trials.
 fn choices(args: &AssessArgs, mission: &Mission) -> Vec<String> {
-    let mut words = Vec::new();
-    let mut add = |option: &str, value: Option<String>| {
-        words.extend(value.into_iter().flat_map(|value| [option.to_owned(), value]));
-    };
-    for set in &args.choice.set.set {
-        add("--set", Some(set.to_string()));
+    let mut words = args.choice.words(mission);
+    if args.state.asked() {
+        words.extend(["--estimator", "ekf"].map(str::to_owned));
     }
-    add("--gains", args.choice.gains.clone());
-    add("--params", args.choice.params.as_ref().map(|path| path.display().to_string()));
-    add("--case", args.choice.case.clone());
-    add("--seed", Some(mission.seed.to_string()));
-    add("--estimator", args.state.asked().then(|| "ekf".to_owned()));
-    if args.feed_forward {
-        words.push("--feed-forward".to_owned());
-    }
+    words.extend(args.feed_forward.then(|| "--feed-forward".to_owned()));
     words
 }
 

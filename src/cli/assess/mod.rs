@@ -1,5 +1,5 @@
 //! `samara assess`: campaigns of flights with the mission's own gains, the paper's safety study, or a
-//! campaign of whole drops.
+//! campaign of whole drops. Studies of other kinds had their options here: `samara study`.
 //!
 //! | file | holds |
 //! |---|---|
@@ -11,15 +11,6 @@
 //! | `campaign` | a campaign's trials, flown, written and continued |
 //! | `figures` | the figures of flights |
 //! | `only` | one trial again |
-//! | `rows` | how many drops campaigns of the same drops have, for the next and `replan` |
-//! | `effects` | `--effects`: campaigns of drops with and without each effect |
-//! | `envelope` | `--envelope`: how far from the nominal release a drop may begin and be safe |
-//! | `replan` | `--replan`: drops along one plan and along renewed ones |
-//! | `hosted` | a study with its threads, progress and rows that are kept |
-//! | `points` | a mission with a drop, and trials as points: for `envelope`, `rare` and `sobol` |
-//! | `rare` | `--rare`: how rare failures are, and the most likely one |
-//! | `sobol` | `--sobol`: what of all that is drawn decides a drop |
-//! | `free_fall` | `--free-fall`: how well the release is found by the fall that the accelerometer shows |
 //! | `shards` | `--shard` and `samara merge`: parts of a campaign, flown apart and put together |
 //! | `drops` | `--autopilot`: a campaign of whole drops |
 
@@ -27,27 +18,28 @@ mod args;
 mod campaign;
 mod command;
 mod drops;
-mod effects;
-mod envelope;
 mod figures;
-mod free_fall;
-mod hosted;
 mod only;
 mod own;
 mod paper;
-mod points;
-mod rare;
-mod replan;
-mod rows;
 #[cfg(feature = "shards")]
 pub mod shards;
-mod sobol;
 mod study;
 
 use super::answer::{Answer, Failure};
+use std::sync::atomic::AtomicBool;
+
+use super::study::args::now_spelt;
+use super::study::effects::{self, EffectsArgs};
+use super::study::envelope::{self, EnvelopeArgs, RAYS};
+use super::study::free_fall::{self, FreeFallArgs};
+use super::study::rare::{self, RareArgs};
+use super::study::replan::{self, ReplanArgs};
+use super::study::sobol::{self, SobolArgs};
 use super::system::interrupt_flag;
 pub use args::AssessArgs;
-use args::{Cadences, Only, Pairs};
+use args::Only;
+use samara::assess::rare::PER_LEVEL;
 
 /// Flies the study, or drops by an autopilot.
 pub fn run(args: AssessArgs) -> Result<Answer, Failure> {
@@ -65,28 +57,59 @@ pub fn run(args: AssessArgs) -> Result<Answer, Failure> {
         refuse_options(args)?;
         return shards::run(args, shard, &stop);
     }
-    if let Some(Cadences(cadences)) = &args.replan {
-        return replan::run(args, cadences, &stop);
+    if let Some(old) = old_spelling(args, &stop)? {
+        return Ok(old);
     }
     if let Some(autopilot) = &args.autopilot {
         return drops::run(args, autopilot, &stop);
     }
     refuse_options(args)?;
-    if args.effects {
-        effects::run(args, &stop)
-    } else if let Some(Pairs(pairs)) = &args.envelope {
-        envelope::run(args, pairs, &stop)
+    study::run(args, &stop)
+}
+
+/// Flies the study that an old spelling asks for, and says the new one.
+fn old_spelling(args: &AssessArgs, stop: &AtomicBool) -> Result<Option<Answer>, Failure> {
+    let study = args.study();
+    let answer = if let Some(when) = &args.replan {
+        now_spelt("--replan", "replan --when");
+        let AssessArgs { trials, autopilot, state, instance, patience, .. } = args;
+        let (state, patience) = (state.clone(), patience.clone());
+        let (when, autopilot, instance) = (when.clone(), autopilot.clone(), *instance);
+        let args = ReplanArgs { study, when, trials: *trials, autopilot, state, instance, patience };
+        replan::run(&args, stop)
+    } else if args.effects {
+        now_spelt("--effects", "effects");
+        effects::run(&EffectsArgs { study, trials: args.trials }, stop)
+    } else if let Some(pairs) = &args.envelope {
+        now_spelt("--envelope", "envelope --pairs");
+        let rays = args.rays.unwrap_or(RAYS);
+        envelope::run(&EnvelopeArgs { study, pairs: pairs.clone(), rays }, stop)
     } else if let Some(hours) = args.free_fall {
-        free_fall::run(args, hours, &stop)
-    } else if let Some(least) = args.rare {
-        rare::run(args, least, &stop)
+        now_spelt("--free-fall", "free-fall --hours");
+        free_fall::run(&FreeFallArgs { study, trials: args.trials, hours }, stop)
     } else if let Some(points) = args.sobol {
-        sobol::run(args, points, &stop)
-    } else if let Some(Only::Failure(file)) = &args.only {
-        rare::fly_again(args, file)
+        now_spelt("--sobol", "sobol --points");
+        sobol::run(&SobolArgs { study, points }, stop)
     } else {
-        study::run(args, &stop)
-    }
+        let only = match &args.only {
+            Some(Only::Failure(_)) if args.paper => {
+                let why = "--only FILE: a failure of --rare is expected without --paper";
+                return Err(Failure::input(why.to_owned()));
+            }
+            Some(Only::Failure(file)) if args.autopilot.is_none() => Some(file.clone()),
+            _ => None,
+        };
+        let least = match (args.rare, &only) {
+            (None, None) => return Ok(None),
+            (least, _) => least.unwrap_or(1.0),
+        };
+        now_spelt("--rare", if only.is_some() { "rare --only" } else { "rare --least" });
+        let per_level = args.per_level.unwrap_or(PER_LEVEL);
+        let AssessArgs { bound, unknowns, page, .. } = args;
+        let (bound, unknowns, page) = (*bound, *unknowns, page.clone());
+        rare::run(&RareArgs { study, least, bound, unknowns, per_level, only, page }, stop)
+    };
+    answer.map(Some)
 }
 
 /// The study has no autopilot on a wire: refuses options that are one's.

@@ -1,25 +1,16 @@
 //! `samara assess --only K`: one trial of each campaign again.
 
-use anyhow::Context;
-use nalgebra::Vector3;
-
 use super::args::AssessArgs;
 use super::campaign::TrialRunner;
+use crate::cli::alone_flight::AloneFlight;
 use crate::cli::answer::{Answer, Failure};
-use crate::cli::conclusion::write_mcap;
-use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
-use samara::assess::Limits;
 use samara::assess::judge::words;
-use samara::assess::{Course, Outcome, RandomRelease, StudyEntry, VerdictBuilder, judge_trial};
-use samara::config::Mission;
+use samara::assess::{Outcome, RandomRelease, StudyEntry, judge_trial};
 use samara::report::campaign::campaign_csv::write_row;
 use samara::report::campaign::only;
 use samara::report::paper::OURS;
-use samara::report::{DropRun, FlightCsv, ShownDrop, drop_figure, drop_page};
-use samara::sim::Sample;
 use samara::study::own::OPTIMAL;
-use samara::trajectory::Trajectory;
 
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes
 /// `trial_<K>_<name>.csv` (the flight), `.svg`, `.html` and `.mcap`, and `assess_only_manifest.json`.
@@ -81,55 +72,5 @@ fn write(
         limits: runner.limits,
         way_to_t0_ned_m: study.way_to_t0(&release.state),
     };
-    flight.write(folder, &name, args)
-}
-
-/// A flight of a campaign, to be looked at by itself.
-pub struct AloneFlight<'a> {
-    pub mission: &'a Mission,
-    pub title: String,
-    /// Name of the gains.
-    pub gains: &'a str,
-    /// The plan that was flown.
-    pub plan: &'a Trajectory,
-    pub samples: &'a [Sample],
-    /// Limits that judge it.
-    pub limits: Limits,
-    /// Way from the release to t = 0, where the samples begin, NED [m].
-    pub way_to_t0_ned_m: Vector3<f64>,
-}
-
-impl AloneFlight<'_> {
-    /// Writes flight log, figure and pages: `<name>.csv`, `.svg`, `.html` and `.mcap`.
-    pub fn write(&self, folder: &OutputFolder, name: &str, args: &AssessArgs) -> Result<(), Failure> {
-        let Self { mission, samples, plan, .. } = *self;
-        folder.write(&format!("{name}.csv"), |out| {
-            let mut csv = FlightCsv::new(out, mission, false)?;
-            samples.iter().try_for_each(|sample| csv.write(sample))?;
-            csv.finish().map(|_| ())
-        })?;
-        let mut verdict = VerdictBuilder::judging(self.limits, mission.target_v_ned)
-            .along(plan)
-            .after(self.way_to_t0_ned_m);
-        samples.iter().for_each(|sample| verdict.observe(sample));
-        let verdict = verdict.finish();
-        let shown = ShownDrop {
-            mission,
-            title: &self.title,
-            gains: self.gains,
-            samples,
-            plan: Some(plan),
-            verdict: verdict.as_ref(),
-            run: &DropRun { course: Course::WHOLE, ..DropRun::default() },
-        };
-        let figure = drop_figure(&shown).context("the figure of the trial")?;
-        folder.write_text(&format!("{name}.svg"), &figure)?;
-        if !args.page.no_html {
-            folder.write_text(&format!("{name}.html"), &drop_page(&shown))?;
-        }
-        if args.page.mcap {
-            write_mcap(folder, &format!("{name}.mcap"), &shown, false, None)?;
-        }
-        Ok(())
-    }
+    flight.write(folder, &name, &args.page)
 }

@@ -6,12 +6,12 @@ use super::args::{AssessArgs, Only};
 use super::campaign::TrialRunner;
 use super::{only, own, paper};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::mission::{chosen_mission, origin};
+use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{TimedPlan, plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
-use crate::cli::terminal::{print, print_err};
+use crate::cli::terminal::print;
 use samara::assess::{Limits, SafetyStudy};
 use samara::config::Mission;
 use samara::plan::{Plan, Status};
@@ -22,7 +22,7 @@ use samara::study::own::own_entries;
 /// Flies the campaigns, or one trial of each.
 pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(args.mission.json);
-    let mission = mission(args, &narrator)?;
+    let mission = mission_from_t0(&args.mission, &args.choice, &narrator)?;
     let verb = if args.only.is_some() { "assess_only" } else { "assess" };
     let folder = OutputFolder::create(verb, args.mission.out.as_deref(), &mission.name)?;
     if args.resume {
@@ -40,16 +40,6 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
         (_, true) => paper::run(args, &plan, &runner, &narrator),
         (_, false) => own::run(args, &plan, &runner, &narrator),
     }
-}
-
-/// The mission with its choices, and what there is to remark about it.
-pub fn mission(args: &AssessArgs, narrator: &Narrator) -> Result<Mission, Failure> {
-    let mission = chosen_mission(&args.mission.mission, &args.choice)?;
-    mission.faults.check_from_t0().bad_input()?;
-    narrator.say(&origin(&args.mission.mission, &mission));
-    let remarks = mission.t0_remarks().into_iter().chain(mission.battery_remark().map(str::to_owned));
-    remarks.for_each(|remark| print_err(&format!("samara: {remark}\n")));
-    Ok(mission)
 }
 
 /// What flies the trials along a plan.

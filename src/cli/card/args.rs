@@ -51,7 +51,7 @@ const LEAST: f64 = 3e-9;
 
 fn accepted_probability(text: &str) -> Result<f64, String> {
     let expected = format!(
-        "a probability from {LEAST:e} to 1 is expected: no campaign shows less, and `samara assess --rare` searches for what is rarer"
+        "a probability from {LEAST:e} to 1 is expected: no campaign shows less, and `samara study rare` searches for what is rarer"
     );
     number(text, |p| (LEAST..1.0).contains(&p), &expected)
 }

@@ -6,9 +6,11 @@
 //! | `contract` | what a pilot is: the trait, its flight, what was flown |
 //! | `reference` | samara's own autopilot, over the wire in memory or at a speed to watch |
 //! | `px4` | PX4 in a process of its own |
+//! | `places` | how many drops fly side by side, and under which number |
 //! | `px4_model` | the model of PX4's control law, without a wire |
 
 mod contract;
+mod places;
 pub mod px4;
 mod px4_model;
 mod reference;
@@ -18,6 +20,7 @@ use std::path::Path;
 use super::answer::Failure;
 use super::args::{AutopilotArg, ChoiceArgs, StateArgs};
 pub use contract::{Flown, Pilot, PilotOption, PilotedDrop};
+pub use places::Places;
 pub use px4::Px4Settings;
 pub use reference::Reference;
 use samara::config::Mission;

@@ -223,12 +223,12 @@ fn command_of(verb: &str) -> String {
         "cases" => "drop --cases",
         "plan_grid" => "plan --grid",
         "assess_only" => "assess --only",
-        "assess_rare" => "assess --rare",
-        "assess_sobol" => "assess --sobol",
-        "assess_envelope" => "assess --envelope",
-        "effects" => "assess --effects",
-        "free_fall" => "assess --free-fall",
-        "replan" => "assess --replan",
+        "assess_rare" => "study rare",
+        "assess_sobol" => "study sobol",
+        "assess_envelope" => "study envelope",
+        "effects" => "study effects",
+        "free_fall" => "study free-fall",
+        "replan" => "study replan",
         _ => {
             let by = |prefix: &str| Some(verb.strip_prefix(prefix)?.split('_').next()?.to_owned());
             return match (by("drops_"), by("repeats_")) {
@@ -339,6 +339,6 @@ mod tests {
         let command = |verb: &str| command_of(verb);
         assert_eq!(command("drops_px4-model_quad7_drop_gains"), "assess --autopilot px4-model");
         assert_eq!(command("repeats_px4_trial_3"), "assess --repeat --autopilot px4");
-        assert_eq!((command("assess_rare").as_str(), command("drop").as_str()), ("assess --rare", "drop"));
+        assert_eq!((command("assess_rare").as_str(), command("drop").as_str()), ("study rare", "drop"));
     }
 }

@@ -48,6 +48,11 @@ pub struct OutputFolder {
     locks: Rc<Vec<FolderLock>>,
 }
 
+/// Removes a folder with all that it holds, if it is there.
+pub fn remove_folder(path: &Path) -> Result<(), Failure> {
+    gone(fs::remove_dir_all(path)).with_context(|| format!("cannot remove {}", path.display())).bad_input()
+}
+
 /// A file that grows while a run goes on.
 pub type GrowingFile = Hashed<File>;
 

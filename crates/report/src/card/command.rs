@@ -47,7 +47,8 @@ pub fn command(
     let verb = match kind {
         Kind::Plan => "plan",
         Kind::Drop | Kind::Cases => "drop",
-        Kind::Envelope | Kind::Rare => "assess",
+        Kind::Envelope => "study envelope",
+        Kind::Rare => "study rare",
         // A campaign says it itself.
         Kind::Campaign | Kind::DropCampaign => {
             let Some(Finding::Campaign(campaign)) = found else { return None };
@@ -55,7 +56,9 @@ pub fn command(
         }
         Kind::Tune | Kind::Design => return None,
     };
-    let mut words = vec!["samara".to_owned(), verb.to_owned(), mission.to_owned()];
+    let mut words: Vec<String> =
+        std::iter::once("samara").chain(verb.split(' ')).map(str::to_owned).collect();
+    words.push(mission.to_owned());
     words.extend(sets(&run.choices).flat_map(|set| ["--set".to_owned(), set]));
     // A plan has no gains.
     if kind != Kind::Plan {
@@ -80,7 +83,7 @@ pub fn command(
     }
     if let Some(Finding::Rare(rare)) = found {
         words.extend([
-            "--rare".to_owned(),
+            "--least".to_owned(),
             rare.least.to_string(),
             "--bound".to_owned(),
             rare.bound.to_string(),
@@ -90,7 +93,7 @@ pub fn command(
     }
     let asked = |name: &str| run.circumstances.get(name).cloned();
     if kind == Kind::Envelope {
-        words.extend(asked("envelope").map(|pairs| format!("--envelope={pairs}")));
+        words.extend(asked("envelope").into_iter().flat_map(|pairs| ["--pairs".to_owned(), pairs]));
         words.extend(asked("rays").into_iter().flat_map(|rays| ["--rays".to_owned(), rays]));
     }
     Some(command_line(words))

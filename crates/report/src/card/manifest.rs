@@ -88,9 +88,9 @@ pub enum Kind {
     Campaign,
     /// `samara assess --autopilot`: whole drops.
     DropCampaign,
-    /// `samara assess --rare`.
+    /// `samara study rare`.
     Rare,
-    /// `samara assess --envelope`.
+    /// `samara study envelope`.
     Envelope,
 }
 

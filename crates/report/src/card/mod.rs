@@ -240,7 +240,12 @@ impl Card<'_> {
                 },
                 false => Need { name: "campaign", kinds, verb, options: &[] },
             },
-            Need { name: "safe-release envelope", kinds: &[Kind::Envelope], verb, options: &["--envelope"] },
+            Need {
+                name: "safe-release envelope",
+                kinds: &[Kind::Envelope],
+                verb: "study envelope",
+                options: &[],
+            },
         ]
     }
 
@@ -269,7 +274,9 @@ impl Card<'_> {
         if of_kind.iter().any(|(_, evidence)| self.shortfall(evidence).is_none() || says_no(evidence)) {
             return None;
         }
-        let mut words = vec!["samara".to_owned(), need.verb.to_owned(), self.mission_word.clone()];
+        let verb = std::iter::once("samara").chain(need.verb.split(' '));
+        let mut words: Vec<String> = verb.map(str::to_owned).collect();
+        words.push(self.mission_word.clone());
         words.extend(self.chosen.iter().cloned());
         words.extend(need.options.iter().map(|option| (*option).to_owned()));
         let (trials, usual) =

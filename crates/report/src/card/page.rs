@@ -213,7 +213,7 @@ fn table(class: &str, heads: &[&str], rows: Vec<Vec<Html>>) -> Html {
 fn envelope(card: &Card<'_>) -> Result<Html, FigureError> {
     let reaches = reaches(card);
     let Some((_, first)) = card.envelopes().next() else {
-        let none = "No evidence of the mission's release: samara assess --envelope searches it.";
+        let none = "No evidence of the mission's release: samara study envelope searches it.";
         return Ok(paragraph("", Html::text(none)));
     };
     let row = |(row, reach): (usize, &Reach)| {

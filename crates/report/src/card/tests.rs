@@ -377,7 +377,7 @@ fn regress_a_fragment_of_an_envelope_is_not_enough() {
     let card = card(&mission, &evidence, None);
     let what = "pitch at release, pitch rate at release, descent at release, tail wind";
     let expected = format!(
-        "no safe-release envelope is enough (E3: it has not looked at {what}): samara assess x500_drop --envelope"
+        "no safe-release envelope is enough (E3: it has not looked at {what}): samara study envelope x500_drop"
     );
     assert!(reasons(&card).contains(&expected), "{}", reasons(&card));
     assert!(page(&card).unwrap().contains(&format!("E3 has NOT looked at: {what}")));

@@ -10,14 +10,15 @@ use std::sync::mpsc;
 
 use anyhow::Context as _;
 
+use super::DropCampaign;
 use super::kept::{KeptDrops, Over};
-use super::{DropCampaign, remove_folder};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::assess::command::Command;
 use crate::cli::assess::own::write_page;
 use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
+use crate::cli::results::remove_folder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking;
 use samara::report::campaign::exact::MeasureValues;

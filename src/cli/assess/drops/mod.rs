@@ -11,34 +11,26 @@ pub mod all;
 pub mod kept;
 mod one;
 
-use std::fs;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use anyhow::Context as _;
-
 use super::args::{AssessArgs, Only};
-use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
 use crate::cli::mission::print_origin;
 use crate::cli::narrator::Narrator;
-use crate::cli::pilot::{Flown, Pilot, PilotedDrop, pilot_and_mission};
+use crate::cli::pilot::{Flown, Pilot, PilotedDrop, Places, pilot_and_mission};
 use crate::cli::planning::{Planned, TimedPlan, plan_mission, write_plan};
-use crate::cli::results::{OutputFolder, gone};
+use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::RandomDrop;
 use samara::assess::judge::words;
 use samara::config::Mission;
-use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{Speed, Wiring};
 use samara::plan::Status;
 use samara::report::drops::DropTrial;
 use samara::report::{plan_json, plan_text};
-
-/// Drops by PX4 flown side by side unless it is said otherwise: each is a PX4 and a simulator that wait for
-/// each other.
-const SIDE_BY_SIDE: u16 = 2;
 
 /// What every trial shares.
 pub struct DropCampaign<'a> {
@@ -150,14 +142,18 @@ impl<'a> DropCampaign<'a> {
         conclusion.report(narrator, folder)
     }
 
+    fn places(&self) -> Places {
+        Places { threads: self.args.threads, first: self.args.instance }
+    }
+
     /// The number of drops that are flown side by side.
     fn workers(&self) -> u16 {
-        side_by_side(self.args, self.pilot.as_ref())
+        self.places().count(self.pilot.as_ref())
     }
 
     /// The number of the vehicle that is flown at one of the places.
     fn instance(&self, place: u16) -> u16 {
-        instance_at(self.args, self.pilot.as_ref(), place)
+        self.places().instance(self.pilot.as_ref(), place)
     }
 
     fn fly(
@@ -192,28 +188,4 @@ impl<'a> DropCampaign<'a> {
             failure: words(&conclusion.run.objections(verdict)),
         }
     }
-}
-
-/// The number of drops of a pilot that are flown side by side; each PX4 needs the ports of an instance.
-pub fn side_by_side(args: &AssessArgs, pilot: &dyn Pilot) -> u16 {
-    if pilot.takes_ports() {
-        args.threads.unwrap_or(SIDE_BY_SIDE).min(MAX_INSTANCE + 1 - args.instance)
-    } else {
-        args.threads.unwrap_or_else(cores)
-    }
-}
-
-/// The number of the vehicle that a pilot flies at one of the places.
-pub fn instance_at(args: &AssessArgs, pilot: &dyn Pilot, place: u16) -> u16 {
-    args.instance + if pilot.takes_ports() { place } else { 0 }
-}
-
-/// The number of processors.
-fn cores() -> u16 {
-    std::thread::available_parallelism().map_or(1, |n| u16::try_from(n.get()).unwrap_or(u16::MAX))
-}
-
-/// Removes a folder with all that it holds, if it is there.
-pub fn remove_folder(path: &Path) -> Result<(), Failure> {
-    gone(fs::remove_dir_all(path)).with_context(|| format!("cannot remove {}", path.display())).bad_input()
 }

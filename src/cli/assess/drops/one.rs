@@ -5,11 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context as _;
 
-use super::{DropCampaign, remove_folder, repeats_name};
+use super::{DropCampaign, repeats_name};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
+use crate::cli::results::remove_folder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::repeats::{RepeatSpread, RepeatedFlight, repeat_position};
 use samara::report::drops::{DropTally, drops_json};

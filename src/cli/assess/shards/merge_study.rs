@@ -9,7 +9,8 @@ use crate::cli::aside::Aside;
 use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::campaign::{FlownCampaign, TrialRunner};
 use crate::cli::assess::own;
-use crate::cli::assess::study::{converged, mission, runner};
+use crate::cli::assess::study::{converged, runner};
+use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
@@ -24,7 +25,7 @@ use samara::study::own::own_entries;
 /// Merges the campaigns of a mission's own gains.
 pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
     let narrator = &Narrator::alone(args.mission.json);
-    let mission = mission(args, narrator)?;
+    let mission = mission_from_t0(&args.mission, &args.choice, narrator)?;
     parts.check_mission(&mission)?;
     let folder = OutputFolder::merged("assess", args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;

@@ -23,8 +23,8 @@ mod study;
 use std::sync::atomic::AtomicBool;
 
 use super::args::AssessArgs;
-use super::study::mission;
 use crate::cli::answer::{Answer, Failure};
+use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::pilot_and_mission;
 use samara::report::cut::Cut;
@@ -37,7 +37,12 @@ pub fn describe(args: &AssessArgs) -> Result<Answer, Failure> {
             let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
             part::head_of(args, &mission, Some(pilot.name()), whole)
         }
-        None => part::head_of(args, &mission(args, &Narrator::alone(true))?, None, whole),
+        None => part::head_of(
+            args,
+            &mission_from_t0(&args.mission, &args.choice, &Narrator::alone(true))?,
+            None,
+            whole,
+        ),
     };
     part::describe(&head)
 }

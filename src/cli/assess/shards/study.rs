@@ -8,7 +8,8 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::aside::Aside;
 use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::campaign::{BLOCK, TrialRunner};
-use crate::cli::assess::study::{converged, mission, runner};
+use crate::cli::assess::study::{converged, runner};
+use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_mission;
 use crate::cli::progress::ProgressLine;
@@ -25,7 +26,7 @@ use samara::study::own::own_entries;
 /// Flies the part, unless it is there.
 pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(true);
-    let mission = mission(args, &narrator)?;
+    let mission = mission_from_t0(&args.mission, &args.choice, &narrator)?;
     let head = head_of(args, &mission, None, shard);
     check_campaign(args, &head)?;
     let folder = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;

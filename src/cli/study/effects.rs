@@ -1,11 +1,13 @@
-//! `samara assess --effects`: what each effect that a mission names does to its drops.
+//! `samara study effects`: what each effect that a mission names does to its drops.
 
 use std::sync::atomic::AtomicBool;
 
-use super::args::AssessArgs;
+use clap::Args;
+
+use super::args::{StudyArgs, trials_of};
 use super::hosted::{self, Asked, Hosted};
-use super::rows::trials_of;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::args::whole;
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
@@ -23,11 +25,23 @@ const TRIALS: u64 = 1000;
 /// Name of the study.
 const NAME: &str = "effects";
 
+/// `samara study effects`.
+#[derive(Args, Debug)]
+pub struct EffectsArgs {
+    /// Trials of each campaign [default: 1000].
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
+    pub trials: Option<u64>,
+    /// What every study has.
+    #[command(flatten)]
+    pub study: StudyArgs,
+}
+
 /// Flies the campaigns, writes and reports them.
-pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
+pub fn run(args: &EffectsArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let (args, asked_for) = (&args.study, args.trials);
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let effects = effects_of(&mission)?;
-    let trials = trials_of(args.trials, TRIALS, "--effects")?;
+    let trials = trials_of(asked_for, TRIALS, "effects")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let folder = hosted::folder(args, "effects", NAME, &mission)?;
@@ -73,14 +87,14 @@ pub fn run(args: &AssessArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
 fn effects_of(mission: &Mission) -> Result<Vec<Effect>, Failure> {
     let refused = |message: String| Err(Failure::input(format!("{}: {message}", mission.file.display())));
     if mission.release.standing {
-        return refused("--effects flies drops, and this mission begins on the ground".to_owned());
+        return refused("a study of effects flies drops, and this mission begins on the ground".to_owned());
     }
     mission.faults.check_without_wire().bad_input()?;
     let effects = mission.effects();
     if effects.is_empty() {
         let keys: Vec<&str> = Effect::ALL.into_iter().map(Effect::key).collect();
         return refused(format!(
-            "--effects has nothing to leave out: at least one of these keys is expected: {}",
+            "a study of effects has nothing to leave out: at least one of these keys is expected: {}",
             keys.join("; ")
         ));
     }

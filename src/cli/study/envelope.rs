@@ -1,13 +1,14 @@
-//! `samara assess --envelope`: how far from the nominal release a drop may begin and be safe, two quantities
+//! `samara study envelope`: how far from the nominal release a drop may begin and be safe, two quantities
 //! at a time.
 
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
 
-use super::args::AssessArgs;
+use clap::Args;
+
+use super::args::StudyArgs;
 use super::hosted::{self, Asked, Hosted};
-use super::points::mission;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_in_space;
 use crate::cli::narrator::Narrator;
@@ -25,19 +26,74 @@ const FLIGHTS_OF_A_RAY: u64 = 3000;
 /// Name of the study.
 const NAME: &str = "envelope";
 
+/// Directions of each pair, unless it is said otherwise.
+pub const RAYS: usize = 16;
+
+/// `samara study envelope`.
+#[derive(Args, Debug)]
+pub struct EnvelopeArgs {
+    /// Two quantities at a time: `all` pairs, or some with commas between, such as pitch:wind.
+    ///
+    /// The quantities are pitch, pitch_rate, descent, delay, wind and turbulence.
+    #[arg(long, value_name = "PAIRS", default_value = "all", value_parser = pairs)]
+    pub pairs: Pairs,
+    /// Directions of each pair, a multiple of 4.
+    #[arg(long, value_name = "N", default_value_t = RAYS, value_parser = rays)]
+    pub rays: usize,
+    /// What every study has.
+    #[command(flatten)]
+    pub study: StudyArgs,
+}
+
+/// The pairs of quantities, in order, none twice.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pairs(pub Vec<[EnvelopeAxis; 2]>);
+
+/// The value of --pairs.
+pub fn pairs(text: &str) -> Result<Pairs, String> {
+    if text == "all" {
+        return Ok(Pairs(EnvelopeAxis::pairs()));
+    }
+    let names = EnvelopeAxis::ALL.map(EnvelopeAxis::name).join(", ");
+    let mut pairs: Vec<[EnvelopeAxis; 2]> = Vec::new();
+    for pair in text.split(',') {
+        let axes = pair.split_once(':').map(|(x, y)| [x, y].map(|name| EnvelopeAxis::named(name.trim())));
+        let Some([Some(x), Some(y)]) = axes.filter(|[x, y]| x != y) else {
+            return Err(format!(
+                "`all`, or pairs of different quantities such as pitch:wind are expected, found `{pair}`; \
+                 quantities: {names}"
+            ));
+        };
+        if !pairs.iter().any(|known| known.contains(&x) && known.contains(&y)) {
+            pairs.push([x, y]);
+        }
+    }
+    Ok(Pairs(pairs))
+}
+
+/// Directions of a pair.
+pub fn rays(text: &str) -> Result<usize, String> {
+    let expected = "a multiple of 4 from 4 to 64 is expected";
+    text.parse()
+        .ok()
+        .filter(|n: &usize| (4..=64).contains(n) && n.is_multiple_of(4))
+        .ok_or_else(|| expected.to_owned())
+}
+
 /// Searches the edges, writes and reports them.
-pub fn run(args: &AssessArgs, pairs: &[[EnvelopeAxis; 2]], stop: &AtomicBool) -> Result<Answer, Failure> {
+pub fn run(args: &EnvelopeArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let (args, Pairs(pairs), turns) = (&args.study, &args.pairs, args.rays);
     let narrator = Narrator::alone(args.mission.json);
-    let mission = mission(args, "--envelope", &narrator)?;
+    let mission = args.mission_with_a_drop_from_t0("envelope", &narrator)?;
     let folder = hosted::folder(args, "assess_envelope", NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
     let asked: Vec<String> = pairs.iter().map(|pair| pair.map(EnvelopeAxis::name).join(":")).collect();
-    let settings = [("envelope", asked.join(",")), ("rays", args.rays().to_string())];
+    let settings = [("envelope", asked.join(",")), ("rays", turns.to_string())];
     let envelope = MissionEnvelope::new(&mission, &timed.plan.trajectory).bad_input()?;
     let edges = EdgeSearch::default();
-    let search = EnvelopeSearch { envelope: &envelope, search: &edges, pairs, turns: args.rays() };
+    let search = EnvelopeSearch { envelope: &envelope, search: &edges, pairs, turns };
     let rays = search.rays();
     let whole = rays.len() as u64;
     let asked = Asked { name: NAME, unit: "rays", whole, threads: args.threads, settings: &settings };

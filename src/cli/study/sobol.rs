@@ -1,14 +1,17 @@
-//! `samara assess --sobol`: what of all that is drawn decides J_TPF, the time to steady flight and the
+//! `samara study sobol`: what of all that is drawn decides J_TPF, the time to steady flight and the
 //! altitude lost.
 
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
 
-use super::args::AssessArgs;
+use clap::Args;
+
+use super::args::StudyArgs;
 use super::hosted::{self, Asked, Hosted};
-use super::points::{mission, warn};
+use super::points::warn;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::args::whole;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
 use samara::assess::sobol::SobolStudy;
@@ -19,10 +22,30 @@ use samara::study::own::{fly_points, trial_space};
 /// Name of the study.
 const NAME: &str = "sobol";
 
+/// Points of each of the two samples, unless it is said otherwise.
+pub const POINTS: usize = 2048;
+
+/// `samara study sobol`.
+#[derive(Args, Debug)]
+pub struct SobolArgs {
+    /// Trials of each of the two samples; as many more for each quantity.
+    #[arg(long, value_name = "N", default_value_t = POINTS, value_parser = points)]
+    pub points: usize,
+    /// What every study has.
+    #[command(flatten)]
+    pub study: StudyArgs,
+}
+
+/// So many points.
+pub fn points(text: &str) -> Result<usize, String> {
+    whole::<usize>(64..=1_000_000)(text)
+}
+
 /// Flies, writes and reports.
-pub fn run(args: &AssessArgs, points: usize, stop: &AtomicBool) -> Result<Answer, Failure> {
+pub fn run(args: &SobolArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let (args, points) = (&args.study, args.points);
     let narrator = Narrator::alone(args.mission.json);
-    let mission = mission(args, "--sobol", &narrator)?;
+    let mission = args.mission_with_a_drop_from_t0("sobol", &narrator)?;
     let folder = hosted::folder(args, "assess_sobol", NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context as _;
 
-use super::args::AssessArgs;
+use super::args::StudyArgs;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
 use crate::cli::progress::ProgressLine;
@@ -21,7 +21,7 @@ use samara::report::json::VERSION;
 use samara::study::jobs::Stopped;
 
 /// The folder of a study's results; where it goes on, with the rows that an earlier run has left.
-pub fn folder(args: &AssessArgs, verb: &str, name: &str, mission: &Mission) -> Result<OutputFolder, Failure> {
+pub fn folder(args: &StudyArgs, verb: &str, name: &str, mission: &Mission) -> Result<OutputFolder, Failure> {
     let folder = OutputFolder::create(verb, args.mission.out.as_deref(), &mission.name)?;
     if args.resume {
         folder.resume([rows_of(name)]);
@@ -50,7 +50,7 @@ pub struct Asked<'a> {
 
 /// A study of a mission on its host.
 pub struct Hosted<'a> {
-    args: &'a AssessArgs,
+    args: &'a StudyArgs,
     mission: &'a Mission,
     folder: &'a OutputFolder,
     asked: Asked<'a>,
@@ -72,13 +72,13 @@ impl Progress for ProgressLine {
 impl<'a> Hosted<'a> {
     /// A host for a study whose results go to `folder`.
     pub fn new(
-        args: &'a AssessArgs,
+        args: &'a StudyArgs,
         (mission, folder): (&'a Mission, &'a OutputFolder),
         asked: Asked<'a>,
         stop: &'a AtomicBool,
     ) -> Result<Self, Failure> {
         let pool = thread_pool(asked.threads)?;
-        let progress = ProgressLine::new("assess", asked.unit, asked.whole);
+        let progress = ProgressLine::new("study", asked.unit, asked.whole);
         Ok(Self { args, mission, folder, asked, pool, progress, stop })
     }
 

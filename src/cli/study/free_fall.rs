@@ -1,13 +1,15 @@
-//! `samara assess --free-fall`: how well the release is found by the fall that the accelerometer shows.
+//! `samara study free-fall`: how well the release is found by the fall that the accelerometer shows.
 
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
 
-use super::args::AssessArgs;
+use clap::Args;
+
+use super::args::{StudyArgs, trials_of};
 use super::hosted::{self, Asked, Hosted};
-use super::rows::trials_of;
 use crate::cli::answer::{Answer, Failure};
+use crate::cli::args::whole;
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::terminal::print;
@@ -22,12 +24,35 @@ const RELEASES: u64 = 10_000;
 /// Name of the study.
 const NAME: &str = "free_fall";
 
+/// Hours of descent unless it is said otherwise.
+pub const HOURS: u64 = 20;
+
+/// `samara study free-fall`.
+#[derive(Args, Debug)]
+pub struct FreeFallArgs {
+    /// Releases that must be found [default: 10000].
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
+    pub trials: Option<u64>,
+    /// Hours of descent in turbulence in which nothing may be found.
+    #[arg(long, value_name = "HOURS", default_value_t = HOURS, value_parser = hours)]
+    pub hours: u64,
+    /// What every study has.
+    #[command(flatten)]
+    pub study: StudyArgs,
+}
+
+/// Hours of descent.
+pub fn hours(text: &str) -> Result<u64, String> {
+    whole::<u64>(1..=100_000)(text)
+}
+
 /// Flies releases and descents, writes and reports them.
-pub fn run(args: &AssessArgs, hours: u64, stop: &AtomicBool) -> Result<Answer, Failure> {
+pub fn run(args: &FreeFallArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let (args, trials, hours) = (&args.study, args.trials, args.hours);
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
     let study = free_fall_study(&mission)
-        .map_err(|e| Failure::input(format!("{}: --free-fall: {e}", mission.file.display())))?;
-    let trials = trials_of(args.trials, RELEASES, "--free-fall")?;
+        .map_err(|e| Failure::input(format!("{}: free-fall: {e}", mission.file.display())))?;
+    let trials = trials_of(trials, RELEASES, "free-fall")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let folder = hosted::folder(args, "free_fall", NAME, &mission)?;

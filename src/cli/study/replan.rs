@@ -1,22 +1,25 @@
-//! `samara assess --replan`: drops along one plan and along plans that are renewed, without a wire or by
+//! `samara study replan`: drops along one plan and along plans that are renewed, without a wire or by
 //! samara's own autopilot.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
 
-use super::args::AssessArgs;
-use super::drops::{instance_at, remove_folder, side_by_side};
+use clap::Args;
+
+use super::args::{StudyArgs, trials_of};
 use super::hosted::{self, Asked, Hosted};
-use super::rows::trials_of;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::ChoiceArgs;
+use crate::cli::args::{AutopilotArg, ChoiceArgs, PatienceArgs, StateArgs, autopilot, instance, whole};
 use crate::cli::conclusion::Conclusion;
 use crate::cli::mission::{check_replan, chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::pilot::{Pilot, PilotedDrop, pilot_and_mission};
+use crate::cli::pilot::px4::{Cpu, Patience};
+use crate::cli::pilot::{
+    Pilot, PilotOption, PilotRequest, PilotedDrop, Places, Px4Settings, pilot_and_mission,
+};
 use crate::cli::planning::{Planned, plan_to_fly};
-use crate::cli::results::OutputFolder;
+use crate::cli::results::{OutputFolder, remove_folder};
 use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::link::shell::{Speed, Wiring};
@@ -31,24 +34,92 @@ const TRIALS: u64 = 300;
 /// Name of the study.
 const NAME: &str = "replan";
 
+/// When plans are renewed, unless it is said otherwise.
+pub const WHEN: &str = "release,1";
+
+/// `samara study replan`.
+#[derive(Args, Debug)]
+pub struct ReplanArgs {
+    /// When plans are renewed: at the `release`, or at a rate [Hz] from it on; several with commas between.
+    #[arg(long, value_name = "WHEN", default_value = WHEN, value_parser = cadences)]
+    pub when: Cadences,
+    /// Trials of each campaign [default: 300].
+    #[arg(long, value_name = "N", value_parser = whole::<u64>(2..=1_000_000_000))]
+    pub trials: Option<u64>,
+    /// Fly over the wire: by reference or px4=DIR.
+    #[arg(long, help_heading = "Autopilot", value_name = "AUTOPILOT", value_parser = autopilot)]
+    pub autopilot: Option<AutopilotArg>,
+    /// What the autopilot flies by, with --autopilot.
+    #[command(flatten)]
+    pub state: StateArgs,
+    /// Number of the first vehicle, with --autopilot; those side by side have the next.
+    #[arg(long, help_heading = "Autopilot", value_name = "0..9", default_value_t = 0, value_parser = instance, hide_short_help = true)]
+    pub instance: u16,
+    /// How long PX4 may keep a flight waiting.
+    #[command(flatten)]
+    pub patience: PatienceArgs,
+    /// What every study has.
+    #[command(flatten)]
+    pub study: StudyArgs,
+}
+
+impl ReplanArgs {
+    fn pilot<'a>(&'a self, autopilot: &'a AutopilotArg) -> PilotRequest<'a> {
+        PilotRequest {
+            autopilot,
+            mission: &self.study.mission.mission,
+            choice: &self.study.choice,
+            state: &self.state,
+            feed_forward: false,
+            settings: Px4Settings {
+                cpu: Cpu::Together,
+                patience: Patience { limit: self.patience.limit(), answers: true },
+            },
+            options: PilotOption::asked([
+                (PilotOption::Replan, true),
+                (PilotOption::Estimator, self.state.asked()),
+                (PilotOption::Patience, self.patience.asked()),
+                (PilotOption::Px4sOwnGains, self.study.choice.px4s_own_gains()),
+            ]),
+        }
+    }
+}
+
+/// The cadences, in order, none twice.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cadences(pub Vec<Cadence>);
+
+/// The value of --when.
+pub fn cadences(text: &str) -> Result<Cadences, String> {
+    let mut cadences = Vec::new();
+    for cadence in text.split(',') {
+        let cadence = cadence.trim().parse()?;
+        if !cadences.contains(&cadence) {
+            cadences.push(cadence);
+        }
+    }
+    Ok(Cadences(cadences))
+}
+
 /// Flies the campaigns, writes and reports them.
-pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result<Answer, Failure> {
-    if args.autopilot.is_some() && args.choice.params.is_some() {
+pub fn run(asked_for: &ReplanArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let (args, Cadences(cadences)) = (&asked_for.study, &asked_for.when);
+    if asked_for.autopilot.is_some() && args.choice.params.is_some() {
         // The autopilot would load them in each row, the first of which flies the mission's own gains.
-        let text = "--params: --gains is expected with --autopilot and --replan";
+        let text = "--params: --gains is expected with --autopilot";
         return Err(Failure::input(text.to_owned()));
     }
     let mut rows = rows(args, cadences)?;
-    let (pilot, mission) = match &args.autopilot {
+    let (pilot, mission) = match &asked_for.autopilot {
         Some(autopilot) => {
-            let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
+            let (pilot, mission) = pilot_and_mission(&asked_for.pilot(autopilot))?;
             (Some(pilot), mission)
         }
         None => (None, chosen_mission(&args.mission.mission, &args.choice)?),
     };
     let mission = Arc::new(mission);
     check(&mission, cadences, pilot.is_some())?;
-    let trials = trials_of(args.trials, TRIALS, "--replan")?;
+    let trials = trials_of(asked_for.trials, TRIALS, "replan")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
     let folder = hosted::folder(args, "replan", NAME, &mission)?;
@@ -59,10 +130,10 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
     let planned = Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) };
     let wire = match &pilot {
         Some(pilot) => {
-            pilot.check(&mission, &planned.trajectory, args.instance)?;
+            pilot.check(&mission, &planned.trajectory, asked_for.instance)?;
             if let Some(gains) = mission.replan.gains.as_ref().filter(|_| pilot.takes_ports()) {
                 let text = format!(
-                    "--replan: PX4 flies one parameter file in each row; a mission without `replan.gains` is expected, \
+                    "PX4 flies one parameter file in each row; a mission without `replan.gains` is expected, \
                      found {}",
                     gains.name
                 );
@@ -71,15 +142,16 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
             if pilot.takes_ports() {
                 rows.iter_mut().for_each(|row| row.gains_name.clone_from(&mission.control.gains_name));
             }
-            let mut places = 0..side_by_side(args, pilot.as_ref());
-            places.try_for_each(|place| pilot.check_instance(instance_at(args, pilot.as_ref(), place)))?;
-            Some(Wire { pilot: pilot.as_ref(), args, folder: folder.path() })
+            let places = Places { threads: args.threads, first: asked_for.instance };
+            (0..places.count(pilot.as_ref()))
+                .try_for_each(|place| pilot.check_instance(places.instance(pilot.as_ref(), place)))?;
+            Some(Wire { pilot: pilot.as_ref(), places, folder: folder.path() })
         }
         None => None,
     };
     let asked = cadences.iter().map(Cadence::to_string).collect::<Vec<_>>().join(",");
     let settings = [("trials", trials.to_string()), ("replan", asked)];
-    let threads = wire.as_ref().map_or(args.threads, |wire| Some(side_by_side(args, wire.pilot)));
+    let threads = wire.as_ref().map_or(args.threads, |wire| Some(wire.places.count(wire.pilot)));
     let whole = rows.len() as u64 * trials;
     let asked = Asked { name: NAME, unit: "drops", whole, threads, settings: &settings };
     let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
@@ -122,7 +194,7 @@ pub fn run(args: &AssessArgs, cadences: &[Cadence], stop: &AtomicBool) -> Result
 
 /// The rows of the table: the first by the mission's own gains, the others by those that were chosen, or that
 /// the mission has for renewed plans.
-fn rows(args: &AssessArgs, cadences: &[Cadence]) -> Result<Vec<ReplanRow>, Failure> {
+fn rows(args: &StudyArgs, cadences: &[Cadence]) -> Result<Vec<ReplanRow>, Failure> {
     let own = chosen_mission(
         &args.mission.mission,
         &ChoiceArgs { set: args.choice.set.clone(), ..ChoiceArgs::default() },
@@ -191,7 +263,7 @@ fn flown_so(mission: &Mission, row: &ReplanRow) -> Mission {
 /// What flies drops over the wire in memory.
 struct Wire<'a> {
     pilot: &'a dyn Pilot,
-    args: &'a AssessArgs,
+    places: Places,
     folder: &'a Path,
 }
 
@@ -222,7 +294,7 @@ impl Wire<'_> {
             replan: replan.as_ref(),
             folder: &OutputFolder::plain(&place)?,
             narrator: &Narrator::of_trial(trial),
-            instance: instance_at(self.args, self.pilot, u16::try_from(thread).unwrap_or(u16::MAX)),
+            instance: self.places.instance(self.pilot, u16::try_from(thread).unwrap_or(u16::MAX)),
             speed: Speed::Max,
             wiring: &Wiring::default(),
             stop: Some(stop),
