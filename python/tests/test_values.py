@@ -79,8 +79,8 @@ def test_reference_campaigns_are_the_programs(tmp_path: Path) -> None:
 def test_reference_a_search_is_the_programs(method: Any, code: int, tmp_path: Path) -> None:
     words = ["--method", method, "--iterations", "2", "--particles", "6", "--seed", "6", "--unseen", "64"]
     # 1: not better than the mission's own, as it happens after so few iterations; 0: better.
-    run("tune", "titan_drop", "--out", f"{tmp_path}", *words, "--objective", "rms", expected=code)
-    found = samara.tune("titan_drop", objective="rms", method=method, iterations=2, particles=6, seed=6)
+    run("tune", "titan_paper", "--out", f"{tmp_path}", *words, "--objective", "rms", expected=code)
+    found = samara.tune("titan_paper", objective="rms", method=method, iterations=2, particles=6, seed=6)
     found.save("gains.json")
     assert Path("gains.json").read_bytes() == (tmp_path / "gains.json").read_bytes()
     assert_same(found.history, tmp_path / "convergence.csv")
@@ -104,13 +104,22 @@ def test_reference_a_design_is_the_programs(tmp_path: Path) -> None:
     assert by_dict.j_tpf == by_file.j_tpf and found.sentence in repr(found)
 
 
+def test_arrays_and_numbers_of_numpy_stand_in_a_mission() -> None:
+    plain, with_arrays = samara.mission("x500_drop"), samara.mission("x500_drop")
+    plain["target_v_ned_m_s"], plain["seed"] = [3.0, 0.0, 1.0], 7
+    with_arrays["target_v_ned_m_s"], with_arrays["seed"] = np.array([3.0, 0.0, 1.0]), np.int64(7)
+    assert samara.check(with_arrays).report == samara.check(plain).report
+    with pytest.raises(TypeError, match="a mission cannot hold a set"):
+        samara.check(with_arrays | {"seed": {1, 2}})
+
+
 def test_reference_renewed_plans_are_the_programs(tmp_path: Path) -> None:
-    run("assess", "x500_drop", "--replan=release,2", "--trials", "3", "--out", f"{tmp_path}")
+    run("study", "replan", "x500_drop", "--when", "release,2", "--trials", "3", "--out", f"{tmp_path}")
     done = samara.assess("x500_drop", trials=3, replan=["release", 2])
     assert done.report == read(tmp_path / "replan.json")
     assert done.text == (tmp_path / "replan.txt").read_text(encoding="utf-8")
     assert_same(done.drops, tmp_path / "replan.csv")
-    assert [row["name"] for row in done.report["campaigns"]] == ["once", "release", "2_hz"]
+    assert [row["name"] for row in done.report["campaigns"]] == ["once", "once_fed_forward", "release", "2_hz"]
 
 
 def test_reference_rare_failures_are_the_programs(tmp_path: Path) -> None:
@@ -129,7 +138,7 @@ def test_reference_rare_failures_are_the_programs(tmp_path: Path) -> None:
 
 
 def test_reference_what_decides_is_the_programs(tmp_path: Path) -> None:
-    run("assess", "x500_drop", "--sobol=64", "--seed", "2", "--out", f"{tmp_path}")
+    run("study", "sobol", "x500_drop", "--points", "64", "--seed", "2", "--out", f"{tmp_path}")
     found = samara.sobol("x500_drop", 64, seed=2, threads=3)
     assert found.report == read(tmp_path / "sobol.json")
     assert found.text == (tmp_path / "sobol.txt").read_text(encoding="utf-8")
