@@ -18,7 +18,7 @@ fn stdout(output: &Output) -> String {
 /// Name, place and vehicle of a draft.
 type Draft = (&'static str, &'static str, &'static str);
 
-/// The ends of what is drafted: a quadrotor of 0.25 kg, coaxial pairs, an octocopter on Titan, a quadrotor on Mars.
+/// The ends of what is drafted: a quadrotor of 0.25 kg, coaxial pairs, 450 kg on Titan, Mars.
 const ENDS: [Draft; 4] = [
     ("wren", "earth --altitude 0", "--mass 0.25 --frame quad-x --arm 0.075 --propeller 3in --thrust 1.6"),
     ("gannet", "earth --altitude 1000", "--mass 6 --frame x8 --arm 0.4 --propeller 15in --thrust 22"),
