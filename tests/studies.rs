@@ -60,6 +60,11 @@ fn prop_a_study_that_is_killed_goes_on_and_ends_in_the_same_bytes() {
             assert_eq!(study(&going_on, mission, &killed).status().unwrap().code(), code, "{name}");
         }
         assert!(files(&whole) == files(&killed), "{name}: {:?}", files(&killed).keys());
+        // Rows are no result: no manifest lists them.
+        assert!(
+            files(&whole).values().all(|file| !String::from_utf8_lossy(file).contains("_rows.csv")),
+            "{name}"
+        );
         // Nothing is left to go on with, and other inputs never were.
         assert_eq!(study(&going_on, mission, &killed).status().unwrap().code(), Some(2));
     }

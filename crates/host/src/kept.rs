@@ -25,9 +25,15 @@ impl KeptRows {
         Self { earlier: earlier.into_iter(), sink: Some(sink), ..Self::default() }
     }
 
-    /// The next row of an earlier run, if there is one.
-    pub(crate) fn earlier<R: Row>(&mut self) -> Option<R> {
-        R::from_numbers(&mut self.earlier.next()?.into_iter())
+    /// The next row of an earlier run, if there is one; an error where its numbers are not those of such a
+    /// row.
+    pub(crate) fn earlier<R: Row>(&mut self) -> io::Result<Option<R>> {
+        let Some(numbers) = self.earlier.next() else { return Ok(None) };
+        let mut numbers = numbers.into_iter();
+        let row = R::from_numbers(&mut numbers).filter(|_| numbers.next().is_none());
+        row.map(Some).ok_or_else(|| {
+            io::Error::new(io::ErrorKind::InvalidData, "a row that was kept is not one of this study")
+        })
     }
 
     /// Keeps a row.

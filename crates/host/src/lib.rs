@@ -103,10 +103,15 @@ impl Jobs for Host<'_> {
     fn fly<R: Row>(&mut self, what: &str, round: Round, fly: Fly<'_, R>) -> Result<Vec<R>, Stopped> {
         self.progress.begins(what);
         let mut rows = Vec::new();
-        while (rows.len() as u64) < round.count
-            && let Some(row) = self.kept.earlier()
-        {
-            rows.push(row);
+        while (rows.len() as u64) < round.count {
+            match self.kept.earlier() {
+                Ok(Some(row)) => rows.push(row),
+                Ok(None) => break,
+                Err(error) => {
+                    self.failure = Some(error);
+                    return Err(Stopped);
+                }
+            }
         }
         self.progress.done(rows.len() as u64, true);
         let first = rows.len() as u64;

@@ -114,6 +114,16 @@ fn rows_that_cannot_be_kept_end_the_study() {
     assert!(found.is_err() && failure.unwrap().kind() == io::ErrorKind::StorageFull);
 }
 
+/// A row of another length was kept by no run of this study: it is no row to go on from.
+#[test]
+fn a_row_of_other_numbers_is_refused() {
+    for row in [vec![1.0], vec![0.0, 5.0], vec![]] {
+        let kept = KeptRows::going_on(vec![vec![0.0], row], Box::new(Memory::default()));
+        let (found, failure) = hosted(2, &|| false, kept, &AtomicU64::new(0));
+        assert!(found.is_err() && failure.unwrap().kind() == io::ErrorKind::InvalidData);
+    }
+}
+
 #[test]
 fn what_is_no_whole_row_ends_what_is_read() {
     assert_eq!(read("1.0,2.5\n-0.0\ninf,NaN"), (vec![vec![1.0, 2.5], vec![-0.0]], 13));

@@ -293,6 +293,11 @@ impl OutputFolder {
         Ok(())
     }
 
+    /// A file of this run is no result of it: no manifest lists it.
+    pub fn unlist(&self, name: &str) {
+        self.written.borrow_mut().remove(name);
+    }
+
     /// Removes a file, of this run or of an earlier one; whether there was one. What is not to be lost is set
     /// aside.
     pub fn clear(&self, name: &str) -> Result<bool, Failure> {

@@ -11,7 +11,6 @@ use crate::cli::args::whole;
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
-use crate::cli::terminal::print;
 use samara::config::{Effect, Mission};
 use samara::control::ControlError;
 use samara::report::effects::{EffectCampaign, EffectReport};
@@ -24,6 +23,8 @@ const TRIALS: u64 = 1000;
 
 /// Name of the study.
 const NAME: &str = "effects";
+/// Name of the study in its manifest.
+const VERB: &str = "effects";
 
 /// `samara study effects`.
 #[derive(Args, Debug)]
@@ -44,7 +45,7 @@ pub fn run(args: &EffectsArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let trials = trials_of(asked_for, TRIALS, "effects")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
-    let folder = hosted::folder(args, "effects", NAME, &mission)?;
+    let folder = hosted::folder(args, VERB, NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -52,7 +53,8 @@ pub fn run(args: &EffectsArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let all = EffectsOn::campaigns(&effects);
     let settings = [("trials", trials.to_string())];
     let whole = all.len() as u64 * trials;
-    let asked = Asked { name: NAME, unit: "drops", whole, threads: args.threads, settings: &settings };
+    let asked =
+        Asked { name: NAME, verb: VERB, unit: "drops", whole, threads: args.threads, settings: &settings };
     let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
     let flights = all.into_iter().map(|on| Ok((on, EffectFlights::new(&mission, &on.kept(&effects), plan)?)));
     let flights: Vec<_> = flights.collect::<Result<_, ControlError>>().bad_input()?;
@@ -70,16 +72,9 @@ pub fn run(args: &EffectsArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     folder.write_text("effects.txt", &report.document().text())?;
     folder.write_text("effects.json", &report.json())?;
     folder.write_text("effects.csv", &report.csv())?;
-    folder.write_manifest("effects", &mission, &settings)?;
-    print(&if args.mission.json {
-        report.json()
-    } else {
-        format!(
-            "\n{}every drop in {}\n",
-            report.document().text(),
-            folder.path().join("effects.csv").display()
-        )
-    })?;
+    let every = folder.path().join("effects.csv");
+    let text = || format!("\n{}every drop in {}\n", report.document().text(), every.display());
+    hosted.finish(|| report.json(), text)?;
     Ok(Answer::Yes)
 }
 

@@ -13,7 +13,6 @@ use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::estimate::warn_in_space;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_to_fly;
-use crate::cli::terminal::print;
 use samara::assess::envelope::{EdgeSearch, EnvelopeAxis, Ray};
 use samara::report::envelope::{EnvelopeReport, FanEdges};
 use samara::report::figure::envelope_figure;
@@ -25,6 +24,8 @@ const FLIGHTS_OF_A_RAY: u64 = 3000;
 
 /// Name of the study.
 const NAME: &str = "envelope";
+/// Name of the study in its manifest.
+const VERB: &str = "assess_envelope";
 
 /// Directions of each pair, unless it is said otherwise.
 pub const RAYS: usize = 16;
@@ -85,7 +86,7 @@ pub fn run(args: &EnvelopeArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let (args, Pairs(pairs), turns) = (&args.study, &args.pairs, args.rays);
     let narrator = Narrator::alone(args.mission.json);
     let mission = args.mission_with_a_drop_from_t0("envelope", &narrator)?;
-    let folder = hosted::folder(args, "assess_envelope", NAME, &mission)?;
+    let folder = hosted::folder(args, VERB, NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -96,7 +97,8 @@ pub fn run(args: &EnvelopeArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let search = EnvelopeSearch { envelope: &envelope, search: &edges, pairs, turns };
     let rays = search.rays();
     let whole = rays.len() as u64;
-    let asked = Asked { name: NAME, unit: "rays", whole, threads: args.threads, settings: &settings };
+    let asked =
+        Asked { name: NAME, verb: VERB, unit: "rays", whole, threads: args.threads, settings: &settings };
     let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
     warn(&search, &rays, hosted.threads());
     let Some(fans) = hosted.run(|host| search.run(host))? else {
@@ -113,16 +115,9 @@ pub fn run(args: &EnvelopeArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     folder.write_text("envelope.csv", &report.csv())?;
     folder.write_text("envelope.json", &report.json())?;
     folder.write_text("envelope.svg", &envelope_figure(&report).context("the figure of the envelope")?)?;
-    folder.write_manifest("assess_envelope", &mission, &settings)?;
-    print(&if args.mission.json {
-        report.json()
-    } else {
-        format!(
-            "\n{}every edge in {}\n",
-            report.document().text(),
-            folder.path().join("envelope.csv").display()
-        )
-    })?;
+    let every = folder.path().join("envelope.csv");
+    let text = || format!("\n{}every edge in {}\n", report.document().text(), every.display());
+    hosted.finish(|| report.json(), text)?;
     Ok(Answer::from(report.nominal_is_safe()))
 }
 

@@ -12,7 +12,6 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::whole;
 use crate::cli::mission::{chosen_mission, origin};
 use crate::cli::narrator::Narrator;
-use crate::cli::terminal::print;
 use samara::report::figure::free_fall_figure;
 use samara::report::free_fall::FreeFallReport;
 use samara::study::free_fall::free_fall_study;
@@ -23,6 +22,8 @@ const RELEASES: u64 = 10_000;
 
 /// Name of the study.
 const NAME: &str = "free_fall";
+/// Name of the study in its manifest.
+const VERB: &str = "free_fall";
 
 /// Hours of descent unless it is said otherwise.
 pub const HOURS: u64 = 20;
@@ -55,10 +56,10 @@ pub fn run(args: &FreeFallArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let trials = trials_of(trials, RELEASES, "free-fall")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
-    let folder = hosted::folder(args, "free_fall", NAME, &mission)?;
+    let folder = hosted::folder(args, VERB, NAME, &mission)?;
     let settings = [("trials", trials.to_string()), ("free_fall_hours", hours.to_string())];
     let (unit, whole) = ("releases and hours", trials + hours);
-    let asked = Asked { name: NAME, unit, whole, threads: args.threads, settings: &settings };
+    let asked = Asked { name: NAME, verb: VERB, unit, whole, threads: args.threads, settings: &settings };
     let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
     let flown = hosted.run(|host| {
         let releases = host.fly("releases", Round::of(trials, 8), &|some, stop| {
@@ -77,15 +78,8 @@ pub fn run(args: &FreeFallArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     folder.write_text("free_fall_descents.csv", &report.descents_csv())?;
     folder.write_text("free_fall_rules.csv", &report.rules_csv())?;
     folder.write_text("free_fall.svg", &free_fall_figure(&report).context("the figure of the rules")?)?;
-    folder.write_manifest("free_fall", &mission, &settings)?;
-    print(&if args.mission.json {
-        report.json()
-    } else {
-        format!(
-            "\n{}every release in {}\n",
-            report.document().text(),
-            folder.path().join("free_fall_releases.csv").display()
-        )
-    })?;
+    let every = folder.path().join("free_fall_releases.csv");
+    let text = || format!("\n{}every release in {}\n", report.document().text(), every.display());
+    hosted.finish(|| report.json(), text)?;
     Ok(Answer::from(report.holds()))
 }

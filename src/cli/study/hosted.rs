@@ -38,6 +38,8 @@ fn rows_of(name: &str) -> String {
 pub struct Asked<'a> {
     /// Name of the study: what its file of rows begins with.
     pub name: &'static str,
+    /// Name of the study in its manifest.
+    pub verb: &'static str,
     /// What its jobs are called.
     pub unit: &'static str,
     /// Jobs, or the most that there are.
@@ -99,15 +101,24 @@ impl<'a> Hosted<'a> {
         drop(host);
         self.progress.finish();
         match (found, failure) {
-            (Ok(found), _) => {
-                self.folder.clear(&self.rows())?;
-                Ok(Some(found))
-            }
+            (Ok(found), _) => Ok(Some(found)),
             (Err(Stopped), Some(error)) => Err(error)
-                .with_context(|| format!("cannot write {}", self.folder.path().join(self.rows()).display()))
+                .with_context(|| self.folder.path().join(self.rows()).display().to_string())
                 .bad_input(),
             (Err(Stopped), None) => Ok(None),
         }
+    }
+
+    /// Ends a study whose results are written: with its manifest, without its rows, which are needed until
+    /// then, and with its JSON object or its text.
+    pub fn finish(
+        &self,
+        object: impl FnOnce() -> String,
+        text: impl FnOnce() -> String,
+    ) -> Result<(), Failure> {
+        self.folder.write_manifest(self.asked.verb, self.mission, self.asked.settings)?;
+        self.folder.clear(&self.rows())?;
+        print(&if self.args.mission.json { object() } else { text() })
     }
 
     /// The answer of a study that was stopped, with an object whose `key` has no value.
@@ -175,6 +186,7 @@ impl<'a> Hosted<'a> {
             }
         }
         let mut file = self.folder.continued(&name, whole as u64)?;
+        self.folder.unlist(&name);
         if whole == 0 {
             std::io::Write::write_all(&mut file, head.as_bytes())
                 .with_context(|| format!("cannot write {}", path.display()))

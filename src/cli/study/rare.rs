@@ -32,6 +32,8 @@ const FAILURE: &str = "rare_failure";
 
 /// Name of the study.
 const NAME: &str = "rare";
+/// Name of the study in its manifest.
+const VERB: &str = "assess_rare";
 
 /// J_TPF that is a failure, unless it is said otherwise.
 pub const BOUND: f64 = 1.0;
@@ -94,7 +96,7 @@ fn search(asked_for: &RareArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let (least, bound, per_level) = (*least, *bound, *per_level);
     let narrator = Narrator::alone(args.mission.json);
     let mission = args.mission_with_a_drop_from_t0("rare", &narrator)?;
-    let folder = hosted::folder(args, "assess_rare", NAME, &mission)?;
+    let folder = hosted::folder(args, VERB, NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -110,7 +112,8 @@ fn search(asked_for: &RareArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
         ("per_level", per_level.to_string()),
     ];
     let whole = search.points_most(spans.len()) as u64;
-    let asked = Asked { name: NAME, unit: "flights", whole, threads: args.threads, settings: &settings };
+    let asked =
+        Asked { name: NAME, verb: VERB, unit: "flights", whole, threads: args.threads, settings: &settings };
     let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
     warn(&space, whole, &hosted);
     let found = hosted.run(|host| {
@@ -126,7 +129,6 @@ fn search(asked_for: &RareArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     if let Some(drawn) = &report.nearest {
         write_flight(&mission, plan, (&space, drawn), bound, &folder, &asked_for.page)?;
     }
-    folder.write_manifest("assess_rare", &mission, &settings)?;
     let again = match report.nearest {
         Some(_) => {
             let file = folder.path().join(FAILURE).with_extension("json").display().to_string();
@@ -136,11 +138,9 @@ fn search(asked_for: &RareArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
         }
         None => String::new(),
     };
-    folder.print_result(
-        args.mission.json,
-        || report.json(),
-        || format!("\n{}\n{again}", report.document().text()),
-    )?;
+    let place = folder.path().display();
+    let text = || format!("\n{}\n{again}results in {place}\n", report.document().text());
+    hosted.finish(|| report.json(), text)?;
     Ok(Answer::from(report.found.is_below()))
 }
 

@@ -20,7 +20,6 @@ use crate::cli::pilot::{
 };
 use crate::cli::planning::{Planned, plan_to_fly};
 use crate::cli::results::{OutputFolder, remove_folder};
-use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::link::shell::{Speed, Wiring};
 use samara::replan::Cadence;
@@ -33,6 +32,8 @@ const TRIALS: u64 = 300;
 
 /// Name of the study.
 const NAME: &str = "replan";
+/// Name of the study in its manifest.
+const VERB: &str = "replan";
 
 /// When plans are renewed, unless it is said otherwise.
 pub const WHEN: &str = "release,1";
@@ -122,7 +123,7 @@ pub fn run(asked_for: &ReplanArgs, stop: &AtomicBool) -> Result<Answer, Failure>
     let trials = trials_of(asked_for.trials, TRIALS, "replan")?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
-    let folder = hosted::folder(args, "replan", NAME, &mission)?;
+    let folder = hosted::folder(args, VERB, NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -153,7 +154,7 @@ pub fn run(asked_for: &ReplanArgs, stop: &AtomicBool) -> Result<Answer, Failure>
     let settings = [("trials", trials.to_string()), ("replan", asked)];
     let threads = wire.as_ref().map_or(args.threads, |wire| Some(wire.places.count(wire.pilot)));
     let whole = rows.len() as u64 * trials;
-    let asked = Asked { name: NAME, unit: "drops", whole, threads, settings: &settings };
+    let asked = Asked { name: NAME, verb: VERB, unit: "drops", whole, threads, settings: &settings };
     let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
     let failure = Mutex::new(None);
     let flights = flights_of(&mission, &rows, (&planned, wire.as_ref()), (stop, &failure))?;
@@ -179,16 +180,9 @@ pub fn run(asked_for: &ReplanArgs, stop: &AtomicBool) -> Result<Answer, Failure>
     folder.write_text("replan.txt", &report.document().text())?;
     folder.write_text("replan.json", &report.json())?;
     folder.write_text("replan.csv", &report.csv())?;
-    folder.write_manifest("replan", &mission, &settings)?;
-    print(&if args.mission.json {
-        report.json()
-    } else {
-        format!(
-            "\n{}every drop in {}\n",
-            report.document().text(),
-            folder.path().join("replan.csv").display()
-        )
-    })?;
+    let every = folder.path().join("replan.csv");
+    let text = || format!("\n{}every drop in {}\n", report.document().text(), every.display());
+    hosted.finish(|| report.json(), text)?;
     Ok(Answer::Yes)
 }
 

@@ -21,6 +21,8 @@ use samara::study::own::{fly_points, trial_space};
 
 /// Name of the study.
 const NAME: &str = "sobol";
+/// Name of the study in its manifest.
+const VERB: &str = "assess_sobol";
 
 /// Points of each of the two samples, unless it is said otherwise.
 pub const POINTS: usize = 2048;
@@ -46,7 +48,7 @@ pub fn run(args: &SobolArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let (args, points) = (&args.study, args.points);
     let narrator = Narrator::alone(args.mission.json);
     let mission = args.mission_with_a_drop_from_t0("sobol", &narrator)?;
-    let folder = hosted::folder(args, "assess_sobol", NAME, &mission)?;
+    let folder = hosted::folder(args, VERB, NAME, &mission)?;
     let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
         return Ok(Answer::No);
     };
@@ -57,7 +59,8 @@ pub fn run(args: &SobolArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     let ranges: Vec<_> = groups.iter().map(|group| group.ranges.clone()).collect();
     let settings = [("sobol", points.to_string())];
     let whole = study.evaluations(groups.len()) as u64;
-    let asked = Asked { name: NAME, unit: "flights", whole, threads: args.threads, settings: &settings };
+    let asked =
+        Asked { name: NAME, verb: VERB, unit: "flights", whole, threads: args.threads, settings: &settings };
     let hosted = Hosted::new(args, (&mission, &folder), asked, stop)?;
     warn(&space, whole, &hosted);
     let end_s = space.duration_s();
@@ -75,11 +78,8 @@ pub fn run(args: &SobolArgs, stop: &AtomicBool) -> Result<Answer, Failure> {
     folder.write_text("sobol.json", &report.json())?;
     folder.write_text("sobol.csv", &report.csv())?;
     folder.write_text("sobol.svg", &sobol_figure(&report).context("the figure of the indices")?)?;
-    folder.write_manifest("assess_sobol", &mission, &settings)?;
-    folder.print_result(
-        args.mission.json,
-        || report.json(),
-        || format!("\n{}\n", report.document().text()),
-    )?;
+    let place = folder.path().display();
+    let text = || format!("\n{}\nresults in {place}\n", report.document().text());
+    hosted.finish(|| report.json(), text)?;
     Ok(Answer::Yes)
 }
