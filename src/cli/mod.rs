@@ -38,6 +38,7 @@ mod results;
 mod rotor;
 mod schema;
 mod search;
+mod set;
 mod shell_files;
 mod sign_key;
 mod sim;

@@ -1,6 +1,6 @@
 //! Numbers as people type them, with a unit behind them: `7in`, `0.65kg`, `160mm`, `5kt`.
 
-use super::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2, ZERO_DEG_C_K};
+use super::{M_PER_FT, RAD_PER_DEG, STANDARD_GRAVITY_M_S2, ZERO_DEG_C_K};
 
 /// A unit: what it measures, by the word of the first unit that does, its size in that unit, and the value of
 /// that unit at its zero.
@@ -15,6 +15,9 @@ const fn unit(word: &'static str, measures: &'static str, size: f64) -> Unit {
     Unit { word, measures, size, zero: 0.0 }
 }
 
+/// Kilograms per pound.
+const KG_PER_LB: f64 = 0.453_592_37;
+
 /// Every unit that may be typed. Sources: NIST SP 811, appendix B.8 (inch, foot, pound, knot, ..).
 const UNITS: [Unit; 66] = [
     unit("m", "m", 1.0),
@@ -22,11 +25,11 @@ const UNITS: [Unit; 66] = [
     unit("cm", "m", 1e-2),
     unit("km", "m", 1e3),
     unit("in", "m", 0.0254),
-    unit("ft", "m", 0.3048),
+    unit("ft", "m", M_PER_FT),
     unit("kg", "kg", 1.0),
     unit("g", "kg", 1e-3),
-    unit("lb", "kg", 0.453_592_37),
-    unit("oz", "kg", 0.028_349_523_125),
+    unit("lb", "kg", KG_PER_LB),
+    unit("oz", "kg", KG_PER_LB / 16.0),
     unit("s", "s", 1.0),
     unit("ms", "s", 1e-3),
     unit("us", "s", 1e-6),
@@ -38,7 +41,7 @@ const UNITS: [Unit; 66] = [
     unit("km/h", "m/s", 1.0 / 3.6),
     unit("kt", "m/s", 1852.0 / 3600.0),
     unit("mph", "m/s", 0.447_04),
-    unit("ft/s", "m/s", 0.3048),
+    unit("ft/s", "m/s", M_PER_FT),
     unit("rad/s", "rad/s", 1.0),
     unit("deg/s", "rad/s", RAD_PER_DEG),
     unit("rpm", "rad/s", std::f64::consts::TAU / 60.0),
@@ -48,7 +51,7 @@ const UNITS: [Unit; 66] = [
     unit("kN", "N", 1e3),
     unit("gf", "N", 1e-3 * STANDARD_GRAVITY_M_S2),
     unit("kgf", "N", STANDARD_GRAVITY_M_S2),
-    unit("lbf", "N", 0.453_592_37 * STANDARD_GRAVITY_M_S2),
+    unit("lbf", "N", KG_PER_LB * STANDARD_GRAVITY_M_S2),
     unit("N/s", "N/s", 1.0),
     unit("Nm", "Nm", 1.0),
     unit("N/m", "N/m", 1.0),
