@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 use samara::assess::envelope::EnvelopeAxis;
-use samara::report::card::command::CHOICES;
+use samara::study::card::command::CHOICES;
 use serde_json::Value;
 
 const X500: &str = "tests/calm_x500.json";

@@ -127,11 +127,8 @@ fn missions_without_effects_are_refused() {
             vec![calm_file.to_str().unwrap()],
             "a study of effects has nothing to leave out: at least one of these keys",
         ),
-        (
-            vec!["mission/x500_ground.json"],
-            "a study of effects flies drops, and this mission begins on the ground",
-        ),
-        (vec![X500, "--trials", "100001"], "--trials: at most 100000 are expected with effects"),
+        (vec!["mission/x500_ground.json"], "effects is about drops, and this mission begins on the ground"),
+        (vec![X500, "--trials", "100001"], "--trials: a whole number from 2 to 100000 is expected"),
         (vec![X500, "--only", "1"], "--effects"),
     ] {
         let output = Command::new(env!("CARGO_BIN_EXE_samara"))

@@ -13,10 +13,10 @@ use samara::link::streamer::Clock;
 use samara::link::{Lockstep, StreamerEvent};
 use samara::model::MAX_ROTORS;
 use samara::plan::SolverOptions;
-use samara::report::figure::free_fall_figure;
-use samara::report::free_fall::FreeFallReport;
 use samara::report::{FlownDrop, judge_drop};
 use samara::sim::{DropSimulation, Phase, SensorSettings, Start};
+use samara::study::free_fall::free_fall_figure;
+use samara::study::free_fall::report::FreeFallReport;
 use samara::study::free_fall::{NoFreeFall, free_fall_study};
 
 const MISSIONS: [&str; 2] = ["titan_no_wire", "x500_no_wire"];

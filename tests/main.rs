@@ -25,6 +25,7 @@ mod kept_files;
 #[cfg(feature = "files")]
 mod lanes;
 mod lockstep;
+mod own_study;
 mod own_vehicle;
 mod params;
 mod plan_grid;

@@ -9,12 +9,12 @@ use std::process::{Command, Output, Stdio};
 
 use samara::assess::{BLOCK_TRIALS, BlockNode, BlockSummary, Histogram, Outcome, Share, Summary};
 use samara::config::Mission;
-use samara::report::campaign::campaign_csv::write_row;
-use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
-use samara::report::cut::Cut;
-use samara::report::shard::rows::study_table;
-use samara::report::shard::summary::{StudyPart, SummaryRecord};
-use samara::report::shard::{ShardHead, ShardWriter};
+use samara::study::campaign::campaign_csv::write_row;
+use samara::study::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
+use samara::study::cut::Cut;
+use samara::study::shard::rows::study_table;
+use samara::study::shard::summary::{StudyPart, SummaryRecord};
+use samara::study::shard::{ShardHead, ShardWriter};
 
 /// Flights of 5 s: the quickest mission that there is.
 const QUICK: &str = "mission/x500_drop.json";

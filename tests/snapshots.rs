@@ -9,7 +9,7 @@ use std::fs;
 use std::path::Path;
 use std::process::Command;
 
-use samara::report;
+use samara::{report, study};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
@@ -100,23 +100,23 @@ fn type_of(name: &str, path: &Path) -> Option<Again> {
         "cases.json" => again::<report::json::CasesObject>,
         "plan.json" => again::<report::plan::PlanObject>,
         "assess.json" if path.with_file_name("table5.csv").exists() => {
-            again::<report::paper::records::StudyObject>
+            again::<study::paper::records::StudyObject>
         }
-        "assess.json" => again::<report::campaign::json::AssessObject>,
-        "envelope.json" => again::<report::envelope::EnvelopeObject>,
-        "rare.json" => again::<report::rare::RareObject>,
-        "rare_failure.json" => again::<report::rare::RareFailureObject>,
-        "design.json" => again::<report::design::DesignObject>,
-        "effects.json" => again::<report::effects::EffectsObject>,
-        "replan.json" => again::<report::replan::ReplanObject>,
-        "sobol.json" => again::<report::sobol::SobolObject>,
-        "fidelity.json" => again::<report::fidelity::FidelityObject>,
-        "free_fall.json" => again::<report::free_fall::FreeFallObject>,
-        "plan_grid.json" => again::<report::plan_grid::PlanGridObject>,
-        "card.json" => again::<report::card::json::CardObject>,
-        name if name.ends_with("_manifest.json") => again::<report::card::manifest::RunManifest>,
+        "assess.json" => again::<study::campaign::json::AssessObject>,
+        "envelope.json" => again::<study::envelope::report::EnvelopeObject>,
+        "rare.json" => again::<study::rare::report::RareObject>,
+        "rare_failure.json" => again::<study::rare::report::RareFailureObject>,
+        "design.json" => again::<study::designing::report::DesignObject>,
+        "effects.json" => again::<study::effects::report::EffectsObject>,
+        "replan.json" => again::<study::replan::report::ReplanObject>,
+        "sobol.json" => again::<study::sobol::report::SobolObject>,
+        "fidelity.json" => again::<study::fidelity::FidelityObject>,
+        "free_fall.json" => again::<study::free_fall::report::FreeFallObject>,
+        "plan_grid.json" => again::<study::plan_grid::report::PlanGridObject>,
+        "card.json" => again::<study::card::json::CardObject>,
+        name if name.ends_with("_manifest.json") => again::<study::card::manifest::RunManifest>,
         name if name.starts_with("drops_") && name.ends_with(".json") => {
-            again::<report::campaign::json::AssessObject>
+            again::<study::campaign::json::AssessObject>
         }
         _ => return None,
     };

@@ -103,3 +103,66 @@ fn old_spellings_fly_the_same_and_say_the_new_one() {
     assert!(study(&["sobol", "--points", "64"], mission, &new).status().unwrap().success());
     assert!(files(&old) == files(&new));
 }
+
+/// Studies of one round and of several, in three shards, one of which is killed and one damaged: what `merge`
+/// writes is, to the byte, what one process writes.
+#[cfg(feature = "shards")]
+#[test]
+fn prop_a_study_in_shards_ends_in_the_same_bytes() {
+    let samara = |words: &[&str], out: &Path| {
+        Command::new(env!("CARGO_BIN_EXE_samara")).args(words).arg(out).output().unwrap()
+    };
+    for (mission, kind) in [
+        ("tests/calm_x500.json", &["envelope", "--pairs", "wind:delay", "--rays", "4"][..]),
+        ("tests/calm_x500.json", &["sobol", "--points", "64"]),
+        ("x500_drop", &["effects", "--trials", "12", "--set", "limits.pitch_deg=44"]),
+    ] {
+        let out = tempfile::tempdir().unwrap();
+        let [whole, apart] = ["whole", "apart"].map(|name| out.path().join(name));
+        let code = study(kind, mission, &whole).status().unwrap().code();
+        let shards = apart.join("shards");
+        let mut rounds = 0;
+        let merged = loop {
+            for cut in ["2/3", "0/3", "1/3"] {
+                let of_part = [kind, &["--shard", cut]].concat();
+                if cut == "0/3" {
+                    let mut killed = study(&of_part, mission, &apart).spawn().unwrap();
+                    std::thread::sleep(Duration::from_millis(40));
+                    killed.kill().unwrap();
+                    killed.wait().unwrap();
+                }
+                assert_eq!(study(&of_part, mission, &apart).status().unwrap().code(), Some(0));
+                if cut == "2/3" && rounds == 0 {
+                    let name = shards.join("000000000-00002-of-00003.rows");
+                    let text = fs::read(&name).unwrap();
+                    fs::write(&name, &text[..text.len() - 2]).unwrap();
+                    let missing = samara(&["merge", "--missing"], &apart);
+                    assert_eq!(String::from_utf8_lossy(&missing.stdout), "0-2\n");
+                    assert_eq!(study(&of_part, mission, &apart).status().unwrap().code(), Some(0));
+                    assert!(fs::read(&name).unwrap() == text);
+                }
+            }
+            rounds += 1;
+            let merged = samara(&["merge"], &apart);
+            if merged.status.code() == code {
+                break merged;
+            }
+            let said = String::from_utf8_lossy(&merged.stderr);
+            assert!(
+                merged.status.code() == Some(2) && said.contains("shards 0-2 of 3 are missing"),
+                "{said}"
+            );
+            assert!(rounds < 9, "{said}");
+        };
+        assert!(String::from_utf8_lossy(&merged.stdout).contains("results in "));
+        assert!(files(&whole) == files(&apart), "{kind:?}: {:?}", files(&apart).keys());
+        // Another seed is another study.
+        let other = [kind, &["--shard", "0/3", "--seed", "77"]].concat();
+        let refused = study(&other, mission, &apart).stderr(Stdio::piped()).output().unwrap();
+        let said = String::from_utf8_lossy(&refused.stderr);
+        assert!(
+            refused.status.code() == Some(2) && said.contains("another study is flown in this folder"),
+            "{said}"
+        );
+    }
+}

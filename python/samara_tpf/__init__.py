@@ -34,9 +34,10 @@ if TYPE_CHECKING:
         RareFailures,
         Renewals,
         Sensitivities,
+        Study,
         Tuning,
     )
-    from ._verbs import assess, check, design, drop, missions, plan, rare, sobol, tune
+    from ._verbs import assess, check, design, drop, missions, plan, rare, sobol, studies, study, tune
 
     __version__: str
 
@@ -55,6 +56,7 @@ __all__ = [
     "RareFailures",
     "Renewals",
     "Sensitivities",
+    "Study",
     "TuneError",
     "Tuning",
     "assess",
@@ -66,6 +68,8 @@ __all__ = [
     "plan",
     "rare",
     "sobol",
+    "studies",
+    "study",
     "tune",
 ]
 

@@ -292,44 +292,78 @@ class Assessment:
         return f"<Assessment: {self.sentence}>"
 
 
-class Renewals:
-    """The same drops along one plan and along plans that are renewed."""
+class Study:
+    """What came of a study of any kind, as ``study`` flies it."""
 
-    def __init__(self, renewed: _samara.Renewed) -> None:
-        self._renewed = renewed
+    def __init__(self, studied: _samara.Studied) -> None:
+        self._studied = studied
+        self._files = dict(studied.files)
+
+    @property
+    def kind(self) -> str:
+        """The kind of study."""
+        return self._studied.kind
 
     @cached_property
     def report(self) -> dict[str, Any]:
-        """The object of the program's ``replan.json``: each campaign with its changes from the first."""
-        report: dict[str, Any] = json.loads(self._renewed.json)
+        """The object of the program's ``<kind>.json``."""
+        report: dict[str, Any] = json.loads(self._studied.json)
         return report
 
+    @property
+    def holds(self) -> bool:
+        """Whether the answer is yes: exit code 0 of ``samara study``. A study that judges nothing always holds."""
+        return self._studied.holds
+
     @cached_property
-    def drops(self) -> Columns:
-        """The columns of the program's ``replan.csv``, a row for each drop of each campaign."""
-        return Columns._of_csv(self._renewed.csv)
+    def tables(self) -> dict[str, Columns]:
+        """The tables of the program's CSV files, by the files' names without their ending."""
+        return {name[:-4]: Columns._of_csv(text) for name, text in self._files.items() if name.endswith(".csv")}
+
+    @property
+    def figures(self) -> dict[str, str]:
+        """The program's drawings as SVG, by the files' names without their ending."""
+        return {name[:-4]: text for name, text in self._files.items() if name.endswith(".svg")}
 
     @property
     def text(self) -> str:
-        """The table that the program prints."""
-        return self._renewed.text
+        """The tables that the program prints."""
+        return self._studied.text
+
+    @property
+    def page(self) -> str:
+        """The program's page, ``<kind>.html``: the answer with its figures."""
+        return self._studied.page
+
+    def save(self, folder: str | os.PathLike[str]) -> None:
+        """Writes the program's files to a folder that is there: ``<kind>.txt``, ``.json``, ``.html``, tables, drawings."""
+        of = {"txt": self.text, "json": self._studied.json, "html": self.page}
+        files = {f"{self.kind}.{ending}": text for ending, text in of.items()} | self._files
+        for name, text in files.items():
+            _write(Path(folder) / name, text)
+
+    def _repr_html_(self) -> str:
+        return self.page
+
+    def __repr__(self) -> str:
+        return f"<Study: {self.kind}, {', '.join(self.tables)}>"
+
+
+class Renewals(Study):
+    """The same drops along one plan and along plans that are renewed."""
+
+    @property
+    def drops(self) -> Columns:
+        """The columns of the program's ``replan.csv``, a row for each drop of each campaign."""
+        return self.tables["replan"]
 
     def __repr__(self) -> str:
         means = (f"{row['name']} {row['measures'][0]['mean']:.4f}" for row in self.report["campaigns"])
         return f"<Renewals: J_TPF {', '.join(means)}>"
 
 
-class RareFailures:
+class RareFailures(Study):
     """How rare failures are, by subset simulation, and the most likely one."""
-
-    def __init__(self, searched: _samara.RareSearched) -> None:
-        self._searched = searched
-
-    @cached_property
-    def report(self) -> dict[str, Any]:
-        """The object of the program's ``rare.json``: probability, interval, populations, the most likely failure."""
-        report: dict[str, Any] = json.loads(self._searched.json)
-        return report
 
     @property
     def probability(self) -> tuple[float, float, float]:
@@ -339,75 +373,50 @@ class RareFailures:
     @property
     def below(self) -> bool:
         """Whether failures are rarer than asked, by the whole interval: exit code 0 of ``samara study rare``."""
-        return self._searched.below
+        return self.holds
 
-    @cached_property
+    @property
     def table(self) -> Columns:
         """The columns of the program's ``rare.csv``: probabilities that J_TPF reaches each of many values."""
-        return Columns._of_csv(self._searched.csv)
+        return self.tables["rare"]
 
     @cached_property
     def failure(self) -> dict[str, Any] | None:
         """The document of the program's ``rare_failure.json``, with all coordinates; ``None``: no failure was met."""
-        text = self._searched.failure_json
+        text = self._files.get("rare_failure.json")
         return None if text is None else json.loads(text)
 
     def save_failure(self, path: str | os.PathLike[str]) -> None:
-        """Writes the program's ``rare_failure.json``, which ``samara assess --only`` flies.
+        """Writes the program's ``rare_failure.json``, which ``samara study rare --only`` flies.
 
         ``ValueError``: no failure was met.
         """
-        if self._searched.failure_json is None:
+        if self.failure is None:
             raise ValueError("no failure was met")
-        _write(path, self._searched.failure_json)
-
-    @property
-    def text(self) -> str:
-        """The tables that the program prints."""
-        return self._searched.text
+        _write(path, self._files["rare_failure.json"])
 
     @property
     def svg(self) -> str | None:
         """The program's figure, ``rare.svg``; ``None``: there is nothing to draw."""
-        return self._searched.svg
-
-    def _repr_svg_(self) -> str | None:
-        return self.svg
+        return self.figures.get("rare")
 
     def __repr__(self) -> str:
         probability, low, high = self.probability
         return f"<RareFailures: probability {probability:.3g}, 95 % interval {low:.3g} to {high:.3g}>"
 
 
-class Sensitivities:
+class Sensitivities(Study):
     """What decides a drop: Sobol's indices of everything that is drawn."""
 
-    def __init__(self, estimated: _samara.SobolEstimated) -> None:
-        self._estimated = estimated
-
-    @cached_property
-    def report(self) -> dict[str, Any]:
-        """The object of the program's ``sobol.json``: each output with its indices, and what changes nothing."""
-        report: dict[str, Any] = json.loads(self._estimated.json)
-        return report
-
-    @cached_property
+    @property
     def table(self) -> Columns:
         """The columns of the program's ``sobol.csv``, a row for each output and quantity."""
-        return Columns._of_csv(self._estimated.csv)
-
-    @property
-    def text(self) -> str:
-        """The tables that the program prints."""
-        return self._estimated.text
+        return self.tables["sobol"]
 
     @property
     def svg(self) -> str:
         """The program's figure, ``sobol.svg``."""
-        return self._estimated.svg
-
-    def _repr_svg_(self) -> str:
-        return self.svg
+        return self.figures["sobol"]
 
     def __repr__(self) -> str:
         first = {output["output"]: max(output["quantities"], key=_total) for output in self.report["outputs"]}

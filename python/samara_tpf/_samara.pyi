@@ -1,5 +1,6 @@
 """The extension module: the library's verbs. Not for users."""
 
+from collections.abc import Callable
 from os import PathLike
 from typing import final
 
@@ -11,20 +12,17 @@ __all__ = [
     "Designed",
     "Dropped",
     "Planned",
-    "RareSearched",
-    "Renewed",
-    "SobolEstimated",
+    "Studied",
     "Tuned",
     "assess",
-    "assess_rare",
-    "assess_replan",
-    "assess_sobol",
     "check",
     "design",
     "drop",
     "mission_text",
     "missions",
     "plan",
+    "studies",
+    "study",
     "tune",
 ]
 
@@ -58,39 +56,19 @@ class Assessed:
     def campaigns(self) -> dict[str, dict[str, bytearray]]: ...
 
 @final
-class Renewed:
+class Studied:
+    @property
+    def kind(self) -> str: ...
     @property
     def json(self) -> str: ...
     @property
     def text(self) -> str: ...
     @property
-    def csv(self) -> str: ...
-
-@final
-class RareSearched:
+    def page(self) -> str: ...
     @property
-    def json(self) -> str: ...
+    def files(self) -> list[tuple[str, str]]: ...
     @property
-    def text(self) -> str: ...
-    @property
-    def csv(self) -> str: ...
-    @property
-    def svg(self) -> str | None: ...
-    @property
-    def failure_json(self) -> str | None: ...
-    @property
-    def below(self) -> bool: ...
-
-@final
-class SobolEstimated:
-    @property
-    def json(self) -> str: ...
-    @property
-    def text(self) -> str: ...
-    @property
-    def csv(self) -> str: ...
-    @property
-    def svg(self) -> str: ...
+    def holds(self) -> bool: ...
 
 @final
 class Tuned:
@@ -133,11 +111,16 @@ def assess(
     bound: float = 1.0,
     threads: int | None = None,
 ) -> Assessed: ...
-def assess_rare(
-    given: Given, least: float, *, bound: float, per_level: int, unknowns: bool, threads: int | None = None
-) -> RareSearched: ...
-def assess_sobol(given: Given, points: int, *, threads: int | None = None) -> SobolEstimated: ...
-def assess_replan(given: Given, cadences: list[str], *, trials: int, threads: int | None = None) -> Renewed: ...
+def studies() -> list[tuple[str, str, list[tuple[str, str, str, str]]]]: ...
+def study(
+    given: Given,
+    name: str,
+    settings: list[tuple[str, str]],
+    *,
+    threads: int | None = None,
+    rows: str | None = None,
+    progress: Callable[[str, int, int], object] | None = None,
+) -> Studied: ...
 def tune(given: Given, asked: Asked) -> Tuned: ...
 def design(given: Given, asked: DesignAsked) -> Designed: ...
 def check(given: Given) -> tuple[str, str, bool]: ...

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Literal, TypeAlias, overload
 
 from . import _samara
@@ -21,6 +21,7 @@ from ._results import (
     RareFailures,
     Renewals,
     Sensitivities,
+    Study,
     Tuning,
 )
 
@@ -144,10 +145,59 @@ def assess(
             raise MissionError("bound: campaigns without replan are expected with it")
         if not replan or isinstance(replan, str):
             raise MissionError(f"replan: a list of `release` and rates is expected, found {replan!r}")
-        _in_range("trials", trials, 2, 100_000)
-        cadences = list(dict.fromkeys(str(cadence) for cadence in replan))
-        return Renewals(_samara.assess_replan(chosen, cadences, trials=trials or 300, threads=threads))
+        asked = {"seed": seed, "gains": gains, "params": params, "threads": threads, "base": base}
+        found = study("replan", mission, when=list(replan), trials=trials or 300, **asked)  # type: ignore[arg-type]
+        assert isinstance(found, Renewals)
+        return found
     return Assessment(_samara.assess(chosen, trials=trials, bound=bound, threads=threads))
+
+
+def studies() -> dict[str, dict[str, str]]:
+    """The kinds of studies that ``study`` flies: for each its settings, with what they are unless they are given."""
+    return {name: {setting[0]: setting[2] for setting in settings} for name, _, settings in _samara.studies()}
+
+
+def study(
+    kind: str,
+    mission: MissionLike = "titan_drop",
+    *,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    base: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    progress: Callable[[str, int, int], object] | None = None,
+    rows: str | os.PathLike[str] | None = None,
+    **settings: object,
+) -> Study:
+    """Flies a study of a mission, as ``samara study`` does: ``effects``, ``envelope``, ``rare``, ``sobol``, .. .
+
+    ``studies()`` has all kinds, with the ``settings`` of each, which are the program's options: ``rays=8``,
+    ``pairs=[("pitch", "wind")]``, ``when=["release", 1]``.
+
+    ``progress`` is called, in this thread, with what is flown, how many jobs are done and how many there may be; what
+    it raises ends the study. ``rows`` is a file that keeps what was flown: after Ctrl-C, or a process that was killed,
+    the same call goes on from it and comes to the same results.
+
+    ``MissionError`` and ``PlanError`` as for ``drop``; ``MissionError`` too where a setting is refused.
+    """
+    _in_range("threads", threads, 1, 256)
+    chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
+    texts = [(name, _text(value)) for name, value in settings.items()]
+    kind = kind.replace("-", "_")
+    studied = _samara.study(
+        chosen, kind, texts, threads=threads, rows=None if rows is None else os.fspath(rows), progress=progress
+    )
+    return {"rare": RareFailures, "sobol": Sensitivities, "replan": Renewals}.get(kind, Study)(studied)
+
+
+def _text(value: object) -> str:
+    """A setting as the program takes it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, list | tuple):
+        return ",".join(":".join(map(str, one)) if isinstance(one, list | tuple) else str(one) for one in value)
+    return str(value)
 
 
 def rare(
@@ -163,7 +213,7 @@ def rare(
     threads: int | None = None,
     base: str | os.PathLike[str] | None = None,
 ) -> RareFailures:
-    """How rare failures are, down to the probability ``least``, by subset simulation, as ``samara study rare``.
+    """How rare failures are, down to the probability ``least``, by subset simulation: ``study("rare", ..)``.
 
     A failure is a trial whose J_TPF reaches ``bound``. Everything is searched that is drawn for a trial along the
     plan, turbulence's white noise included, and with ``unknowns`` what the controller does not know. ``per_level``:
@@ -172,14 +222,11 @@ def rare(
 
     ``MissionError`` and ``PlanError`` as for ``drop``.
     """
-    _number("least", least, 1e-12, 0.1)
-    _positive("bound", bound)
-    _in_range("per_level", per_level, 800, 100_000)
-    _in_range("threads", threads, 1, 256)
-    chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
-    return RareFailures(
-        _samara.assess_rare(chosen, least, bound=bound, per_level=per_level, unknowns=unknowns, threads=threads)
-    )
+    asked = {"seed": seed, "gains": gains, "params": params, "threads": threads, "base": base}
+    settings = {"least": least, "bound": bound, "unknowns": unknowns, "per_level": per_level}
+    found = study("rare", mission, **asked, **settings)  # type: ignore[arg-type]
+    assert isinstance(found, RareFailures)
+    return found
 
 
 def sobol(
@@ -192,7 +239,7 @@ def sobol(
     threads: int | None = None,
     base: str | os.PathLike[str] | None = None,
 ) -> Sensitivities:
-    """What decides a drop, of all that is uncertain: Sobol's indices, as ``samara study sobol``.
+    """What decides a drop, of all that is uncertain: Sobol's indices, ``study("sobol", ..)``.
 
     Of J_TPF, the time to steady flight and the altitude lost, over swing, air and what the controller does not know,
     from two samples of ``points`` trials and as many more for each quantity; ``seed``: of the trials; ``threads``: one
@@ -200,10 +247,11 @@ def sobol(
 
     ``MissionError`` and ``PlanError`` as for ``drop``.
     """
-    _in_range("points", points, 64, 1_000_000)
-    _in_range("threads", threads, 1, 256)
-    chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
-    return Sensitivities(_samara.assess_sobol(chosen, points, threads=threads))
+    found = study(
+        "sobol", mission, seed=seed, gains=gains, params=params, threads=threads, base=base, points=points
+    )
+    assert isinstance(found, Sensitivities)
+    return found
 
 
 def tune(

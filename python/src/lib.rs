@@ -8,7 +8,7 @@
 //! | `work` | work beside the interpreter, which Ctrl-C ends |
 //! | `pool` | threads for many flights |
 //! | `arrays` | columns of numbers as buffers |
-//! | `verbs` | plan, check, drop, assess, tune, design |
+//! | `verbs` | plan, check, drop, assess, study, tune, design |
 
 use pyo3::prelude::*;
 
@@ -33,9 +33,7 @@ mod _samara {
     #[pymodule_export]
     use crate::verbs::plan::{Planned, plan};
     #[pymodule_export]
-    use crate::verbs::rare::{RareSearched, SobolEstimated, assess_rare, assess_sobol};
-    #[pymodule_export]
-    use crate::verbs::replan::{Renewed, assess_replan};
+    use crate::verbs::study::{Studied, studies, study};
     #[pymodule_export]
     use crate::verbs::tune::{Tuned, tune};
 

@@ -31,6 +31,15 @@ pub fn work<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce(&Stop) -> Result<T, Fault> + Send + 'static,
 ) -> PyResult<T> {
+    work_watched(py, |_| Ok(()), work)
+}
+
+/// As [`work`], with something else to do at each look at the signals; where that raises, the work ends.
+pub fn work_watched<T: Send + 'static>(
+    py: Python<'_>,
+    mut watch: impl FnMut(Python<'_>) -> PyResult<()>,
+    work: impl FnOnce(&Stop) -> Result<T, Fault> + Send + 'static,
+) -> PyResult<T> {
     let (stop, (done, comes)) = (Stop::default(), channel());
     let seen = stop.clone();
     std::thread::Builder::new().name("samara".to_owned()).stack_size(STACK_BYTES).spawn(move || {
@@ -45,7 +54,8 @@ pub fn work<T: Send + 'static>(
         match heard {
             Ok(result) => break result,
             Err(RecvTimeoutError::Timeout) => {
-                py.check_signals().inspect_err(|_| stop.0.store(true, Ordering::Relaxed))?;
+                let looked = py.check_signals().and_then(|()| watch(py));
+                looked.inspect_err(|_| stop.0.store(true, Ordering::Relaxed))?;
             }
             Err(RecvTimeoutError::Disconnected) => {
                 let text = "samara has a fault: a computation broke off; stderr says where";

@@ -70,7 +70,7 @@ def test_a_dict_is_refused_with_the_path() -> None:
         (samara.design, {"budget": -1}, "from 0"),
         (samara.design, {"name": "a/b"}, "letters, digits"),
         (samara.design, {"start": "near-hover"}, "did you mean `near_hover`"),
-        (samara.assess, {"replan": ["often"]}, "replan: `release`, or a rate"),
+        (samara.assess, {"replan": ["often"]}, "when: `release`, or a rate"),
         (samara.assess, {"replan": "release"}, "a list of `release` and rates"),
         (samara.assess, {"replan": []}, "a list of `release` and rates"),
         (samara.assess, {"replan": [1], "bound": 0.9}, "bound: "),
@@ -78,6 +78,9 @@ def test_a_dict_is_refused_with_the_path() -> None:
         (samara.rare, {"per_level": 100}, "from 800"),
         (samara.rare, {"mission": "x500_ground"}, "rare is about drops"),
         (samara.sobol, {"points": 1}, "from 64"),
+        (samara.study, {"kind": "sobal"}, "kind: one of effects, .* is expected, found `sobal`"),
+        (samara.study, {"kind": "sobol", "pionts": 64}, "pionts: no such setting; expected one of points"),
+        (samara.study, {"kind": "free-fall", "mission": "x500_ground"}, "free-fall is about drops"),
         (samara.mission, {"name": "none"}, "no mission file of the name"),
     ],
 )

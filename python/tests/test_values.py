@@ -122,6 +122,55 @@ def test_reference_renewed_plans_are_the_programs(tmp_path: Path) -> None:
     assert [row["name"] for row in done.report["campaigns"]] == ["once", "once_fed_forward", "release", "2_hz"]
 
 
+STUDIES: dict[str, dict[str, Any]] = {
+    "effects": {"trials": 4},
+    "envelope": {"pairs": [("wind", "delay")], "rays": 4},
+    "rare": {"least": 0.05, "bound": 0.502, "per_level": 800},
+    "sobol": {"points": 64},
+    "replan": {"trials": 2, "when": ["release", 1]},
+    "free_fall": {"trials": 20, "hours": 1},
+}
+
+
+@pytest.mark.parametrize("kind", STUDIES)
+def test_reference_a_study_of_any_kind_is_the_programs(kind: str, tmp_path: Path) -> None:
+    assert set(samara.studies()) == set(STUDIES)
+    mission, settings = "titan_no_wire" if kind == "free_fall" else "x500_drop", STUDIES[kind]
+    words = {"pairs": "wind:delay", "when": "release,1"}
+    options = [word for key, value in settings.items() for word in (f"--{key.replace('_', '-')}", words.get(key, f"{value}"))]
+    (tmp_path / "program").mkdir()
+    run("study", kind.replace("_", "-"), mission, *options, "--out", f"{tmp_path / 'program'}")
+    told: list[tuple[str, int, int]] = []
+    found = samara.study(kind, mission, **settings, progress=lambda *now: told.append(now))
+    (tmp_path / "saved").mkdir()
+    found.save(tmp_path / "saved")
+    for file in sorted((tmp_path / "saved").iterdir()):
+        assert file.read_bytes() == (tmp_path / "program" / file.name).read_bytes(), file.name
+    assert f"{kind}.json" in {file.name for file in (tmp_path / "saved").iterdir()} and found.tables and found.kind == kind
+    assert all(done <= whole for _, done, whole in told)
+
+
+def test_a_study_goes_on_from_its_rows(tmp_path: Path) -> None:
+    rows, whole = tmp_path / "effects.rows", samara.study("effects", "x500_drop", trials=48)
+
+    class Enough(Exception):
+        pass
+
+    def until(what: str, done: int, most: int) -> None:
+        assert what == "drops" and most == whole.report["campaigns"][0]["trials"] * len(whole.report["campaigns"])
+        if done >= 32:
+            raise Enough
+
+    with pytest.raises(Enough):
+        samara.study("effects", "x500_drop", trials=48, rows=rows, progress=until, threads=1)
+    kept = len(rows.read_text(encoding="utf-8").splitlines()) - 1
+    seen: list[int] = []
+    again = samara.study("effects", "x500_drop", trials=48, rows=rows, progress=lambda _, done, __: seen.append(done))
+    assert again.report == whole.report and kept >= 32 and min(seen) >= kept - 8
+    with pytest.raises(samara.MissionError, match="these rows are of other inputs"):
+        samara.study("effects", "x500_drop", trials=47, rows=rows)
+
+
 def test_reference_rare_failures_are_the_programs(tmp_path: Path) -> None:
     words = ["--rare", "1e-3", "--bound", "0.502", "--per-level", "800", "--unknowns", "--seed", "2"]
     found = samara.rare("x500_drop", 1e-3, bound=0.502, per_level=800, unknowns=True, seed=2, threads=3)

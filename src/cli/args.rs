@@ -1,7 +1,6 @@
 //! The options that several verbs share; those of one verb stand beside it.
 
 use std::fmt;
-use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -19,6 +18,7 @@ use samara::config::shipped::is_built_in;
 use samara::control::px4::{Law, Version};
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{LinkUrl, Ports, SignWith, Speed, Wiring, system_of_instance};
+pub use samara::study::settings::{number, whole};
 use samara::units::{UnitError, in_unit};
 
 /// The mission where none is named.
@@ -89,6 +89,11 @@ pub struct PageArgs {
     /// Write drop.mcap, too: the flight for Foxglove, Rerun and PlotJuggler.
     #[arg(long)]
     pub mcap: bool,
+}
+
+impl PageArgs {
+    /// What a verb without flights has.
+    pub const NONE: Self = Self { no_html: false, mcap: false };
 }
 
 /// What every verb that plans has.
@@ -340,21 +345,6 @@ pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
     }
 }
 
-/// A whole number in a range, in digits or as `1e8`.
-pub fn whole<N: TryFrom<u64>>(
-    range: RangeInclusive<u64>,
-) -> impl Fn(&str) -> Result<N, String> + Clone + Send + Sync + 'static {
-    move |text| {
-        // Below 2^53 every whole number is one of f64's.
-        let scaled = || text.parse().ok().filter(|x: &f64| x.fract() == 0.0 && (0.0..9e15).contains(x));
-        let number = text.parse::<u64>().ok().or_else(|| Some(scaled()? as u64));
-        let number = number.filter(|n| range.contains(n));
-        number
-            .and_then(|n| N::try_from(n).ok())
-            .ok_or_else(|| format!("a whole number from {} to {} is expected", range.start(), range.end()))
-    }
-}
-
 /// A positive number.
 pub fn positive(text: &str) -> Result<f64, String> {
     number(text, |x| x.is_finite() && x > 0.0, "a positive number is expected")
@@ -377,11 +367,6 @@ pub fn measured(text: &str, unit: &str, fits: impl Fn(f64) -> bool, expected: &s
     }
 }
 
-/// A number that fits; otherwise what is expected.
-pub fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|x| fits(*x)).ok_or_else(|| expected.to_owned())
-}
-
 /// A name that is also the name of a file.
 pub fn plain_name(text: &str) -> Result<String, String> {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
@@ -397,21 +382,4 @@ pub fn three(text: &str, unit: &str, fits: impl Fn(f64) -> bool, expected: &str)
     let numbers: Result<Vec<f64>, String> =
         text.split(',').map(|part| measured(part, unit, &fits, expected)).collect();
     numbers?.try_into().map_err(|_| expected.to_owned())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::whole;
-
-    #[test]
-    fn whole_numbers_are_read_in_digits_and_as_powers_of_ten() {
-        let trials = whole::<u64>(2..=1_000_000_000);
-        for (text, number) in [("17", 17), ("1e8", 100_000_000), ("2.5e3", 2500), ("1E+9", 1_000_000_000)] {
-            assert_eq!(trials(text), Ok(number), "{text}");
-        }
-        for text in ["1", "1e10", "1.5", "1e-3", "-2", "nan", "inf", "", "1e400", "many"] {
-            assert_eq!(trials(text), Err("a whole number from 2 to 1000000000 is expected".into()), "{text}");
-        }
-        assert_eq!(whole::<u64>(0..=u64::MAX)("18446744073709551615"), Ok(u64::MAX));
-    }
 }

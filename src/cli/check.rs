@@ -8,8 +8,8 @@ use super::answer::{Answer, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION};
 use super::mission::{chosen_mission, origin};
 use super::terminal::print;
-use samara::report::{checked_json, checked_text, odd};
 use samara::study::checking::checked;
+use samara::study::checking::{checked_json, checked_text, odd};
 
 /// `samara check`.
 #[derive(Args, Debug)]

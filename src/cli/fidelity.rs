@@ -15,9 +15,9 @@ use super::terminal::print;
 use samara::assess::ChosenAmong;
 use samara::config::Mission;
 use samara::control::px4::versions::VERSIONS;
-use samara::report::fidelity::FidelityReport;
-use samara::report::fidelity::lines::CampaignLines;
-use samara::report::figure::fidelity_figure;
+use samara::study::fidelity::FidelityReport;
+use samara::study::fidelity::fidelity_figure;
+use samara::study::fidelity::lines::CampaignLines;
 
 /// Fewest campaigns that can be compared.
 const FEWEST: usize = 2;

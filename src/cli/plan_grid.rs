@@ -12,7 +12,7 @@ use super::terminal::{print, print_err};
 use samara::config::{Mission, UnplannedError, decode_plan_grid, encode_plan_grid, write_plan_grid_csv};
 use samara::plan::grid::{AXES, GridAxes, PlanGrid, check_size, solve_grid_point};
 use samara::plan::{Plan, SolverOptions, Status};
-use samara::report::plan_grid::{GridJudgement, PlanGridReport, grid_state_words};
+use samara::study::plan_grid::report::{GridJudgement, PlanGridReport, grid_state_words};
 use samara::study::plan_grid::{GridJudge, JudgedRelease, grid_ranges};
 use samara::units::RAD_PER_DEG;
 

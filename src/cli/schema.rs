@@ -8,7 +8,7 @@ use super::answer::{Answer, Failure};
 use super::results::OutputFolder;
 use super::terminal::print;
 use samara::config::schema::schemas;
-use samara::report;
+use samara::study;
 
 /// Folder of the schemas in the project and in what `samara init` writes.
 const USUAL: &str = "params/schema";
@@ -32,7 +32,7 @@ pub fn run(args: &SchemaArgs) -> Result<Answer, Failure> {
     let folder = OutputFolder::plain(out)?;
     OutputFolder::plain(&out.join("results"))?;
     let inputs = schemas().map(|(name, text)| (name.to_owned(), text));
-    for (name, text) in inputs.into_iter().chain(report::schema::schemas()) {
+    for (name, text) in inputs.into_iter().chain(study::schema::schemas()) {
         print(&format!("{}\n", folder.write_text(&name, &text)?.display()))?;
     }
     Ok(Answer::Yes)

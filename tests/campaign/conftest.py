@@ -116,9 +116,9 @@ class Driver:
         assert self.process.poll() is None, self.said()
 
 
-def searched(out, search, *options, behind=(), mission="x500_drop", program=SAMARA):
+def searched(out, search, *options, behind=(), mission="x500_drop", program=SAMARA, of="--search"):
     """``python -m samara_tpf.campaign --search`` under way, and what it prints; ``behind``: options behind ``--``."""
-    command = [sys.executable, "-m", "samara_tpf.campaign", mission, "--search", search, "--out", out]
+    command = [sys.executable, "-m", "samara_tpf.campaign", mission, of, search, "--out", out]
     command += ["--program", program, *options, "--", *behind]
     log = out.parent / f"{out.name}.log"
     with log.open("a") as file:

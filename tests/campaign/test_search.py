@@ -161,7 +161,7 @@ def test_what_comes_when_its_step_is_over_is_not_written(tmp_path):
 
 
 def test_what_is_not_a_search_is_refused(tmp_path):
-    for options, words in [(["--trials", "5"], "has none"), (["--cluster", "moon"], "--cluster")]:
+    for options, words in [(["--trials", "5"], "stand behind"), (["--cluster", "moon"], "--cluster")]:
         process, log = searched(tmp_path / "x", "tune", *options)
         assert process.wait(60.0) == 2 and words in log.read_text(), log.read_text()
     process, log = searched(tmp_path / "y", "tune", mission="no_such_drop")

@@ -4,17 +4,20 @@
 //! | file | holds |
 //! |---|---|
 //! | [`kept`] | the rows that are kept, and those of an earlier run |
+//! | [`shards`] | rounds cut into parts, each with a file of its own |
 
 pub mod kept;
+pub mod shards;
 
 use std::collections::BTreeMap;
 use std::io;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
 
-use kept::KeptRows;
+use kept::{KeptRows, not_a_row};
 use rayon::ThreadPool;
-use samara_study::jobs::{Fly, Jobs, Round, Row, Stop, Stopped};
+use samara_study::jobs::{FlyNumbers, Jobs, Numbers, Round, Stop, Stopped};
+use shards::{Ended, RoundThere, Shards};
 
 /// How far a study is, for whoever waits for it.
 pub trait Progress {
@@ -33,34 +36,60 @@ impl Progress for Silent {
     fn done(&self, _: u64, _: bool) {}
 }
 
+/// Where rows come from, and go to.
+enum Rows<'a> {
+    /// One file, from the first row to the last.
+    Kept(KeptRows),
+    /// A file for each part of each round.
+    Shards(Shards<'a>),
+}
+
 /// Flies jobs on a pool of threads until it is to stop.
 pub struct Host<'a> {
     pool: &'a ThreadPool,
     stop: Stop<'a>,
     progress: &'a dyn Progress,
-    kept: KeptRows,
-    /// Why rows could not be kept.
+    rows: Rows<'a>,
+    /// Why rows could not be kept, or are none.
     failure: Option<io::Error>,
 }
 
 impl<'a> Host<'a> {
     /// A host on these threads that keeps rows so.
     pub fn new(pool: &'a ThreadPool, stop: Stop<'a>, progress: &'a dyn Progress, kept: KeptRows) -> Self {
-        Self { pool, stop, progress, kept, failure: None }
+        Self { pool, stop, progress, rows: Rows::Kept(kept), failure: None }
     }
 
-    /// Why a study was stopped, where that is an error of keeping its rows.
+    /// A host on these threads that flies a shard, or puts all of them together.
+    pub fn in_shards(
+        pool: &'a ThreadPool,
+        stop: Stop<'a>,
+        progress: &'a dyn Progress,
+        shards: Shards<'a>,
+    ) -> Self {
+        Self { pool, stop, progress, rows: Rows::Shards(shards), failure: None }
+    }
+
+    /// Why a study was stopped, where that is an error of its rows.
     pub fn failure(&mut self) -> Option<io::Error> {
         self.failure.take()
     }
+
+    /// How a study in shards ended, where it was stopped for the sake of others.
+    pub fn ended(self) -> Option<Ended> {
+        match self.rows {
+            Rows::Kept(_) => None,
+            Rows::Shards(shards) => shards.ended,
+        }
+    }
 }
 
-/// Flies the groups from job `first` on; each row goes to `take` in the order of the jobs.
-fn fly_from<R: Row>(
+/// Flies the groups from job `first` on; the numbers of each row go to `take` in the order of the jobs.
+fn fly_from(
     (pool, stop, progress): (&ThreadPool, Stop<'_>, &dyn Progress),
     (round, first): (Round, u64),
-    fly: Fly<'_, R>,
-    mut take: impl FnMut(R) -> Result<(), Stopped>,
+    fly: FlyNumbers<'_>,
+    mut take: impl FnMut(&[f64]) -> Result<(), Stopped>,
 ) -> Result<(), Stopped> {
     let groups = round.groups(first);
     let (next, ended) = (AtomicU64::new(0), AtomicBool::new(false));
@@ -89,7 +118,7 @@ fn fly_from<R: Row>(
             while let Some(rows) = waiting.remove(&taken) {
                 taken += 1;
                 progress.done(rows.len() as u64, false);
-                if rows.into_iter().try_for_each(&mut take).is_err() {
+                if rows.iter().try_for_each(|row| take(row)).is_err() {
                     ended.store(true, Ordering::Relaxed);
                     return Err(Stopped);
                 }
@@ -100,36 +129,86 @@ fn fly_from<R: Row>(
 }
 
 impl Jobs for Host<'_> {
-    fn fly<R: Row>(&mut self, what: &str, round: Round, fly: Fly<'_, R>) -> Result<Vec<R>, Stopped> {
+    fn fly_numbers(
+        &mut self,
+        what: &str,
+        round: Round,
+        fly: FlyNumbers<'_>,
+        take: &mut dyn FnMut(&[f64]) -> bool,
+    ) -> Result<(), Stopped> {
         self.progress.begins(what);
-        let mut rows = Vec::new();
-        while (rows.len() as u64) < round.count {
-            match self.kept.earlier() {
-                Ok(Some(row)) => rows.push(row),
-                Ok(None) => break,
-                Err(error) => {
-                    self.failure = Some(error);
-                    return Err(Stopped);
-                }
-            }
-        }
-        self.progress.done(rows.len() as u64, true);
-        let first = rows.len() as u64;
-        let mut kept = std::mem::take(&mut self.kept);
-        let mut failure = None;
         let hands = (self.pool, self.stop, self.progress);
-        let flown = fly_from(hands, (round, first), fly, |row| {
-            if let Err(error) = kept.keep(&row) {
-                failure = Some(error);
-                return Err(Stopped);
-            }
-            rows.push(row);
-            Ok(())
-        });
-        self.kept = kept;
-        self.failure = failure;
-        flown.map(|()| rows)
+        let flown = match &mut self.rows {
+            Rows::Kept(kept) => fly_kept(kept, hands, (round, fly), take),
+            Rows::Shards(shards) => fly_part(shards, hands, (round, fly), take),
+        };
+        flown.map_err(|error| {
+            self.failure = error;
+            Stopped
+        })
     }
+}
+
+/// Threads, whether to stop, and who is told how far it is.
+type Hands<'a> = (&'a ThreadPool, Stop<'a>, &'a dyn Progress);
+
+/// Takes the rows of an earlier run, flies the jobs that follow and keeps their rows. The error is why,
+/// unless it was stopped.
+fn fly_kept(
+    kept: &mut KeptRows,
+    hands: Hands<'_>,
+    (round, fly): (Round, FlyNumbers<'_>),
+    take: &mut dyn FnMut(&[f64]) -> bool,
+) -> Result<(), Option<io::Error>> {
+    let mut first = 0;
+    while first < round.count {
+        let Some(row) = kept.earlier() else { break };
+        if !take(&row) {
+            return Err(Some(not_a_row()));
+        }
+        first += 1;
+    }
+    hands.2.done(first, true);
+    let mut failure = None;
+    let flown = fly_from(hands, (round, first), fly, |row| {
+        kept.keep(row).map_err(|error| {
+            failure = Some(error);
+            Stopped
+        })?;
+        if take(row) { Ok(()) } else { Err(Stopped) }
+    });
+    flown.map_err(|Stopped| failure)
+}
+
+/// Takes the rows of a round whose parts are all there; otherwise flies what is to be flown of it here, and
+/// ends. The error is why, unless it was stopped or is at its end.
+fn fly_part(
+    shards: &mut Shards<'_>,
+    hands: Hands<'_>,
+    (round, fly): (Round, FlyNumbers<'_>),
+    take: &mut dyn FnMut(&[f64]) -> bool,
+) -> Result<(), Option<io::Error>> {
+    let (of, missing) = match shards.round(round.count)? {
+        RoundThere::Whole(rows) => {
+            hands.2.done(round.count, true);
+            return if rows.iter().all(|row| take(row)) { Ok(()) } else { Err(Some(not_a_row())) };
+        }
+        RoundThere::Missing(of, missing) => (of, missing),
+    };
+    let Some(cut) = shards.flown_here(round.count, of, missing) else { return Err(None) };
+    let range = cut.range(round.count);
+    let mut rows: Vec<Numbers> = Vec::new();
+    let part = Round { count: range.end, ..round };
+    let flown = fly_from(hands, (part, range.start), fly, |row| {
+        rows.push(row.to_vec());
+        Ok(())
+    });
+    match flown {
+        Ok(()) => shards.write(cut, round, &rows)?,
+        // Half a part is of no use to anybody.
+        Err(Stopped) => shards.ended = None,
+    }
+    Err(None)
 }
 
 #[cfg(test)]

@@ -1,12 +1,15 @@
 //! The host of studies, on jobs whose rows are known.
 
+use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use super::kept::{KeptRows, read};
+use super::shards::{Ended, ShardFiles, Shards};
 use super::{Host, Silent};
+use samara_study::cut::Cut;
 use samara_study::jobs::{Fly, HereAndNow, Jobs, Round, Stop, Stopped};
 
 /// A file in memory, which may be full.
@@ -34,7 +37,7 @@ impl Write for Memory {
 }
 
 /// Two rounds, the second as long as the first says: what a study of several rounds is like.
-fn study(jobs: &mut impl Jobs, flown: &AtomicU64) -> Result<Vec<Vec<f64>>, Stopped> {
+fn study(jobs: &mut dyn Jobs, flown: &AtomicU64) -> Result<Vec<Vec<f64>>, Stopped> {
     let fly = |some: Range<u64>, stop: Stop<'_>| {
         flown.fetch_add(some.end - some.start, Ordering::Relaxed);
         (!stop()).then(|| some.map(|job| vec![(job as f64).sqrt(); (job % 3) as usize]).collect())
@@ -129,4 +132,89 @@ fn what_is_no_whole_row_ends_what_is_read() {
     assert_eq!(read("1.0,2.5\n-0.0\ninf,NaN"), (vec![vec![1.0, 2.5], vec![-0.0]], 13));
     assert_eq!(read("1.0\n\0\0\0\n2.0\n"), (vec![vec![1.0]], 4));
     assert_eq!(read(""), (Vec::new(), 0));
+}
+
+/// Files of shards in memory.
+#[derive(Default)]
+struct Folder(Mutex<BTreeMap<String, String>>);
+
+impl ShardFiles for Folder {
+    fn names(&self) -> io::Result<Vec<String>> {
+        Ok(self.0.lock().unwrap().keys().cloned().collect())
+    }
+    fn read(&self, name: &str) -> io::Result<Option<String>> {
+        Ok(self.0.lock().unwrap().get(name).cloned())
+    }
+    fn write(&self, name: &str, text: &str) -> io::Result<()> {
+        self.0.lock().unwrap().insert(name.to_owned(), text.to_owned());
+        Ok(())
+    }
+}
+
+/// How a study in shards ended, or why it failed.
+type NotWhole = (Option<Ended>, Option<io::Error>);
+
+/// Flies a shard, or puts all together: the rows, or how it ended.
+fn in_shards(
+    folder: &Folder,
+    head: &str,
+    cut: Option<Cut>,
+    flown: &AtomicU64,
+) -> Result<Vec<Vec<f64>>, NotWhole> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let mut host = Host::in_shards(&pool, &|| false, &Silent, Shards::new(folder, head, cut));
+    study(&mut host, flown).map_err(|Stopped| {
+        let failure = host.failure();
+        (host.ended(), failure)
+    })
+}
+
+/// Any number of parts, flown in any order, each by itself, come to the rows of one thread; each job is flown
+/// once, and what a part lacks is said.
+#[test]
+fn prop_shards_of_any_cut_are_the_study() {
+    let expected = study(&mut HereAndNow, &AtomicU64::new(0)).unwrap();
+    for of in [1, 2, 3, 70] {
+        let (folder, flown) = (Folder::default(), AtomicU64::new(0));
+        for (after, jobs) in [(0, 50), (50, 57)] {
+            for part in (0..of).rev() {
+                let ended = in_shards(&folder, "# a\n", None, &flown).unwrap_err().0;
+                let is_first = after == 0 && part + 1 == of;
+                let (there, missing) = if is_first { (None, 0) } else { (Some(of), part + 1) };
+                let expected = Ended::Missing { after, jobs, of: there, parts: (0..missing).collect() };
+                assert_eq!(ended, Some(expected));
+                let cut = Some(Cut { part, of });
+                let ended = in_shards(&folder, "# a\n", cut, &flown).unwrap_err().0;
+                assert!(matches!(ended, Some(Ended::Part { flown: true, .. })));
+                // Twice is once.
+                if part > 0 {
+                    let ended = in_shards(&folder, "# a\n", cut, &flown).unwrap_err().0;
+                    assert!(matches!(ended, Some(Ended::Part { flown: false, .. })));
+                }
+            }
+        }
+        assert_eq!(in_shards(&folder, "# a\n", None, &flown).unwrap(), expected);
+        assert_eq!(flown.into_inner(), expected.len() as u64);
+    }
+}
+
+/// A part that is cut short, or of which a bit has changed, is flown again; one of another study and one of
+/// another cut are refused by name.
+#[test]
+fn a_damaged_shard_is_flown_again_and_a_foreign_one_refused() {
+    let (folder, flown) = (Folder::default(), AtomicU64::new(0));
+    let cut = Some(Cut { part: 1, of: 2 });
+    in_shards(&folder, "# a\n", cut, &flown).unwrap_err();
+    let name = "000000000-00001-of-00002.rows";
+    let whole = folder.0.lock().unwrap()[name].clone();
+    for damaged in [whole.replacen("5", "6", 1), whole[..whole.len() - 3].to_owned(), String::new()] {
+        folder.write(name, &damaged).unwrap();
+        let (ended, failure) = in_shards(&folder, "# a\n", cut, &flown).unwrap_err();
+        assert!(matches!(ended, Some(Ended::Part { flown: true, .. })) && failure.is_none());
+        assert_eq!(folder.0.lock().unwrap()[name], whole);
+    }
+    let (_, failure) = in_shards(&folder, "# b\n", cut, &flown).unwrap_err();
+    assert!(failure.unwrap().to_string().contains("expected `# b`, found `# a`"));
+    let (_, failure) = in_shards(&folder, "# a\n", Some(Cut { part: 0, of: 3 }), &flown).unwrap_err();
+    assert!(failure.unwrap().to_string().contains("there are shards of 2"));
 }

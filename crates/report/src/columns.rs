@@ -1,7 +1,7 @@
 //! Numbers for people.
 
 /// With that many decimals; no "-0.00".
-pub(super) fn fixed(x: f64, digits: usize) -> String {
+pub fn fixed(x: f64, digits: usize) -> String {
     let text = format!("{x:.digits$}");
     match text.strip_prefix('-') {
         Some(rest) if rest.chars().all(|c| c == '0' || c == '.') => rest.to_owned(),
@@ -10,13 +10,13 @@ pub(super) fn fixed(x: f64, digits: usize) -> String {
 }
 
 /// With up to that many decimals, none of the last ones zero, so that a given number shows as it was given.
-pub(super) fn short(x: f64, digits: usize) -> String {
+pub fn short(x: f64, digits: usize) -> String {
     let text = fixed(x, digits);
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }
 
 /// An upper end with that many decimals: not below `x`.
-pub(super) fn upper_end(x: f64, digits: usize) -> String {
+pub fn upper_end(x: f64, digits: usize) -> String {
     let nearest = format!("{x:.digits$}");
     if nearest.parse().is_ok_and(|shown: f64| shown < x) {
         // Half a unit of the last place more is nearest to the next one.
@@ -26,17 +26,17 @@ pub(super) fn upper_end(x: f64, digits: usize) -> String {
 }
 
 /// A probability in three figures, `1.30e-4`; `0` for none.
-pub(super) fn probability(p: f64) -> String {
+pub fn probability(p: f64) -> String {
     if p == 0.0 { "0".to_owned() } else { format!("{p:.2e}") }
 }
 
 /// The upper end of a probability's interval in three figures: not below it.
-pub(super) fn probability_at_most(p: f64) -> String {
+pub fn probability_at_most(p: f64) -> String {
     beside(p, |shown| shown < p, 1)
 }
 
 /// The lower end of a probability's interval in three figures: not above it.
-pub(super) fn probability_at_least(p: f64) -> String {
+pub fn probability_at_least(p: f64) -> String {
     beside(p, |shown| shown > p, -1)
 }
 

@@ -25,7 +25,7 @@ fn with_body<R>(columns: Columns<R>, of: impl Fn(&R) -> &BodyState + Copy + Shar
 }
 
 /// The columns of a mission's flight; `ground`: whether there are those of the forces of the ground.
-pub(super) fn flight_columns(mission: &Mission, ground: bool) -> Columns<Sample> {
+pub fn flight_columns(mission: &Mission, ground: bool) -> Columns<Sample> {
     let n = mission.vehicle.rotors.len().min(MAX_ROTORS);
     const TIME: &str = "time since the simulation began; since the rotors were freed, empty before";
     const SETPOINT: &str = "velocity setpoint, empty before the first";

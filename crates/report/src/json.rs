@@ -21,6 +21,7 @@ pub const VERSION: &str = env!("CARGO_PKG_VERSION");
 
 /// A JSON object, each key once beside its value, in the order of the file. Attributes are serde's. It is
 /// for what is printed and never read; what is read is a [`result_objects!`].
+#[macro_export]
 macro_rules! object {
     ($($(#[$attribute:meta])* $key:ident: $value:expr),* $(,)?) => {{
         // The type of each value is a parameter with the key's name, so that none has to be written.
@@ -35,11 +36,12 @@ macro_rules! object {
         object
     }};
 }
-pub(super) use object;
+pub use object;
 
 /// Objects of results as types, written and read alike: each key once, with its sentence, which is its
 /// description in the schema, its type and, behind `=`, its value. Behind a type's name stands what its `of`
 /// makes it of, and in brackets what that does first; behind `unless`, of which values a key is left out.
+#[macro_export]
 macro_rules! result_objects {
     ($(
         $(#[$about:meta])*
@@ -55,14 +57,15 @@ macro_rules! result_objects {
         }
 
         impl $name {
-            pub(crate) fn of($($given: $made_of),*) -> Self {
+            /// Makes the object.
+            pub fn of($($given: $made_of),*) -> Self {
                 $($($first)*)?
                 Self { $($key: $value),* }
             }
         }
     )*};
 }
-pub(super) use result_objects;
+pub use result_objects;
 
 result_objects! {
     /// What was flown: the keys that an object of a mission's results begins with.
@@ -113,7 +116,7 @@ result_objects! {
 }
 
 /// A number where it is finite: JSON has no others.
-pub(super) fn finite(x: f64) -> Option<f64> {
+pub fn finite(x: f64) -> Option<f64> {
     Some(x).filter(|x| x.is_finite())
 }
 
@@ -456,7 +459,33 @@ pub fn status_name(status: Status) -> &'static str {
 }
 
 /// One object, a key per line, and a line's end.
-pub(super) fn text(object: &impl Serialize) -> String {
+pub fn text(object: &impl Serialize) -> String {
     // Structs of strings, numbers and lists of them always serialise.
     serde_json::to_string_pretty(object).map(|t| t + "\n").unwrap_or_default()
+}
+impl DropObject {
+    /// Why it was not safe, if it was not, in the judge's words: `samara drop` answers by the same.
+    pub fn fault(&self) -> Option<String> {
+        (!self.safe).then(|| self.objections.join("; "))
+    }
+
+    /// The pilot, in words.
+    pub fn pilot(&self) -> String {
+        pilot_words(
+            self.autopilot.as_deref().unwrap_or("an unknown autopilot"),
+            self.autopilot_version.as_deref(),
+        )
+    }
+}
+
+/// An autopilot of results, in words.
+pub fn pilot_words(name: &str, version: Option<&str>) -> String {
+    let version = version.map_or_else(String::new, |version| format!(" {version}"));
+    match name {
+        "reference" => "the reference autopilot on the true state".to_owned(),
+        "reference_ekf" => "the reference autopilot on its own estimator".to_owned(),
+        "px4" => format!("PX4{version}"),
+        "px4-model" => format!("the model of PX4{version}'s control law"),
+        other => other.to_owned(),
+    }
 }

@@ -56,7 +56,7 @@ impl JsonSchema for OutcomeObject {
 
 /// An outcome as an object of its own, which has each quantity, a number or `null`, and nothing else.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct OutcomeRecord(pub(super) Outcome);
+pub struct OutcomeRecord(pub Outcome);
 
 impl Serialize for OutcomeRecord {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
@@ -82,7 +82,7 @@ impl<'de> Deserialize<'de> for OutcomeRecord {
 /// The limits of a mission beside those of J_state as an object: each under its key, and how close to the
 /// target steady flight is where that must be reached, in the mean over which time where it is told by that.
 /// A mission without ground has none of a touch.
-pub(super) fn limits_object(mission: &Mission, limits: &Limits) -> Map<String, Value> {
+pub fn limits_object(mission: &Mission, limits: &Limits) -> Map<String, Value> {
     let there = |quantity: &Quantity| mission.site.ground.is_some() || !quantity.is_of_a_touch();
     let limit = |quantity: &Quantity| (quantity.limit)(limits).filter(|_| there(quantity));
     let judged = QUANTITIES.iter().filter_map(|quantity| Some((quantity.judged?.key, limit(quantity))));

@@ -124,3 +124,26 @@ pub fn plan_shortfall(mission: &Mission, flown: &IntegratedPlan) -> Option<Strin
     }
     Some(parts.join(", "))
 }
+impl PlanObject {
+    /// Whether there is a plan.
+    pub fn converged(&self) -> bool {
+        self.status == status_name(Status::Converged)
+    }
+
+    /// Why it is no plan to fly, if it is none: there is none, or its nodes do not tell what flies.
+    pub fn fault(&self, mission: &Mission) -> Option<String> {
+        if !self.converged() {
+            let why = self.diagnosis.as_deref().map_or_else(String::new, |why| format!(", {why}"));
+            return Some(format!("no plan was found: {}{why}", self.status.replace('_', " ")));
+        }
+        let integrated = IntegratedPlan {
+            j_tpf: self.j_tpf?,
+            j_tpf_at_nodes: self.j_tpf_at_nodes?,
+            velocity_defect_m_s: self.velocity_defect_m_s?,
+            attitude_defect_rad: 0.0,
+            body_rate_defect_rad_s: 0.0,
+        };
+        let words = plan_shortfall(mission, &integrated)?;
+        Some(format!("the plan's {} nodes do not tell what flies: {words}", self.nodes))
+    }
+}

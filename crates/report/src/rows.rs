@@ -23,9 +23,10 @@ pub trait Shared: Send + Sync + 'static {}
 impl<T: Send + Sync + 'static> Shared for T {}
 
 /// How a column's value is read off a row.
-pub(super) enum Value<R> {
+pub enum Value<R> {
     /// A number, or none.
     Number(Of<R, Option<f64>>),
+    /// A whole number.
     Whole(Of<R, u64>),
     /// A text, and whether it stands in quotation marks in CSV.
     Text(Of<R, Option<String>>, bool),
@@ -33,16 +34,18 @@ pub(super) enum Value<R> {
 
 /// A value that was found in a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Found<'a> {
+pub enum Found<'a> {
+    /// A number, or none.
     Number(Option<f64>),
+    /// A whole number.
     Whole(u64),
+    /// A text, or none.
     Text(Option<&'a str>),
 }
 
 impl<'a> Found<'a> {
     /// The text, where it is one.
-    #[cfg(feature = "shards")]
-    pub(super) fn text(self) -> Option<&'a str> {
+    pub fn text(self) -> Option<&'a str> {
         if let Self::Text(text) = self { text } else { None }
     }
 }
@@ -63,13 +66,14 @@ pub struct Column<R> {
     pub name: Cow<'static, str>,
     /// Meaning, for people.
     pub about: Str,
-    pub(super) value: Value<R>,
+    /// Value of the column.
+    pub value: Value<R>,
     back: Back<R>,
 }
 
 impl<R> Column<R> {
     /// Takes a value that was found into a row; whether it may be there.
-    pub(super) fn take(&self, row: &mut R, found: Found<'_>) -> bool {
+    pub fn take(&self, row: &mut R, found: Found<'_>) -> bool {
         match (&self.back, &self.value) {
             (Back::Put(put), _) => {
                 put(row, found);
@@ -82,7 +86,7 @@ impl<R> Column<R> {
     }
 
     /// The value as a number, where it is one.
-    pub(super) fn number(&self, row: &R) -> Option<f64> {
+    pub fn number(&self, row: &R) -> Option<f64> {
         match &self.value {
             Value::Number(of) => of(row),
             Value::Whole(of) => Some(of(row) as f64),
@@ -91,7 +95,7 @@ impl<R> Column<R> {
     }
 
     /// The value as a cell of CSV: the shortest text that reads back to it, nothing where there is none.
-    pub(super) fn push_cell(&self, line: &mut String, row: &R) {
+    pub fn push_cell(&self, line: &mut String, row: &R) {
         // Writing to a String cannot fail.
         let _ = match &self.value {
             Value::Number(of) => of(row).filter(|x| x.is_finite()).map_or(Ok(()), |x| write!(line, "{x:?}")),
@@ -182,21 +186,21 @@ impl<R> Columns<R> {
     }
 
     /// What is found in these columns must be the row's own.
-    pub(super) fn checked(mut self, names: &[&str]) -> Self {
+    pub fn checked(mut self, names: &[&str]) -> Self {
         let checked = self.0.iter_mut().filter(|column| names.contains(&&*column.name));
         checked.for_each(|column| column.back = Back::Checked);
         self
     }
 
     /// What is found in a column is put into the row.
-    pub(super) fn put(mut self, name: &str, put: impl Fn(&mut R, Found<'_>) + Shared) -> Self {
+    pub fn put(mut self, name: &str, put: impl Fn(&mut R, Found<'_>) + Shared) -> Self {
         let column = self.0.iter_mut().find(|column| column.name == name);
         let _ = column.map(|column| column.back = Back::Put(Box::new(put)));
         self
     }
 
     /// What is found in the columns of quantities is put into the row's outcome.
-    pub(super) fn put_quantities(self, of: impl Fn(&mut R) -> Option<&mut Outcome> + Copy + Shared) -> Self {
+    pub fn put_quantities(self, of: impl Fn(&mut R) -> Option<&mut Outcome> + Copy + Shared) -> Self {
         QUANTITIES.iter().fold(self, |columns, quantity| {
             columns.put(quantity.key, move |row, found| {
                 if let (Some(outcome), Found::Number(x)) = (of(row), found) {
@@ -237,7 +241,7 @@ impl<R> Columns<R> {
 
     /// Reads a line (without its end) into a row: whether the line is the row's. `None`: the cells are not as
     /// many as the columns, or of other kinds. Texts that hold a comma are not read.
-    pub(super) fn read(&self, line: &str, row: &mut R) -> Option<bool> {
+    pub fn read(&self, line: &str, row: &mut R) -> Option<bool> {
         let cells: Vec<&str> = line.split(',').collect();
         let found = self.0.iter().zip(&cells).map(|(column, cell)| column.found(cell));
         let found = found.collect::<Option<Vec<_>>>().filter(|_| cells.len() == self.0.len())?;
@@ -254,7 +258,7 @@ impl<R> Columns<R> {
     }
 
     /// The numbers of a column; `None` where there is no such column, or no value in any row.
-    pub(super) fn values(&self, name: &str, rows: &[&R]) -> Option<Vec<f64>> {
+    pub fn values(&self, name: &str, rows: &[&R]) -> Option<Vec<f64>> {
         let column = self.0.iter().find(|column| column.name == name)?;
         let numbers: Vec<Option<f64>> = rows.iter().map(|row| column.number(row)).collect();
         let some = numbers.is_empty() || numbers.iter().any(Option::is_some);

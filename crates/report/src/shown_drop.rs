@@ -39,7 +39,7 @@ impl ShownDrop<'_> {
 }
 
 /// The air of a site in words: the mean wind at its altitude, and what else blows.
-pub(super) fn air_words(site: &Site) -> String {
+pub fn air_words(site: &Site) -> String {
     let wind = &site.wind;
     let mut words = wind_words(site.environment.wind_ned_m_s.into());
     if wind.profile.is_some() {

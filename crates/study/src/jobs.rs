@@ -19,6 +19,9 @@ pub type Stop<'a> = &'a (dyn Fn() -> bool + Sync);
 /// Flies a group of jobs, of these numbers: a row for each, or none where it was stopped.
 pub type Fly<'a, R> = &'a (dyn Fn(Range<u64>, Stop<'_>) -> Option<Vec<R>> + Sync);
 
+/// Flies jobs of a set, of these numbers within it.
+pub type FlySet<'a, R> = &'a (dyn Fn(usize, Range<u64>, Stop<'_>) -> Option<Vec<R>> + Sync);
+
 /// The jobs that a study has next: `0..count`, `group` neighbours at a time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Round {
@@ -46,14 +49,101 @@ impl Round {
     }
 }
 
-/// The host of a study: it flies the jobs.
+/// The numbers of a row.
+pub type Numbers = Vec<f64>;
+
+/// Flies a group of jobs, of these numbers: the numbers of a row for each, or none where it was stopped.
+pub type FlyNumbers<'a> = &'a (dyn Fn(Range<u64>, Stop<'_>) -> Option<Vec<Numbers>> + Sync);
+
+/// The host of a study: it flies the jobs. A study asks for rows by [`fly`](<dyn Jobs>::fly) and
+/// [`fold`](<dyn Jobs>::fold).
 pub trait Jobs {
-    /// Flies jobs, neighbours in groups, on any threads; their rows, in the order of the jobs. `what` is said
-    /// of them while they fly.
+    /// Flies jobs, neighbours in groups, on any threads, and gives the numbers of each to `take`, in the
+    /// order of the jobs; `take` says whether they are a row. `what` is said of them while they fly.
     ///
     /// # Errors
     /// [`Stopped`] when the study is to end.
-    fn fly<R: Row>(&mut self, what: &str, round: Round, fly: Fly<'_, R>) -> Result<Vec<R>, Stopped>;
+    fn fly_numbers(
+        &mut self,
+        what: &str,
+        round: Round,
+        fly: FlyNumbers<'_>,
+        take: &mut dyn FnMut(&[f64]) -> bool,
+    ) -> Result<(), Stopped>;
+}
+
+impl dyn Jobs + '_ {
+    /// Flies jobs; their rows, in the order of the jobs. `what` is said of them while they fly.
+    ///
+    /// # Errors
+    /// [`Stopped`] when the study is to end.
+    pub fn fly<R: Row>(&mut self, what: &str, round: Round, fly: Fly<'_, R>) -> Result<Vec<R>, Stopped> {
+        let mut rows = Vec::new();
+        self.fold(what, round, fly, |row| rows.push(row))?;
+        Ok(rows)
+    }
+
+    /// Flies `count` jobs of each of some sets, all in one round; the rows of each set. What flies them is
+    /// told the number of the set, and numbers within it.
+    ///
+    /// # Errors
+    /// [`Stopped`] when the study is to end.
+    pub fn fly_sets<R: Row>(
+        &mut self,
+        what: &str,
+        (sets, count): (usize, u64),
+        group: u64,
+        fly: FlySet<'_, R>,
+    ) -> Result<Vec<Vec<R>>, Stopped> {
+        let mut rows: Vec<Vec<R>> = (0..sets).map(|_| Vec::new()).collect();
+        let mut taken = 0;
+        let some_of_sets = |some: Range<u64>, stop: Stop<'_>| {
+            let (mut flown, mut from) = (Vec::new(), some.start);
+            while from < some.end {
+                let set = from / count;
+                let end = some.end.min((set + 1) * count);
+                flown.extend(fly(set as usize, from - set * count..end - set * count, stop)?);
+                from = end;
+            }
+            Some(flown)
+        };
+        self.fold(what, Round::of(sets as u64 * count, group), &some_of_sets, |row| {
+            if let Some(rows) = rows.get_mut((taken / count) as usize) {
+                rows.push(row);
+            }
+            taken += 1;
+        })?;
+        Ok(rows)
+    }
+
+    /// Flies jobs and gives each row to `take`, in the order of the jobs, so that none has to be kept.
+    ///
+    /// # Errors
+    /// [`Stopped`] when the study is to end.
+    pub fn fold<R: Row>(
+        &mut self,
+        what: &str,
+        round: Round,
+        fly: Fly<'_, R>,
+        mut take: impl FnMut(R),
+    ) -> Result<(), Stopped> {
+        let numbers = |some: Range<u64>, stop: Stop<'_>| {
+            let rows = fly(some, stop)?;
+            Some(rows.iter().map(numbers_of).collect())
+        };
+        self.fly_numbers(what, round, &numbers, &mut |numbers| {
+            let mut numbers = numbers.iter().copied();
+            let row = R::from_numbers(&mut numbers).filter(|_| numbers.next().is_none());
+            row.map(&mut take).is_some()
+        })
+    }
+}
+
+/// The numbers of a row.
+pub fn numbers_of(row: &impl Row) -> Numbers {
+    let mut numbers = Vec::new();
+    row.put_numbers(&mut numbers);
+    numbers
 }
 
 /// Flies one group after another in the thread that asks, without an end: for tests and examples.
@@ -61,12 +151,20 @@ pub trait Jobs {
 pub struct HereAndNow;
 
 impl Jobs for HereAndNow {
-    fn fly<R: Row>(&mut self, _: &str, round: Round, fly: Fly<'_, R>) -> Result<Vec<R>, Stopped> {
-        let mut rows = Vec::new();
+    fn fly_numbers(
+        &mut self,
+        _: &str,
+        round: Round,
+        fly: FlyNumbers<'_>,
+        take: &mut dyn FnMut(&[f64]) -> bool,
+    ) -> Result<(), Stopped> {
         for number in 0..round.groups(0) {
-            rows.extend(fly(round.group(0, number), &|| false).ok_or(Stopped)?);
+            let rows = fly(round.group(0, number), &|| false).ok_or(Stopped)?;
+            if !rows.iter().all(|row| take(row)) {
+                return Err(Stopped);
+            }
         }
-        Ok(rows)
+        Ok(())
     }
 }
 
@@ -178,12 +276,6 @@ row_of!(Descent { trial, alarms, slack_alarms, slack_spells, slack_s, least_m_s2
 mod tests {
     use super::*;
 
-    fn numbers_of(row: &impl Row) -> Vec<f64> {
-        let mut numbers = Vec::new();
-        row.put_numbers(&mut numbers);
-        numbers
-    }
-
     /// What is put is taken, to the bit, and numbers that are too few are no row.
     #[test]
     fn prop_rows_are_read_back_to_the_bit() {
@@ -215,8 +307,9 @@ mod tests {
     #[test]
     fn here_and_now_flies_every_job_once_in_order() {
         let fly: Fly<'_, u64> = &|jobs, _| Some(jobs.collect());
-        assert_eq!(HereAndNow.fly("jobs", Round::of(7, 3), fly).unwrap(), (0..7).collect::<Vec<_>>());
+        let here: &mut dyn Jobs = &mut HereAndNow;
+        assert_eq!(here.fly("jobs", Round::of(7, 3), fly).unwrap(), (0..7).collect::<Vec<_>>());
         let ended: Fly<'_, u64> = &|jobs, _| (jobs.start < 3).then(|| jobs.collect());
-        assert!(HereAndNow.fly("jobs", Round::of(7, 3), ended).is_err());
+        assert!(here.fly("jobs", Round::of(7, 3), ended).is_err());
     }
 }

@@ -1,34 +1,61 @@
-//! Studies of a mission: what flies it without a wire, and what judges its designs and gains. Reports
-//! and files stand apart from it: they fly nothing.
+//! Studies of a mission: what flies it without a wire, what judges its designs and gains, and what is told of
+//! them. A kind of study is a folder: what is flown, its document, its figure.
 //!
 //! | file | holds |
 //! |---|---|
 //! | [`jobs`] | jobs out, rows in: who flies what a study asks for |
+//! | [`kind`], [`settings`], [`kinds`] | what a kind of study is, its settings, all kinds |
 //! | [`controller`] | the mission's controller, made in this one place |
 //! | [`checking`] | what a mission amounts to, with its plan and its loops |
 //! | [`own`] | campaigns of the mission's own gains, release cases, trials by their coordinates |
+//! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
+//! | [`paper`] | the paper's study: tables, claims, page |
+//! | [`drops`] | campaigns of whole drops: lines and tables |
+//! | [`fidelity`] | one campaign by several ways to fly it: means, bounds |
 //! | [`effects`] | drops with and without each effect |
-//! | [`replan`] | drops along one plan and along renewed ones |
-//! | [`envelope`] | releases about a point of the safe-release envelope |
-//! | [`envelope_search`] | the edges of the envelope, ray by ray |
+//! | [`envelope`] | how far from the nominal release a drop may begin and be safe |
 //! | [`free_fall`] | how well the fall is found by the accelerometer alone |
+//! | [`rare`] | how rare failures are, and the most likely one |
+//! | [`replan`] | drops along one plan and along renewed ones |
+//! | [`sobol`] | what decides a drop |
 //! | [`plan_grid`] | the releases that a grid of plans spans, and what interpolated plans cost |
 //! | [`first_gains`] | gains that fly a drafted mission |
 //! | [`uncertain`] | what is uncertain of a mission |
 //! | [`tuning`] | how gains are tuned |
 //! | [`designing`] | how plan and gains are designed together |
+//! | [`px4_gains`], [`range_ends`] | gains beside PX4's defaults; numbers at an end of their range |
+//! | [`cut`], `shard` | parts that are flown apart: rows as Parquet (feature `shards`) |
+//! | [`card`] | the release card: all evidence on one page |
+//! | [`schema`] | schemas of the results' objects |
 
+pub mod campaign;
+pub mod card;
 pub mod checking;
 pub mod controller;
+pub mod cut;
 pub mod designing;
+pub mod drops;
 pub mod effects;
 pub mod envelope;
-pub mod envelope_search;
+pub mod fidelity;
 pub mod first_gains;
 pub mod free_fall;
 pub mod jobs;
+pub mod kind;
+pub mod kinds;
 pub mod own;
+pub mod paper;
 pub mod plan_grid;
+pub mod px4_gains;
+pub mod range_ends;
+pub mod rare;
 pub mod replan;
+pub mod schema;
+pub mod settings;
+#[cfg(feature = "shards")]
+pub mod shard;
+pub mod sobol;
+#[cfg(test)]
+mod table_tests;
 pub mod tuning;
 pub mod uncertain;

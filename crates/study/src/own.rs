@@ -2,7 +2,10 @@
 
 use super::controller::along_plan;
 use super::jobs::{Jobs, Round, Stopped};
+use super::kind::Slow;
 use super::uncertain::uncertain_or_usual;
+use crate::campaign::campaign_csv::file_name;
+use crate::campaign::{CampaignSummary, Keep, NamedCampaign};
 use samara_core::assess::coordinates::TrialSpace;
 use samara_core::assess::{Outcome, SafetyStudy, StudyEntry, StudyReference};
 use samara_core::control::ControlError;
@@ -30,6 +33,18 @@ pub fn own_entries(mission: &Mission) -> Result<[StudyEntry; 2], ControlError> {
     Ok([along_plan, step])
 }
 
+/// The campaign of one of [`own_entries`], for a report; with rows in a file unless none are kept.
+pub fn named(entry: &StudyEntry, summary: CampaignSummary, keep: Keep) -> NamedCampaign {
+    let StudyEntry { name, gains_name, .. } = entry;
+    let follows = if *name == OPTIMAL { "along the plan" } else { "target velocity as a step" };
+    NamedCampaign {
+        name: (*name).to_owned(),
+        label: format!("{gains_name}, {follows}"),
+        summary,
+        file: (keep != Keep::Summary).then(|| file_name(entry)),
+    }
+}
+
 /// The trials along the plan by their coordinates, with what is uncertain: what the mission calls so, or
 /// where it says nothing the program's usual ranges if they are asked for.
 ///
@@ -53,7 +68,7 @@ pub fn trial_space(
 /// # Errors
 /// [`Stopped`] when the study is to end.
 pub fn fly_points(
-    jobs: &mut impl Jobs,
+    jobs: &mut dyn Jobs,
     space: &TrialSpace,
     points: &[Vec<f64>],
 ) -> Result<Vec<Outcome>, Stopped> {
@@ -62,6 +77,16 @@ pub fn fly_points(
         let some = points.get(some.start as usize..some.end as usize).unwrap_or_default();
         (!stop()).then(|| space.fly(some))
     })
+}
+
+/// Why flights at points, at most so many, take long, where they are flown in six degrees of freedom.
+pub fn slow_points(space: &TrialSpace, flights: u64) -> Option<Slow<'_>> {
+    let reason = space.one_at_a_time()?.to_string();
+    let nominal = vec![vec![0.0; space.dimensions()]; LANES];
+    let try_some = move || {
+        std::hint::black_box(space.fly(&nominal));
+    };
+    Some(Slow { reason, flights, tried: LANES, try_some: Box::new(try_some) })
 }
 
 /// Flies a release case: what it came to, and its distance from the plan, (45).

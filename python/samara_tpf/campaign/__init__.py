@@ -4,7 +4,7 @@ A campaign is cut into shards. Dask's workers fly them, each by ``samara assess 
 folder of the worker's own, and give back the file's bytes; the driver alone writes them to ``DIR/shards``, whole or
 not at all, and ends with ``samara merge DIR``. What is there is not flown again, whoever was killed before: the
 driver, its scheduler, a worker, a machine. ``--search design`` and ``--search tune`` send the candidates of a search
-the same way, step by step, by ``samara evaluate``. Needs the program ``samara`` and Dask, not the extension module.
+the same way, step by step, by ``samara evaluate``, and ``--study KIND`` the jobs of a study, round by round. Needs the program ``samara`` and Dask, not the extension module.
 
 ========== ========================================================================
 module     holds
@@ -22,6 +22,7 @@ clusters   where workers come from: this machine, Slurm, Kubernetes, an address
 progress   how far it is, on the terminal
 flight     the roster's decisions carried out by Dask, one order after another
 search     a search in steps, whose candidates the workers judge
+study      a study in rounds, whose jobs the workers fly
 driver     the whole, from the arguments to the exit code
 ========== ========================================================================
 """

@@ -8,6 +8,7 @@ import os
 from collections.abc import Sequence
 
 USAGE = """python -m samara_tpf.campaign [MISSION] --trials N [OPTION ..] [-- OPTION OF samara assess ..]
+       python -m samara_tpf.campaign [MISSION] --study KIND [OPTION ..] [-- OPTION OF samara study KIND ..]
        python -m samara_tpf.campaign [MISSION] --search design|tune [OPTION ..] [-- OPTION OF the search ..]"""
 MORE = """
 What follows -- goes to `samara assess`: --seed, --gains, --params, --case, --bound, --keep, --autopilot, ..; with
@@ -21,6 +22,7 @@ Examples:
   python -m samara_tpf.campaign x500_drop --trials 1e6
   python -m samara_tpf.campaign x500_drop --trials 1e8 --cluster slurm --workers 50 --threads 8
   python -m samara_tpf.campaign x500_drop --search design --cluster slurm --workers 8 -- --budget 4000
+  python -m samara_tpf.campaign x500_drop --study rare --cluster slurm --workers 8 -- --least 1e-6
   python -m samara_tpf.campaign x500_drop --trials 1e4 --cluster tcp://10.0.0.1:8786 -- --autopilot px4-model
 """
 
@@ -88,6 +90,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument(
         "--search", choices=("design", "tune"), help="search a design or gains instead: the workers judge candidates"
     )
+    options.add_argument("--study", metavar="KIND", help="fly a study instead: effects, envelope, rare, sobol, ..")
     options.add_argument("--out", metavar="DIR", help="folder for shards and results [out/<mission name>]")
     options.add_argument(
         "--shards",
@@ -134,10 +137,12 @@ def parse(arguments: Sequence[str]) -> tuple[argparse.Namespace, list[str]]:
         own, more = own[:place], own[place + 1 :]
     options = parser()
     typed = options.parse_args(own)
-    refused = OWN | (OWN_IN_SEARCHES if typed.search else {})
+    if typed.search and typed.study:
+        options.error("--study: either a study or a --search is expected")
+    refused = OWN | (OWN_IN_SEARCHES if typed.search or typed.study else {})
     for option in (word.partition("=")[0] for word in more):
         if option in refused:
             options.error(f"{option} does not stand behind --: {refused[option]}")
-    if typed.search and typed.trials is not None:
-        options.error(f"--trials: `samara {typed.search}` has none; its options stand behind --")
+    if (other := typed.search or typed.study) and typed.trials is not None:
+        options.error(f"--trials: the options of `{other}` stand behind --")
     return typed, more

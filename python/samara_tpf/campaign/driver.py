@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-from . import clusters, search
+from . import clusters, search, study
 from .arguments import SHARDS_MOST, parse
 from .child import IsWanted, Stopped
 from .clusters import ClusterError, ClusterOptions
@@ -72,7 +72,8 @@ def run(options: argparse.Namespace, more: Sequence[str], is_wanted: IsWanted) -
     """Flies what is left of the campaign and merges it, or searches; the exit code."""
     samara = Program.find(options.program, is_wanted)
     arguments = (options.mission, *more, *(["--trials", options.trials] if options.trials else []))
-    description = None if options.search else samara.describe(arguments, os.getcwd())
+    rounds = options.search or options.study
+    description = None if rounds else samara.describe(arguments, os.getcwd())
     out = Path(options.out or f"out/{description.mission if description else Path(options.mission).stem}")
     cluster = _cluster(options, out)
     if options.render:
@@ -92,7 +93,8 @@ def run(options: argparse.Namespace, more: Sequence[str], is_wanted: IsWanted) -
 
     with folder.held():
         if description is None:
-            return search.run(options, more, samara, folder, flight)
+            whole = search.run if options.search else study.run
+            return whole(options, more, samara, folder, flight)
         order = Campaign(
             program=options.program,
             folder=os.getcwd(),
@@ -130,7 +132,7 @@ def _cluster(options: argparse.Namespace, out: Path) -> ClusterOptions:
     """
     place = hashlib.sha256(os.fsencode(out.resolve())).hexdigest()[:8]
     given = {option: getattr(options, option) for option in clusters.ALL_OPTIONS}
-    cluster = ClusterOptions(options.cluster, name=f"samara-{options.search or 'assess'}-{place}", **given)
+    cluster = ClusterOptions(options.cluster, name=f"samara-{options.search or options.study or 'assess'}-{place}", **given)
     cluster.check()
     return cluster
 

@@ -115,6 +115,52 @@ class Campaign:
 
 
 @dataclass(frozen=True)
+class StudyRound:
+    """One round of a study: the jobs that follow from the rows of all rounds before."""
+
+    program: str | None
+    folder: str
+    arguments: tuple[str, ...]
+    """Arguments of ``samara study``, from the kind on, without those of a shard."""
+    id: str
+    """The study's ID."""
+    shards: int
+    after: int
+    """Number of rows of all rounds before."""
+    count: int
+    earlier: tuple[tuple[str, bytes], ...]
+    """Names and contents of the shards of all rounds before."""
+    sha256: str | None
+    """SHA-256 of the program's file; ``None``: programs of other bytes and the same version may fly, too."""
+    flies_px4: bool = False
+    unit: str = "jobs"
+
+    @property
+    def before(self) -> str:
+        """How many rows there were before."""
+        return f"{self.after} rows"
+
+    def command(self, shard: int, out: Path) -> list[str]:
+        """``samara study --shard``."""
+        (out / "shards").mkdir(parents=True, exist_ok=True)
+        for name, content in self.earlier:
+            (out / "shards" / name).write_bytes(content)
+        part = ["--shard", f"{shard}/{self.shards}", "--campaign", self.id]
+        return ["study", *self.arguments, *part, "--out", os.fspath(out)]
+
+    def result(self, shard: int) -> str:
+        """A file of ``shards``."""
+        return f"shards/{self.after:09}-{shard:05}-of-{self.shards:05}.rows"
+
+    def unfit(self, samara: Program, here: str) -> str | None:
+        """That the study or the program is another one here."""
+        if self.sha256 not in (None, found := samara.sha256()):
+            return f"SHA-256 of the program {found}, expected {self.sha256}"
+        found = json.loads(samara.run(["study", *self.arguments, "--describe"], here))["campaign"]
+        return None if found == self.id else f"the study's ID is {found}, expected {self.id}"
+
+
+@dataclass(frozen=True)
 class Candidates:
     """What a search asks about: the candidates of one of its steps."""
 

@@ -5,11 +5,11 @@ use pyo3::types::PyDict;
 use rayon::prelude::*;
 use samara::assess::{Limits, Outcome, RandomRelease, SafetyStudy, StudyEntry, tracking};
 use samara::config::Mission;
-use samara::report::campaign::campaign_csv::trial_columns;
-use samara::report::campaign::document::{Beside, document};
-use samara::report::campaign::exact::MeasureValues;
-use samara::report::campaign::own::named;
-use samara::report::campaign::{CampaignReport, CampaignSummary, CaseRecord, Keep, TrialRecord, json};
+use samara::study::campaign::campaign_csv::trial_columns;
+use samara::study::campaign::document::{Beside, document};
+use samara::study::campaign::exact::MeasureValues;
+use samara::study::campaign::{CampaignReport, CampaignSummary, CaseRecord, Keep, TrialRecord, json};
+use samara::study::own::named;
 use samara::study::own::{FLOWN_BY, fly_case, own_entries};
 
 use super::plan::converged;

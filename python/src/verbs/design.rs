@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use rayon::prelude::*;
 use samara::config::{Mission, designed_mission_json, gains_json};
 use samara::design::{Design, DesignSearch, FlyPortion, Judgement, judge_finalists};
-use samara::report::design::{DesignRun, about, convergence_csv, document, front_csv, json};
+use samara::study::designing::report::{DesignRun, about, convergence_csv, document, front_csv, json};
 use samara::study::designing::{design_judge, design_search, judge_own_and};
 use samara::tune::CandidateSearch as _;
 

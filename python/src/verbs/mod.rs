@@ -5,8 +5,7 @@
 //! | [`plan`] | the optimal trajectory |
 //! | [`drop`] | a whole drop by the reference autopilot, judged |
 //! | [`assess`] | campaigns of random releases |
-//! | [`rare`] | how rare failures are, and what decides a drop |
-//! | [`replan`] | drops along one plan and along renewed ones |
+//! | [`study`] | studies of any kind |
 //! | [`tune`] | gains by search |
 //! | [`design`] | plan and gains by one search |
 //! | [`names`] | which missions there are, the text of one, what its numbers amount to |
@@ -16,6 +15,5 @@ pub mod design;
 pub mod drop;
 pub mod names;
 pub mod plan;
-pub mod rare;
-pub mod replan;
+pub mod study;
 pub mod tune;

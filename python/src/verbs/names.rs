@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use samara::config::shipped::{MISSIONS, names_in};
 use samara::config::{mission_path, mission_text as text_of};
-use samara::report::{checked_json, checked_text, odd};
 use samara::study::checking::checked;
+use samara::study::checking::{checked_json, checked_text, odd};
 
 use crate::fault::OrGiven as _;
 use crate::given::Given;

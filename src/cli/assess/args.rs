@@ -12,16 +12,14 @@ use crate::cli::args::{
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
-use crate::cli::study::args::StudyArgs;
-use crate::cli::study::envelope::{Pairs, pairs, rays};
-use crate::cli::study::free_fall::hours;
-use crate::cli::study::rare::{bound, least, per_level};
-use crate::cli::study::replan::{Cadences, WHEN, cadences};
-use crate::cli::study::sobol::points;
-use samara::config::Mission;
-use samara::report::campaign::Keep;
 #[cfg(feature = "shards")]
-use samara::report::cut::Cut;
+use crate::cli::study::args::PartArgs;
+use crate::cli::study::args::StudyArgs;
+use samara::config::Mission;
+use samara::study::campaign::Keep;
+#[cfg(feature = "shards")]
+use samara::study::cut::Cut;
+use samara::study::rare::bound;
 
 /// What `--only` flies again.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -124,14 +122,13 @@ pub struct AssessArgs {
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "all",
-        value_parser = pairs,
         group = MODE,
         conflicts_with_all = ["autopilot", "only", "bound", "trials"]
     )]
-    pub envelope: Option<Pairs>,
+    pub envelope: Option<String>,
     /// Now `samara study envelope --rays N`.
-    #[arg(long, hide = true, value_name = "N", value_parser = rays)]
-    pub rays: Option<usize>,
+    #[arg(long, hide = true, value_name = "N")]
+    pub rays: Option<String>,
     /// Now `samara study replan --when WHEN`.
     #[arg(
         long,
@@ -139,12 +136,11 @@ pub struct AssessArgs {
         value_name = "WHEN",
         num_args = 0..=1,
         require_equals = true,
-        default_missing_value = WHEN,
-        value_parser = cadences,
+        default_missing_value = "release,1",
         group = MODE,
         conflicts_with_all = ["only", "bound", "feed_forward"]
     )]
-    pub replan: Option<Cadences>,
+    pub replan: Option<String>,
     /// Now `samara study free-fall --hours HOURS`.
     #[arg(
         long,
@@ -153,21 +149,19 @@ pub struct AssessArgs {
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "20",
-        value_parser = hours,
         group = MODE,
         conflicts_with_all = ["autopilot", "only", "bound", "params", "case"]
     )]
-    pub free_fall: Option<u64>,
+    pub free_fall: Option<String>,
     /// Now `samara study rare --least P`.
     #[arg(
         long,
         hide = true,
         value_name = "P",
-        value_parser = least,
         group = MODE,
         conflicts_with_all = ["autopilot", "only", "keep", "trials"]
     )]
-    pub rare: Option<f64>,
+    pub rare: Option<String>,
     /// Now `samara study sobol --points N`.
     #[arg(
         long,
@@ -176,17 +170,16 @@ pub struct AssessArgs {
         num_args = 0..=1,
         require_equals = true,
         default_missing_value = "2048",
-        value_parser = points,
         group = MODE,
         conflicts_with_all = ["autopilot", "only", "keep", "trials", "bound"]
     )]
-    pub sobol: Option<usize>,
+    pub sobol: Option<String>,
     /// Now `samara study rare --unknowns`.
     #[arg(long, hide = true)]
     pub unknowns: bool,
     /// Now `samara study rare --per-level N`.
-    #[arg(long, hide = true, value_name = "N", value_parser = per_level)]
-    pub per_level: Option<usize>,
+    #[arg(long, hide = true, value_name = "N")]
+    pub per_level: Option<String>,
     /// Trials of each campaign.
     ///
     /// Instead of the mission's `monte_carlo.trials`.
@@ -297,6 +290,8 @@ impl AssessArgs {
             resume: self.resume,
             threads: self.threads,
             parent: self.parent.clone(),
+            #[cfg(feature = "shards")]
+            part: PartArgs::default(),
         }
     }
 

@@ -22,10 +22,10 @@ use samara::assess::{
     Summary, Tally, paper,
 };
 use samara::config::Mission;
-use samara::report::campaign::campaign_csv::{file_name, header, parse_row, write_row};
-use samara::report::campaign::exact::{MeasurePasses, MeasureValues};
-use samara::report::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
 use samara::sim::ABREAST;
+use samara::study::campaign::campaign_csv::{file_name, header, parse_row, write_row};
+use samara::study::campaign::exact::{MeasurePasses, MeasureValues};
+use samara::study::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
 
 /// Trials between two looks at Ctrl-C and two writes to the disk.
 pub const BLOCK: u64 = 128;

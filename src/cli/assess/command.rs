@@ -9,8 +9,8 @@ use crate::cli::args::AutopilotArg;
 use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print;
 use samara::config::Mission;
-use samara::report::campaign::Keep;
 use samara::report::shell::command_line;
+use samara::study::campaign::Keep;
 
 /// The command that makes the campaigns again, its choices spelt out, quoted for a shell; folder and number
 /// of threads do not belong to it.

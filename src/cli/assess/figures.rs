@@ -11,7 +11,7 @@ use samara::report::document::Figure;
 use samara::report::figure::{
     PathGroup, StudyStyle, TrialPoint, costs_figure, paths_figure, velocities_figure,
 };
-use samara::report::paper::{Assessment, label};
+use samara::study::paper::{Assessment, label};
 use samara::tune::ReleaseCase;
 
 /// Trials whose velocities are drawn.

@@ -29,17 +29,13 @@ mod study;
 use super::answer::{Answer, Failure};
 use std::sync::atomic::AtomicBool;
 
-use super::study::args::now_spelt;
-use super::study::effects::{self, EffectsArgs};
-use super::study::envelope::{self, EnvelopeArgs, RAYS};
-use super::study::free_fall::{self, FreeFallArgs};
-use super::study::rare::{self, RareArgs};
-use super::study::replan::{self, ReplanArgs};
-use super::study::sobol::{self, SobolArgs};
+use super::study::args::{WireArgs, now_spelt};
+use super::study::asked::StudyOf;
 use super::system::interrupt_flag;
 pub use args::AssessArgs;
 use args::Only;
-use samara::assess::rare::PER_LEVEL;
+use samara::study::kinds::kind;
+use samara::study::settings::Values;
 
 /// Flies the study, or drops by an autopilot.
 pub fn run(args: AssessArgs) -> Result<Answer, Failure> {
@@ -69,47 +65,80 @@ pub fn run(args: AssessArgs) -> Result<Answer, Failure> {
 
 /// Flies the study that an old spelling asks for, and says the new one.
 fn old_spelling(args: &AssessArgs, stop: &AtomicBool) -> Result<Option<Answer>, Failure> {
-    let study = args.study();
-    let answer = if let Some(when) = &args.replan {
-        now_spelt("--replan", "replan --when");
-        let AssessArgs { trials, autopilot, state, instance, patience, .. } = args;
-        let (state, patience) = (state.clone(), patience.clone());
-        let (when, autopilot, instance) = (when.clone(), autopilot.clone(), *instance);
-        let args = ReplanArgs { study, when, trials: *trials, autopilot, state, instance, patience };
-        replan::run(&args, stop)
-    } else if args.effects {
-        now_spelt("--effects", "effects");
-        effects::run(&EffectsArgs { study, trials: args.trials }, stop)
-    } else if let Some(pairs) = &args.envelope {
-        now_spelt("--envelope", "envelope --pairs");
-        let rays = args.rays.unwrap_or(RAYS);
-        envelope::run(&EnvelopeArgs { study, pairs: pairs.clone(), rays }, stop)
-    } else if let Some(hours) = args.free_fall {
-        now_spelt("--free-fall", "free-fall --hours");
-        free_fall::run(&FreeFallArgs { study, trials: args.trials, hours }, stop)
-    } else if let Some(points) = args.sobol {
-        now_spelt("--sobol", "sobol --points");
-        sobol::run(&SobolArgs { study, points }, stop)
-    } else {
-        let only = match &args.only {
+    let Some(old) = Old::of(args)? else { return Ok(None) };
+    now_spelt(old.option, &old.now);
+    let kind = kind(old.kind).map_err(Failure::input)?;
+    let table = kind.about().settings;
+    let mut values = Values::usual(table);
+    let trials = args.trials.filter(|_| table.iter().any(|setting| setting.name == "trials"));
+    let given = old.settings.into_iter().chain(trials.map(|trials| ("trials", trials.to_string())));
+    for (name, text) in given {
+        values.put(table, name, &text).map_err(|e| Failure::input(format!("--{name}: {e}")))?;
+    }
+    let AssessArgs { autopilot, state, instance, patience, .. } = args;
+    let (autopilot, state, patience) = (autopilot.clone(), state.clone(), patience.clone());
+    let wire = WireArgs { autopilot, state, instance: *instance, patience };
+    let study = StudyOf {
+        kind,
+        args: args.study(),
+        values,
+        only: old.only,
+        page: args.page.clone(),
+        wire: args.replan.is_some().then_some(wire),
+    };
+    super::study::fly(&study, stop).map(Some)
+}
+
+/// A study as it was asked for in old times.
+struct Old {
+    option: &'static str,
+    now: String,
+    kind: &'static str,
+    settings: Vec<(&'static str, String)>,
+    only: Option<String>,
+}
+
+impl Old {
+    fn of(args: &AssessArgs) -> Result<Option<Self>, Failure> {
+        let old = |option, kind: &'static str, setting: &'static str, settings| {
+            let now = format!("{} {setting}", kind.replace('_', "-")).trim_end().to_owned();
+            Some(Self { option, now, kind, settings, only: None })
+        };
+        let of = |name, text: &Option<String>| text.clone().map(|text| (name, text));
+        if let Some(when) = &args.replan {
+            return Ok(old("--replan", "replan", "--when", vec![("when", when.clone())]));
+        }
+        if args.effects {
+            return Ok(old("--effects", "effects", "", Vec::new()));
+        }
+        if let Some(pairs) = &args.envelope {
+            let rays = of("rays", &args.rays);
+            let settings = [("pairs", pairs.clone())].into_iter().chain(rays).collect();
+            return Ok(old("--envelope", "envelope", "--pairs", settings));
+        }
+        if let Some(hours) = &args.free_fall {
+            return Ok(old("--free-fall", "free_fall", "--hours", vec![("hours", hours.clone())]));
+        }
+        if let Some(points) = &args.sobol {
+            return Ok(old("--sobol", "sobol", "--points", vec![("points", points.clone())]));
+        }
+        let file = match &args.only {
             Some(Only::Failure(_)) if args.paper => {
                 let why = "--only FILE: a failure of --rare is expected without --paper";
                 return Err(Failure::input(why.to_owned()));
             }
-            Some(Only::Failure(file)) if args.autopilot.is_none() => Some(file.clone()),
+            Some(Only::Failure(file)) if args.autopilot.is_none() => Some(file.display().to_string()),
             _ => None,
         };
-        let least = match (args.rare, &only) {
-            (None, None) => return Ok(None),
-            (least, _) => least.unwrap_or(1.0),
-        };
-        now_spelt("--rare", if only.is_some() { "rare --only" } else { "rare --least" });
-        let per_level = args.per_level.unwrap_or(PER_LEVEL);
-        let AssessArgs { bound, unknowns, page, .. } = args;
-        let (bound, unknowns, page) = (*bound, *unknowns, page.clone());
-        rare::run(&RareArgs { study, least, bound, unknowns, per_level, only, page }, stop)
-    };
-    answer.map(Some)
+        if args.rare.is_none() && file.is_none() {
+            return Ok(None);
+        }
+        let settings = [("bound", args.bound.to_string()), ("unknowns", args.unknowns.to_string())];
+        let more = of("least", &args.rare).into_iter().chain(of("per_level", &args.per_level));
+        let spelt = if file.is_some() { "--only" } else { "--least" };
+        let rare = old("--rare", "rare", spelt, settings.into_iter().chain(more).collect());
+        Ok(rare.map(|rare| Self { only: file, ..rare }))
+    }
 }
 
 /// The study has no autopilot on a wire: refuses options that are one's.

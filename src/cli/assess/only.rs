@@ -2,15 +2,16 @@
 
 use super::args::AssessArgs;
 use super::campaign::TrialRunner;
-use crate::cli::alone_flight::AloneFlight;
+use crate::cli::alone_flight::write_flight;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::terminal::print;
 use samara::assess::judge::words;
 use samara::assess::{Outcome, RandomRelease, StudyEntry, judge_trial};
-use samara::report::campaign::campaign_csv::write_row;
-use samara::report::campaign::only;
-use samara::report::paper::OURS;
+use samara::study::campaign::campaign_csv::write_row;
+use samara::study::campaign::only;
+use samara::study::kind::FlightFiles;
 use samara::study::own::OPTIMAL;
+use samara::study::paper::OURS;
 
 /// Flies the trial with each controller: prints what was drawn and what came of it, writes
 /// `trial_<K>_<name>.csv` (the flight), `.svg`, `.html` and `.mcap`, and `assess_only_manifest.json`.
@@ -63,14 +64,14 @@ fn write(
     let TrialRunner { mission, folder, .. } = *runner;
     let name = format!("trial_{}_{}", release.trial, entry.name);
     let study = runner.study.in_trials_air(entry, std::slice::from_ref(release));
-    let flight = AloneFlight {
-        mission,
+    let flight = FlightFiles {
         title: format!("{}, trial {}, {}", mission.name, release.trial, entry.name),
-        gains: &entry.gains_name,
-        plan: &runner.study.plan,
-        samples: &study.samples(entry, release),
+        name,
+        gains: entry.gains_name.clone(),
+        plan: runner.study.plan.clone(),
+        samples: study.samples(entry, release),
         limits: runner.limits,
         way_to_t0_ned_m: study.way_to_t0(&release.state),
     };
-    flight.write(folder, &name, &args.page)
+    write_flight(folder, mission, &flight, &args.page)
 }

@@ -14,12 +14,12 @@ use crate::cli::system::Stopwatch;
 use samara::assess::outcome::COUNTED;
 use samara::assess::{StudyEntry, tracking};
 use samara::plan::Plan;
-use samara::report::campaign::document::{Beside, document};
-use samara::report::campaign::own::named;
-use samara::report::campaign::{CampaignReport, CaseRecord, NamedCampaign, footprint, json};
 use samara::report::document::Figure;
 use samara::report::figure::{Distribution, FigureError, distribution_figure};
 use samara::report::uncertain::uncertain_csv;
+use samara::study::campaign::document::{Beside, document};
+use samara::study::campaign::{CampaignReport, CaseRecord, NamedCampaign, footprint, json};
+use samara::study::own::named;
 use samara::study::own::{FLOWN_BY, fly_case, own_entries};
 use samara::tune::ReleaseCase;
 

@@ -12,9 +12,9 @@ use samara::assess::{StudyEntry, StudyReference, tracking};
 use samara::config::Mission;
 use samara::control::{ControlError, Gains};
 use samara::plan::Plan;
-use samara::report::paper::document::document;
-use samara::report::paper::{Assessed, Assessment, CaseResult, OURS, records};
 use samara::study::controller::{along_plan, controller_with};
+use samara::study::paper::document::document;
+use samara::study::paper::{Assessed, Assessment, CaseResult, OURS, records};
 
 /// Flies the study.
 pub fn run(

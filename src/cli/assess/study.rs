@@ -15,8 +15,8 @@ use crate::cli::terminal::print;
 use samara::assess::{Limits, SafetyStudy};
 use samara::config::Mission;
 use samara::plan::{Plan, Status};
-use samara::report::campaign::Keep;
 use samara::report::{plan_json, plan_text};
+use samara::study::campaign::Keep;
 use samara::study::own::own_entries;
 
 /// Flies the campaigns, or one trial of each.

@@ -15,12 +15,12 @@ use crate::cli::new::relative;
 use crate::cli::results::{OutputFolder, sha256_of};
 use crate::cli::terminal::print_err;
 use samara::config::bounded::text_at_most;
-use samara::report::card::Evidence;
-use samara::report::card::command::command;
-use samara::report::card::finding::Finding;
-use samara::report::card::manifest::{Kind, MANIFEST, RunManifest};
 use samara::report::json::VERSION;
 use samara::report::shell::command_line;
+use samara::study::card::Evidence;
+use samara::study::card::command::command;
+use samara::study::card::finding::Finding;
+use samara::study::card::manifest::{Kind, MANIFEST, RunManifest};
 
 /// Largest file that is read [bytes]; an envelope of all pairs and 64 rays has less than a tenth of it.
 const LARGEST: u64 = 64 << 20;

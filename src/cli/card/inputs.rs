@@ -8,7 +8,7 @@ use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::PX4_DEFAULT;
 use crate::cli::mission::{open_mission, px4_parameters};
 use samara::config::Mission;
-use samara::report::card::command::{CHOICES, sets};
+use samara::study::card::command::{CHOICES, sets};
 
 /// The mission as it is now.
 pub struct Present<'a> {

@@ -21,7 +21,7 @@ pub use args::CardArgs;
 use inputs::Present;
 use samara::assess::ChosenAmong;
 use samara::config::{Mission, input_text};
-use samara::report::card::{Card, InputFile, json::json, page::page};
+use samara::study::card::{Card, InputFile, json::json, page::page};
 
 /// Looks at the evidence, writes the card and reports it. Yes: go, restricted or not.
 pub fn run(args: &CardArgs) -> Result<Answer, Failure> {

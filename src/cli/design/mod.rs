@@ -24,7 +24,7 @@ use super::terminal::{print, print_err, print_remarks};
 pub use args::DesignArgs;
 use samara::config::{Mission, is_of_vehicle};
 use samara::design::{DesignSearch, FlyPortion, FlyPortions, NotJudged, judge_finalists, judge_fresh};
-use samara::report::design::{self, DesignRun};
+use samara::study::designing::report::{self as design, DesignRun};
 use samara::study::designing::{
     JudgedDesign, design_judge, design_search, is_more_than_from_t0, judge_own_and, own_design,
 };

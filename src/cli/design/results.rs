@@ -10,7 +10,7 @@ use crate::cli::results::OutputFolder;
 use samara::config::{Mission, designed_mission_json, gains_json, load_mission};
 use samara::design::{DesignJudge, DesignSearch};
 use samara::report::bode_figure;
-use samara::report::design::{self, DesignRun};
+use samara::study::designing::report::{self as design, DesignRun};
 
 const MISSION: &str = "design_mission.json";
 const GAINS: &str = "design_gains.json";

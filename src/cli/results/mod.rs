@@ -29,7 +29,7 @@ use lock::FolderLock;
 pub use lock::Owned;
 use samara::config::Mission;
 use samara::config::bounded::BoundedLines;
-use samara::report::manifest_json;
+use samara::study::card::manifest::manifest_json;
 pub use written::{Hashed, sha256_of};
 use written::{WrittenHash, hash_of, sha256_of_file};
 

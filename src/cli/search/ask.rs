@@ -16,7 +16,7 @@ use crate::cli::results::{OutputFolder, gone};
 use samara::config::{
     Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_asked, load_checkpoint,
 };
-use samara::report::cut::Cut;
+use samara::study::cut::Cut;
 
 /// What is asked about, in the folder of the search.
 pub const CANDIDATES: &str = "candidates.json";

@@ -12,7 +12,7 @@ use crate::cli::design::{self, DesignArgs};
 use crate::cli::help::with_negative_values;
 use crate::cli::tune::{self, TuneArgs};
 use samara::config::load_asked;
-use samara::report::cut::Cut;
+use samara::study::cut::Cut;
 
 /// `samara evaluate`.
 #[derive(Args, Debug)]

@@ -2,12 +2,13 @@
 
 use clap::Args;
 
-use crate::cli::answer::Failure;
-use crate::cli::args::{ChoiceArgs, MissionArgs, ParentArgs, whole};
-use crate::cli::mission::mission_from_t0;
-use crate::cli::narrator::Narrator;
+use crate::cli::args::{
+    AutopilotArg, ChoiceArgs, MissionArgs, ParentArgs, PatienceArgs, StateArgs, autopilot, instance, whole,
+};
 use crate::cli::terminal::print_err;
 use samara::config::Mission;
+#[cfg(feature = "shards")]
+use samara::study::cut::Cut;
 
 /// What every study has.
 #[derive(Args, Debug)]
@@ -20,6 +21,10 @@ pub struct StudyArgs {
     /// Of the same inputs, seed and options: it ends in the bytes in which it would have ended.
     #[arg(long)]
     pub resume: bool,
+    /// A part of the study.
+    #[cfg(feature = "shards")]
+    #[command(flatten)]
+    pub part: PartArgs,
     /// Threads to fly on; the results do not depend on it [default: one for each core].
     #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256))]
     pub threads: Option<u16>,
@@ -32,16 +37,6 @@ pub struct StudyArgs {
 }
 
 impl StudyArgs {
-    /// The mission of a study of flights from t = 0, which is about drops.
-    pub fn mission_with_a_drop_from_t0(&self, study: &str, narrator: &Narrator) -> Result<Mission, Failure> {
-        let mission = mission_from_t0(&self.mission, &self.choice, narrator)?;
-        if mission.release.standing {
-            let message = format!("{study} is about drops, and this mission begins on the ground");
-            return Err(Failure::input(format!("{}: {message}", mission.file.display())));
-        }
-        Ok(mission)
-    }
-
     /// The command that flies a trial of these choices again, up to what is to be flown.
     pub fn command(&self, verb: &[&str], mission: &Mission) -> Vec<String> {
         let mut words: Vec<String> = ["samara"].iter().chain(verb).map(|word| (*word).to_owned()).collect();
@@ -51,18 +46,56 @@ impl StudyArgs {
     }
 }
 
-/// Most trials of a row: all are kept, for what they differ by.
-const MOST_TRIALS: u64 = 100_000;
+/// A part of a study.
+#[cfg(feature = "shards")]
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Parts of a study")]
+pub struct PartArgs {
+    /// Fly part I of N of the jobs at hand, I from 0 to N-1, to a file in --out.
+    ///
+    /// To DIR/shards, by any number of processes on any machines; a part that is there is not flown again.
+    /// `samara merge DIR` puts them together, or says which are missing: a study of several rounds goes on
+    /// when all parts of one are there.
+    #[arg(long, value_name = "I/N", value_parser = str::parse::<Cut>, requires = "out", conflicts_with = "resume")]
+    pub shard: Option<Cut>,
+    /// Fly the part only if it is one of the study of this ID, as --describe prints it.
+    #[arg(long, value_name = "ID", hide_short_help = true, requires = "shard")]
+    pub campaign: Option<String>,
+    /// Print as JSON which study this is, and fly nothing.
+    ///
+    /// With --out it is noted there, as the first shard does.
+    #[arg(long, hide_short_help = true, conflicts_with_all = ["resume", "shard"])]
+    pub describe: bool,
+}
 
-/// Trials of each row of a study that compares campaigns of the same drops, `usual` unless it is said
-/// otherwise; too many are refused.
-pub fn trials_of(asked: Option<u64>, usual: u64, study: &str) -> Result<u64, Failure> {
-    let trials = asked.unwrap_or(usual);
-    if trials > MOST_TRIALS {
-        let message = format!("--trials: at most {MOST_TRIALS} are expected with {study}, found {trials}");
-        return Err(Failure::input(message));
+#[cfg(feature = "shards")]
+impl PartArgs {
+    /// Whether a part is asked for, or which study it would be of.
+    pub fn asks(&self) -> bool {
+        self.shard.is_some() || self.describe
     }
-    Ok(trials)
+}
+
+/// What flies the drops of a study over a wire.
+#[derive(Args, Clone, Debug)]
+pub struct WireArgs {
+    /// Fly over the wire: by reference or px4=DIR.
+    #[arg(long, help_heading = "Autopilot", value_name = "AUTOPILOT", value_parser = autopilot)]
+    pub autopilot: Option<AutopilotArg>,
+    /// What the autopilot flies by, with --autopilot.
+    #[command(flatten)]
+    pub state: StateArgs,
+    /// Number of the first vehicle, with --autopilot; those side by side have the next.
+    #[arg(long, help_heading = "Autopilot", value_name = "0..9", default_value_t = 0, value_parser = instance, hide_short_help = true)]
+    pub instance: u16,
+    /// How long PX4 may keep a flight waiting.
+    #[command(flatten)]
+    pub patience: PatienceArgs,
+}
+
+/// The choices, but for gains in place of the mission's own.
+pub fn without_gains(choice: &ChoiceArgs) -> ChoiceArgs {
+    ChoiceArgs { gains: None, params: None, ..choice.clone() }
 }
 
 /// Says which spelling is the new one of what was typed.

@@ -6,56 +6,32 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Context as _;
 
-use super::args::StudyArgs;
+use super::asked::StudyOf;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::estimate::warn_in_space;
 use crate::cli::narrator::Narrator;
 use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
 use crate::cli::system::thread_pool;
 use crate::cli::terminal::print;
 use samara::config::Mission;
-use samara::host::kept::{self, KeptRows};
+use samara::host::kept::{KeptRows, going_on};
+#[cfg(feature = "shards")]
+use samara::host::shards::{Ended, Shards};
 use samara::host::{Host, Progress};
-use samara::printable::printable;
-use samara::report::json::VERSION;
-use samara::study::jobs::Stopped;
-
-/// The folder of a study's results; where it goes on, with the rows that an earlier run has left.
-pub fn folder(args: &StudyArgs, verb: &str, name: &str, mission: &Mission) -> Result<OutputFolder, Failure> {
-    let folder = OutputFolder::create(verb, args.mission.out.as_deref(), &mission.name)?;
-    if args.resume {
-        folder.resume([rows_of(name)]);
-    }
-    Ok(folder)
-}
+use samara::study::kind::{About, Results, Study, Unfinished};
 
 /// Name of a study's file of rows.
-fn rows_of(name: &str) -> String {
+pub fn rows_of(name: &str) -> String {
     format!("{name}_rows.csv")
-}
-
-/// What a study is, for its host.
-pub struct Asked<'a> {
-    /// Name of the study: what its file of rows begins with.
-    pub name: &'static str,
-    /// Name of the study in its manifest.
-    pub verb: &'static str,
-    /// What its jobs are called.
-    pub unit: &'static str,
-    /// Jobs, or the most that there are.
-    pub whole: u64,
-    /// Threads that fly; `None`: one for each core.
-    pub threads: Option<u16>,
-    /// What decides its rows beside the mission's inputs: name and value.
-    pub settings: &'a [(&'static str, String)],
 }
 
 /// A study of a mission on its host.
 pub struct Hosted<'a> {
-    args: &'a StudyArgs,
+    of: &'a StudyOf,
+    about: About,
     mission: &'a Mission,
     folder: &'a OutputFolder,
-    asked: Asked<'a>,
     pool: rayon::ThreadPool,
     progress: ProgressLine,
     stop: &'a AtomicBool,
@@ -72,91 +48,93 @@ impl Progress for ProgressLine {
 }
 
 impl<'a> Hosted<'a> {
-    /// A host for a study whose results go to `folder`.
+    /// A host for a study whose results go to `folder`; says how long it takes, where it does.
     pub fn new(
-        args: &'a StudyArgs,
+        of: &'a StudyOf,
         (mission, folder): (&'a Mission, &'a OutputFolder),
-        asked: Asked<'a>,
-        stop: &'a AtomicBool,
+        (threads, stop): (Option<u16>, &'a AtomicBool),
+        study: &dyn Study,
     ) -> Result<Self, Failure> {
-        let pool = thread_pool(asked.threads)?;
-        let progress = ProgressLine::new("study", asked.unit, asked.whole);
-        Ok(Self { args, mission, folder, asked, pool, progress, stop })
+        let (about, pool) = (of.kind.about(), thread_pool(threads)?);
+        if let Some(slow) = study.slow() {
+            let count = (slow.flights, slow.tried);
+            warn_in_space(&slow.reason, count, pool.current_num_threads(), || (slow.try_some)());
+        }
+        let progress = ProgressLine::new("study", about.unit, study.jobs());
+        Ok(Self { of, about, mission, folder, pool, progress, stop })
     }
 
-    /// Threads that fly.
-    pub fn threads(&self) -> usize {
-        self.pool.current_num_threads()
+    /// Runs a study to where the shards that are there lead: to its results, or to how it ended.
+    #[cfg(feature = "shards")]
+    pub fn run_in_shards(
+        &self,
+        study: &dyn Study,
+        shards: Shards<'_>,
+    ) -> Result<Result<Results, Option<Ended>>, Failure> {
+        let is_stopped = || self.stop.load(Ordering::Relaxed);
+        let mut host = Host::in_shards(&self.pool, &is_stopped, &self.progress, shards);
+        let found = study.run(&mut host);
+        let failure = host.failure();
+        self.progress.finish();
+        match (found, failure) {
+            (Ok(found), _) => Ok(Ok(found)),
+            (Err(Unfinished::Figure(e)), _) => Err(e).context("a figure of the study")?,
+            (Err(Unfinished::Stopped), Some(error)) => Err(error)
+                .with_context(|| self.folder.path().join("shards").display().to_string())
+                .bad_input(),
+            (Err(Unfinished::Stopped), None) => Ok(Err(host.ended())),
+        }
     }
 
     /// Runs a study to its end; `None` when Ctrl-C stopped it, and then its rows are kept.
-    pub fn run<T>(
-        &self,
-        study: impl FnOnce(&mut Host<'_>) -> Result<T, Stopped>,
-    ) -> Result<Option<T>, Failure> {
+    pub fn run(&self, study: &dyn Study) -> Result<Option<Results>, Failure> {
         let is_stopped = || self.stop.load(Ordering::Relaxed);
         let mut host = Host::new(&self.pool, &is_stopped, &self.progress, self.kept()?);
-        let found = study(&mut host);
+        let found = study.run(&mut host);
         let failure = host.failure();
         drop(host);
         self.progress.finish();
         match (found, failure) {
             (Ok(found), _) => Ok(Some(found)),
-            (Err(Stopped), Some(error)) => Err(error)
-                .with_context(|| self.folder.path().join(self.rows()).display().to_string())
+            (Err(Unfinished::Figure(e)), _) => Err(e).context("a figure of the study")?,
+            (Err(Unfinished::Stopped), Some(error)) => Err(error)
+                .with_context(|| self.folder.path().join(rows_of(self.about.name)).display().to_string())
                 .bad_input(),
-            (Err(Stopped), None) => Ok(None),
+            (Err(Unfinished::Stopped), None) => Ok(None),
         }
     }
 
-    /// Ends a study whose results are written: with its manifest, without its rows, which are needed until
-    /// then, and with its JSON object or its text.
-    pub fn finish(
-        &self,
-        object: impl FnOnce() -> String,
-        text: impl FnOnce() -> String,
-    ) -> Result<(), Failure> {
-        self.folder.write_manifest(self.asked.verb, self.mission, self.asked.settings)?;
-        self.folder.clear(&self.rows())?;
-        print(&if self.args.mission.json { object() } else { text() })
+    /// Writes the manifest.
+    pub fn write_manifest(&self) -> Result<(), Failure> {
+        let settings = self.of.values.in_order(self.about.settings);
+        self.folder.write_manifest(self.about.manifest, self.mission, &settings)
     }
 
-    /// The answer of a study that was stopped, with an object whose `key` has no value.
-    pub fn stopped(&self, key: &str, narrator: &Narrator) -> Result<Answer, Failure> {
+    /// Ends a study whose results are written: with its manifest, and without its rows, which are needed
+    /// until then.
+    pub fn finish(&self) -> Result<(), Failure> {
+        self.write_manifest()?;
+        self.folder.clear(&rows_of(self.about.name)).map(|_| ())
+    }
+
+    /// The answer of a study that was stopped.
+    pub fn stopped(&self, narrator: &Narrator) -> Result<Answer, Failure> {
         narrator.say("stopped; the same command with --resume goes on\n");
         narrator.check()?;
-        if self.args.mission.json {
-            let object = serde_json::json!({ "mission": self.mission.name, key: null, "reason": "stopped" });
+        if self.of.args.mission.json {
+            let (mission, study) = (&self.mission.name, self.about.name);
+            let object = serde_json::json!({ "mission": mission, "study": study, "reason": "stopped" });
             print(&format!("{object:#}\n"))?;
         }
         Ok(Answer::No)
     }
 
-    fn rows(&self) -> String {
-        rows_of(self.asked.name)
-    }
-
-    /// The first line of the file of rows: everything that they hang on.
-    fn head(&self) -> String {
-        let settings: serde_json::Map<String, serde_json::Value> = self
-            .asked
-            .settings
-            .iter()
-            .map(|(name, value)| ((*name).to_owned(), value.clone().into()))
-            .collect();
-        let object = serde_json::json!({
-            "study": self.asked.name, "version": VERSION, "mission": self.mission.name,
-            "seed": self.mission.seed, "input_hash": self.mission.inputs.hash, "settings": settings,
-        });
-        format!("# {object}\n")
-    }
-
     /// The rows of an earlier run where it is to be gone on with, and the file that takes those to come.
     fn kept(&self) -> Result<KeptRows, Failure> {
-        let (name, head) = (self.rows(), self.head());
+        let (name, head) = (rows_of(self.about.name), self.about.head(self.mission, &self.of.values));
         let path = self.folder.path().join(&name);
         let (mut rows, mut whole) = (Vec::new(), 0);
-        if self.args.resume {
+        if self.of.args.resume {
             let mut text = String::new();
             let file = self.folder.open(&name)?;
             let mut file = file.ok_or_else(|| {
@@ -167,23 +145,12 @@ impl<'a> Hosted<'a> {
                 ))
             })?;
             file.read_to_string(&mut text).with_context(|| path.display().to_string()).bad_input()?;
-            match text.strip_prefix(&head) {
-                Some(text) => {
-                    (rows, whole) = kept::read(text);
-                    whole += head.len();
-                }
-                // Killed before its first line was whole.
-                None if head.starts_with(&text) => {}
-                None => {
-                    return Err(Failure::input(format!(
-                        "{}:1: these rows are of other inputs; expected `{}`, found `{}`: begin anew without --resume, or in \
-                         another folder with --out",
-                        path.display(),
-                        head.trim_end(),
-                        printable(text.lines().next().unwrap_or_default())
-                    )));
-                }
-            }
+            (rows, whole) = going_on(&text, &head).map_err(|why| {
+                Failure::input(format!(
+                    "{}:1: {why}: begin anew without --resume, or in another folder with --out",
+                    path.display()
+                ))
+            })?;
         }
         let mut file = self.folder.continued(&name, whole as u64)?;
         self.folder.unlist(&name);

@@ -14,7 +14,7 @@ use crate::cli::system::Stopwatch;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
-use samara::report::tune::{Standing, TuneRun, about, records};
+use samara::study::tuning::report::{Standing, TuneRun, about, records};
 use samara::trajectory::Trajectory;
 use samara::tune::{CandidateSearch as _, GainJudge, Longitudinal, Search};
 

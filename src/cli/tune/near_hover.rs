@@ -9,7 +9,7 @@ use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
 use crate::cli::terminal::print;
 use samara::config::Mission;
-use samara::report::tune::{Standing, near_hover as report};
+use samara::study::tuning::report::{Standing, near_hover as report};
 use samara::trajectory::Trajectory;
 use samara::tune::RangeEnds;
 use samara::tune::near_hover::near_hover;

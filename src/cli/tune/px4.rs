@@ -20,7 +20,7 @@ use samara::control::Gains;
 use samara::control::px4::{Law, is_quad_x};
 use samara::params::{ParameterFile, Subject, px4_model_export, px4_model_parameters};
 use samara::report::params::params_file;
-use samara::report::px4_gains::{PX4S_DEFAULTS, Px4Gains, document, gains_json};
+use samara::study::px4_gains::{PX4S_DEFAULTS, Px4Gains, document, gains_json};
 use samara::study::tuning::gain_ends;
 use samara::trajectory::Trajectory;
 use samara::tune::objective::PENALTY;

@@ -11,10 +11,10 @@ use crate::cli::terminal::{print, print_err};
 use samara::config::{Mission, gains_json};
 use samara::control::Gains;
 use samara::params::{Purpose, export};
-use samara::report::convergence_figure;
 use samara::report::params::params_file;
-use samara::report::range_ends::range_ends_words;
-use samara::report::tune::{TuneRun, records};
+use samara::study::range_ends::range_ends_words;
+use samara::study::tuning::convergence_figure;
+use samara::study::tuning::report::{TuneRun, records};
 use samara::tune::{Longitudinal, RangeEnds, Search};
 
 /// Name of a search's checkpoint.

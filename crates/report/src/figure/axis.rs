@@ -6,36 +6,40 @@ use crate::columns;
 use samara_core::math;
 
 /// Text of ticks and labels at lines.
-pub(crate) const SMALL: Font = Font { size: 12.0, color: SOFT_INK, bold: false };
+pub const SMALL: Font = Font { size: 12.0, color: SOFT_INK, bold: false };
 /// Font of titles of panels and axes, and of names beside lines.
-pub(crate) const TITLE: Font = Font { size: 12.5, color: INK, bold: false };
+pub const TITLE: Font = Font { size: 12.5, color: INK, bold: false };
 
 /// Fewest ticks that make a scale.
 const FEWEST: usize = 3;
 
 /// A linear scale: `low` is drawn at `low_px`, `high` at `high_px`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Axis {
-    pub(crate) low: f64,
-    pub(crate) high: f64,
-    pub(crate) low_px: f64,
-    pub(crate) high_px: f64,
+pub struct Axis {
+    /// Least value.
+    pub low: f64,
+    /// Greatest value.
+    pub high: f64,
+    /// Place of the least value [px].
+    pub low_px: f64,
+    /// Place of the greatest value [px].
+    pub high_px: f64,
 }
 
 impl Axis {
     /// The scale from the lower to the higher of two numbers, between the pixels at which they are drawn.
-    pub(crate) fn new((low, high): (f64, f64), (low_px, high_px): (f64, f64)) -> Self {
+    pub fn new((low, high): (f64, f64), (low_px, high_px): (f64, f64)) -> Self {
         Self { low, high, low_px, high_px }
     }
 
     /// Pixel at which a number is drawn.
-    pub(crate) fn px(&self, x: f64) -> f64 {
+    pub fn px(&self, x: f64) -> f64 {
         self.low_px + (x - self.low) / (self.high - self.low) * (self.high_px - self.low_px)
     }
 
     /// About `count` round numbers within the scale, as numbers and as text; at least [`FEWEST`] where the
     /// scale allows.
-    pub(crate) fn ticks(&self, count: usize) -> Vec<(f64, String)> {
+    pub fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         let finer = (0..3).map(|k| self.about(count << k));
         finer.reduce(|found, finer| if found.len() < FEWEST { finer } else { found }).unwrap_or_default()
     }
@@ -57,23 +61,23 @@ impl Axis {
 }
 
 /// The round number - 1, 2 or 5 times a power of ten - at or above `x`.
-pub(crate) fn round_step(x: f64) -> f64 {
+pub fn round_step(x: f64) -> f64 {
     let power = math::powf(10f64, (math::log10(x) + 1e-9).floor());
     [1.0, 2.0, 5.0].into_iter().map(|m| m * power).find(|s| *s >= x * (1.0 - 1e-9)).unwrap_or(10.0 * power)
 }
 
 /// A number with a minus sign proper, and none before zero.
-pub(crate) fn number(x: f64, decimals: usize) -> String {
+pub fn number(x: f64, decimals: usize) -> String {
     columns::fixed(x, decimals).replace('-', "\u{2212}")
 }
 
 /// A number with as many decimals (two at most) as it has.
-pub(crate) fn short(x: f64) -> String {
+pub fn short(x: f64) -> String {
     columns::short(x, 2).replace('-', "\u{2212}")
 }
 
 /// Range of the finite values; `None` when there are none.
-pub(crate) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
+pub fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values.filter(|x| x.is_finite()).fold(None, |r, x| match r {
         None => Some((x, x)),
         Some((low, high)) => Some((low.min(x), high.max(x))),
@@ -82,25 +86,27 @@ pub(crate) fn range(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
 
 /// A rectangle for curves: one axis to the right, one up or down.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Panel {
-    pub(crate) x: Axis,
-    pub(crate) y: Axis,
+pub struct Panel {
+    /// Axis to the right.
+    pub x: Axis,
+    /// Axis upwards.
+    pub y: Axis,
 }
 
 impl Panel {
     /// Point at which a pair of numbers is drawn.
-    pub(crate) fn px(&self, x: f64, y: f64) -> Point {
+    pub fn px(&self, x: f64, y: f64) -> Point {
         (self.x.px(x), self.y.px(y))
     }
 
     /// Upper left and lower right corner.
-    pub(crate) fn corners(&self) -> (Point, Point) {
+    pub fn corners(&self) -> (Point, Point) {
         let (y0, y1) = (self.y.low_px.min(self.y.high_px), self.y.low_px.max(self.y.high_px));
         ((self.x.low_px, y0), (self.x.high_px, y1))
     }
 
     /// Grid lines with numbers at the left, and below if `below`.
-    pub(crate) fn grid(&self, pen: &mut Pen<'_>, columns: usize, rows: usize, below: bool) {
+    pub fn grid(&self, pen: &mut Pen<'_>, columns: usize, rows: usize, below: bool) {
         let ((x0, y0), (x1, y1)) = self.corners();
         let line = Stroke::solid(GRID, 1.0);
         for (x, text) in self.x.ticks(columns) {

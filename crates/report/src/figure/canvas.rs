@@ -9,11 +9,11 @@ use plotters::backend::{DrawingBackend, SVGBackend};
 use plotters::prelude::{Color, FontTransform, IntoFont, RGBColor, ShapeStyle, TextStyle};
 use plotters::style::FontStyle;
 /// The point of a text that is put at its place; vertically always the middle.
-pub(crate) use plotters::style::text_anchor::HPos as Anchor;
+pub use plotters::style::text_anchor::HPos as Anchor;
 use plotters::style::text_anchor::{Pos, VPos};
 
 use super::color::{INK, Rgb, WHITE};
-pub(crate) use super::polyline::Point;
+pub use super::polyline::Point;
 use super::polyline::{dashes, thinned};
 
 /// Why a figure cannot be drawn.
@@ -39,29 +39,36 @@ const SUBSCRIPT: [char; 3] = ['\u{E000}', '\u{E001}', '\u{E002}'];
 
 /// Colour, width and dashes of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Stroke {
-    pub(crate) color: Rgb,
-    pub(crate) width: f64,
+pub struct Stroke {
+    /// Color.
+    pub color: Rgb,
+    /// Width [px].
+    pub width: f64,
     /// Lengths of dash and gap [px]; `None`: solid.
-    pub(crate) dash: Option<(f64, f64)>,
+    pub dash: Option<(f64, f64)>,
 }
 
 impl Stroke {
-    pub(crate) fn solid(color: Rgb, width: f64) -> Self {
+    /// A line without gaps.
+    pub fn solid(color: Rgb, width: f64) -> Self {
         Self { color, width, dash: None }
     }
 
-    pub(crate) fn dashed(color: Rgb, width: f64, dash: f64, gap: f64) -> Self {
+    /// A line of dashes and gaps of these lengths [px].
+    pub fn dashed(color: Rgb, width: f64, dash: f64, gap: f64) -> Self {
         Self { color, width, dash: Some((dash, gap)) }
     }
 }
 
 /// Size, colour and weight of text.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Font {
-    pub(crate) size: f64,
-    pub(crate) color: Rgb,
-    pub(crate) bold: bool,
+pub struct Font {
+    /// Size [px].
+    pub size: f64,
+    /// Color.
+    pub color: Rgb,
+    /// Whether it is bold.
+    pub bold: bool,
 }
 
 /// Draws on a white sheet of `size` pixels and returns the document. `title` and `origin`, the comment lines
@@ -69,7 +76,7 @@ pub(crate) struct Font {
 ///
 /// # Errors
 /// [`FigureError`] when plotters fails.
-pub(crate) fn sheet(
+pub fn sheet(
     size: (u32, u32),
     (title, origin): (&str, &str),
     draw: impl FnOnce(&mut Pen<'_>),
@@ -116,7 +123,7 @@ fn escape(text: &str) -> String {
 }
 
 /// The text with a subscript: `sub("J", "TPF")`.
-pub(crate) fn sub(base: &str, subscript: &str) -> String {
+pub fn sub(base: &str, subscript: &str) -> String {
     format!("{base}{}{subscript}{}", SUBSCRIPT[0], SUBSCRIPT[1])
 }
 
@@ -126,7 +133,7 @@ fn plain(text: &str) -> String {
 }
 
 /// Width of a text [px], estimated for a wide sans-serif.
-pub(crate) fn text_width(text: &str, size: f64) -> f64 {
+pub fn text_width(text: &str, size: f64) -> f64 {
     let em: f64 = text
         .chars()
         .map(|c| match c {
@@ -140,7 +147,7 @@ pub(crate) fn text_width(text: &str, size: f64) -> f64 {
 }
 
 /// Draws on a sheet. An error of plotters is kept and returned at the end.
-pub(crate) struct Pen<'a> {
+pub struct Pen<'a> {
     backend: SVGBackend<'a>,
     failure: Option<String>,
 }
@@ -153,7 +160,7 @@ impl<'a> Pen<'a> {
     }
 
     /// A line through the points; a point that is not finite parts it. Thinned to what is visible.
-    pub(crate) fn line(&mut self, points: &[Point], stroke: Stroke) {
+    pub fn line(&mut self, points: &[Point], stroke: Stroke) {
         for run in points.split(|p| !(p.0.is_finite() && p.1.is_finite())) {
             let run = thinned(run, VISIBLE_PX);
             match stroke.dash {
@@ -176,30 +183,30 @@ impl<'a> Pen<'a> {
     }
 
     /// Draws a filled polygon.
-    pub(crate) fn polygon(&mut self, points: &[Point], color: Rgb) {
+    pub fn polygon(&mut self, points: &[Point], color: Rgb) {
         let fine: Vec<_> = points.iter().map(|p| fine_point(*p)).collect();
         self.attempt(|b| b.fill_polygon(fine, &shape(color, 0, true)));
     }
 
     /// Draws a filled rectangle between two corners.
-    pub(crate) fn rectangle(&mut self, (x0, y0): Point, (x1, y1): Point, color: Rgb) {
+    pub fn rectangle(&mut self, (x0, y0): Point, (x1, y1): Point, color: Rgb) {
         self.polygon(&[(x0, y0), (x1, y0), (x1, y1), (x0, y1)], color);
     }
 
     /// Draws a filled disc.
-    pub(crate) fn disc(&mut self, centre: Point, radius: f64, color: Rgb) {
+    pub fn disc(&mut self, centre: Point, radius: f64, color: Rgb) {
         let style = shape(color, 0, true);
         self.attempt(|b| b.draw_circle(fine_point(centre), fine_width(radius), &style, true));
     }
 
     /// Draws a disc within a dark rim.
-    pub(crate) fn dot(&mut self, centre: Point, (outer, inner): (f64, f64), color: Rgb) {
+    pub fn dot(&mut self, centre: Point, (outer, inner): (f64, f64), color: Rgb) {
         self.disc(centre, outer, INK);
         self.disc(centre, inner, color);
     }
 
     /// Writes a text, its middle line at the place.
-    pub(crate) fn text(&mut self, text: &str, at: Point, anchor: Anchor, font: Font) {
+    pub fn text(&mut self, text: &str, at: Point, anchor: Anchor, font: Font) {
         let weight = if font.bold { FontStyle::Bold } else { FontStyle::Normal };
         let color = rgb(font.color);
         let style = TextStyle::from(

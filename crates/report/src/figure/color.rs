@@ -5,30 +5,30 @@
 //! above 1 is outside the map: red.
 
 /// A colour as red, green and blue.
-pub(crate) type Rgb = (u8, u8, u8);
+pub type Rgb = (u8, u8, u8);
 
 /// Colour of text and of what is drawn like text.
-pub(crate) const INK: Rgb = (0x22, 0x22, 0x22);
+pub const INK: Rgb = (0x22, 0x22, 0x22);
 /// Colour of secondary text: ticks, remarks.
-pub(crate) const SOFT_INK: Rgb = (0x55, 0x55, 0x55);
+pub const SOFT_INK: Rgb = (0x55, 0x55, 0x55);
 /// Colour of grid lines.
-pub(crate) const GRID: Rgb = (0xE4, 0xE4, 0xE4);
+pub const GRID: Rgb = (0xE4, 0xE4, 0xE4);
 /// Colour of the time between release and t = 0.
-pub(crate) const BAND: Rgb = (0xEE, 0xEE, 0xEE);
+pub const BAND: Rgb = (0xEE, 0xEE, 0xEE);
 /// Colour of the background.
-pub(crate) const WHITE: Rgb = (0xFF, 0xFF, 0xFF);
+pub const WHITE: Rgb = (0xFF, 0xFF, 0xFF);
 /// Colour of limits, and of what is beyond them.
-pub(crate) const LIMIT: Rgb = (0xC0, 0x1F, 0x2E);
+pub const LIMIT: Rgb = (0xC0, 0x1F, 0x2E);
 /// Colour of the first line of a panel: north, front (Okabe and Ito's blue).
-pub(crate) const FIRST: Rgb = (0x00, 0x72, 0xB2);
+pub const FIRST: Rgb = (0x00, 0x72, 0xB2);
 /// Colour of the second line of a panel: down, rear (Okabe and Ito's vermilion, a little darker for white
 /// ground).
-pub(crate) const SECOND: Rgb = (0xCC, 0x55, 0x00);
+pub const SECOND: Rgb = (0xCC, 0x55, 0x00);
 
 /// Colour of the third line of a panel: east (Okabe and Ito's bluish green, darker for white ground).
-pub(crate) const THIRD: Rgb = (0x00, 0x7A, 0x5A);
+pub const THIRD: Rgb = (0x00, 0x7A, 0x5A);
 /// Colours of the lines of a panel that may have one for each rotor.
-pub(crate) const LINES: [Rgb; 8] = [
+pub const LINES: [Rgb; 8] = [
     FIRST,
     SECOND,
     THIRD,
@@ -56,7 +56,7 @@ const STEPS: usize = 40;
 
 /// Number of the colour of a cost, from 0 at no cost to the limit at 1 in every figure; [`STEPS`] stands for
 /// red.
-pub(crate) fn cost_step(cost: f64) -> usize {
+pub fn cost_step(cost: f64) -> usize {
     if !(cost <= 1.0) {
         return STEPS;
     }
@@ -64,7 +64,7 @@ pub(crate) fn cost_step(cost: f64) -> usize {
 }
 
 /// The colour with a number.
-pub(crate) fn color_of_step(step: usize) -> Rgb {
+pub fn color_of_step(step: usize) -> Rgb {
     if step >= STEPS {
         return LIMIT;
     }
@@ -76,12 +76,12 @@ pub(crate) fn color_of_step(step: usize) -> Rgb {
 }
 
 /// The colour of a cost.
-pub(crate) fn cost_color(cost: f64) -> Rgb {
+pub fn cost_color(cost: f64) -> Rgb {
     color_of_step(cost_step(cost))
 }
 
 /// All colours in order, each with the cost at which it begins.
-pub(crate) fn cost_colors() -> impl Iterator<Item = (f64, Rgb)> {
+pub fn cost_colors() -> impl Iterator<Item = (f64, Rgb)> {
     (0..STEPS).map(|i| (i as f64 / STEPS as f64, color_of_step(i)))
 }
 

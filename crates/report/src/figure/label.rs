@@ -5,20 +5,26 @@ use samara_core::math;
 
 /// An upright rectangle [px].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LabelPlace {
-    pub(crate) x0: f64,
-    pub(crate) y0: f64,
-    pub(crate) x1: f64,
-    pub(crate) y1: f64,
+pub struct LabelPlace {
+    /// Left end [px].
+    pub x0: f64,
+    /// Upper end [px].
+    pub y0: f64,
+    /// Right end [px].
+    pub x1: f64,
+    /// Lower end [px].
+    pub y1: f64,
 }
 
 impl LabelPlace {
-    pub(crate) fn around(centre: Point, width: f64, height: f64) -> Self {
+    /// A place of this size [px] about a centre.
+    pub fn around(centre: Point, width: f64, height: f64) -> Self {
         let (x, y) = centre;
         Self { x0: x - 0.5 * width, y0: y - 0.5 * height, x1: x + 0.5 * width, y1: y + 0.5 * height }
     }
 
-    pub(crate) fn centre(&self) -> Point {
+    /// Centre of the place [px].
+    pub fn centre(&self) -> Point {
         (0.5 * (self.x0 + self.x1), 0.5 * (self.y0 + self.y1))
     }
 
@@ -39,7 +45,7 @@ impl LabelPlace {
 
 /// The places and lines of a panel that labels must keep off.
 #[derive(Clone, Debug)]
-pub(crate) struct Room {
+pub struct Room {
     bounds: LabelPlace,
     taken: Vec<LabelPlace>,
     /// Points of the lines, at most a pixel apart, by the strip of the bounds that they lie in, or next to.
@@ -55,19 +61,20 @@ const AREA_PER_LINE_POINT: f64 = 12.0;
 const OVERLAP_WEIGHT: f64 = 10.0;
 
 impl Room {
-    pub(crate) fn new(((x0, y0), (x1, y1)): (Point, Point)) -> Self {
+    /// Room between two corners [px].
+    pub fn new(((x0, y0), (x1, y1)): (Point, Point)) -> Self {
         let strips = ((y1 - y0) / STRIP_PX).ceil().max(1.0) as usize;
         let bounds = LabelPlace { x0, y0, x1, y1 };
         Self { bounds, taken: Vec::new(), strips: vec![Vec::new(); strips] }
     }
 
     /// Keeps labels off a place.
-    pub(crate) fn take(&mut self, place: LabelPlace) {
+    pub fn take(&mut self, place: LabelPlace) {
         self.taken.push(place);
     }
 
     /// Keeps labels off a line.
-    pub(crate) fn take_line(&mut self, points: &[Point]) {
+    pub fn take_line(&mut self, points: &[Point]) {
         for pair in points.windows(2) {
             let (a, b) = (pair[0], pair[1]);
             let length = math::hypot(b.0 - a.0, b.1 - a.1);
@@ -88,18 +95,18 @@ impl Room {
     }
 
     /// Keeps labels off a coloured line.
-    pub(crate) fn take_points(&mut self, points: &[(Point, usize)]) {
+    pub fn take_points(&mut self, points: &[(Point, usize)]) {
         self.take_line(&points.iter().map(|p| p.0).collect::<Vec<_>>());
     }
 
     /// Draws a line and keeps labels off it.
-    pub(crate) fn line(&mut self, pen: &mut Pen<'_>, points: &[Point], stroke: Stroke) {
+    pub fn line(&mut self, pen: &mut Pen<'_>, points: &[Point], stroke: Stroke) {
         pen.line(points, stroke);
         self.take_line(points);
     }
 
     /// Writes a text in the middle of the best of the candidates.
-    pub(crate) fn write(
+    pub fn write(
         &mut self,
         pen: &mut Pen<'_>,
         (text, font): (&str, Font),
@@ -112,7 +119,7 @@ impl Room {
 
     /// The best of the candidates, which is taken from now on; the first among equals. `None` without
     /// candidates.
-    pub(crate) fn best(&mut self, candidates: impl IntoIterator<Item = LabelPlace>) -> Option<LabelPlace> {
+    pub fn best(&mut self, candidates: impl IntoIterator<Item = LabelPlace>) -> Option<LabelPlace> {
         let mut best: Option<(f64, LabelPlace)> = None;
         for place in candidates {
             let price = self.price(&place);
@@ -126,7 +133,7 @@ impl Room {
     }
 
     /// The best of the candidates that lie within bounds and on no other label; `None` where there is none.
-    pub(crate) fn free(&mut self, candidates: impl IntoIterator<Item = LabelPlace>) -> Option<LabelPlace> {
+    pub fn free(&mut self, candidates: impl IntoIterator<Item = LabelPlace>) -> Option<LabelPlace> {
         let bounds = self.bounds;
         let within =
             |p: &LabelPlace| p.x0 >= bounds.x0 && p.y0 >= bounds.y0 && p.x1 <= bounds.x1 && p.y1 <= bounds.y1;

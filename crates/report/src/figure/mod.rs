@@ -21,24 +21,18 @@
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
 //! | `study`, `study_paths`, `study_campaigns` | the paper's figures 7 to 14 |
 
-mod axis;
+pub mod axis;
 mod bode;
-mod canvas;
-pub(super) mod color;
-mod convergence;
+pub mod canvas;
+pub mod color;
 mod distribution;
-mod envelope;
-mod fidelity;
 mod flight_path;
-mod free_fall;
 mod glyph;
 mod heading;
-mod label;
+pub mod label;
 mod polyline;
-mod rare;
 mod rotors;
 mod sheet;
-mod sobol;
 mod study;
 mod study_campaigns;
 mod study_paths;
@@ -47,13 +41,7 @@ mod track;
 
 pub use bode::bode_figure;
 pub use canvas::FigureError;
-pub use convergence::convergence_figure;
 pub use distribution::{Distribution, distribution_figure};
-pub use envelope::{STRIP_PANELS, envelope_figure, envelope_strip};
-pub use fidelity::fidelity_figure;
-pub use free_fall::free_fall_figure;
-pub use rare::rare_figure;
-pub use sobol::sobol_figure;
 
 use nalgebra::Vector3;
 
@@ -73,7 +61,8 @@ use samara_core::assess::Verdict;
 use samara_core::trajectory::Trajectory;
 use samara_mission::Mission;
 
-const WIDTH_PX: u32 = 960;
+/// Width of a sheet [px].
+pub const WIDTH_PX: u32 = 960;
 const HEIGHT_PX: u32 = 760;
 /// Corners of the flight path's panel.
 const PATH_CORNERS: (Point, Point) = ((56.0, 112.0), (446.0, 712.0));

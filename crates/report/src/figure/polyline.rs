@@ -3,10 +3,10 @@
 use samara_core::math;
 
 /// A point on the sheet [px], x to the right, y down.
-pub(crate) type Point = (f64, f64);
+pub type Point = (f64, f64);
 
 /// The points of a line that stays within `tolerance` of all points (Ramer, Douglas and Peucker).
-pub(crate) fn thinned(points: &[Point], tolerance: f64) -> Vec<Point> {
+pub fn thinned(points: &[Point], tolerance: f64) -> Vec<Point> {
     if points.len() < 3 {
         return points.to_vec();
     }
@@ -41,7 +41,7 @@ fn distance(p: Point, a: Point, b: Point) -> f64 {
 }
 
 /// The parts of a line whose points have one key, each with that key; a part ends where the next one begins.
-pub(crate) fn runs<K: Copy + PartialEq>(points: &[(Point, K)]) -> Vec<(K, Vec<Point>)> {
+pub fn runs<K: Copy + PartialEq>(points: &[(Point, K)]) -> Vec<(K, Vec<Point>)> {
     let mut runs = Vec::new();
     let mut start = 0;
     while start + 1 < points.len() {
@@ -55,7 +55,7 @@ pub(crate) fn runs<K: Copy + PartialEq>(points: &[(Point, K)]) -> Vec<(K, Vec<Po
 }
 
 /// Cuts a line of at least one point into dashes [px].
-pub(crate) fn dashes(points: &[Point], dash: f64, gap: f64) -> Vec<Vec<Point>> {
+pub fn dashes(points: &[Point], dash: f64, gap: f64) -> Vec<Vec<Point>> {
     let mut pieces = vec![vec![points[0]]];
     let (mut drawing, mut left) = (true, dash);
     for pair in points.windows(2) {

@@ -21,9 +21,9 @@ use crate::cli::results::OutputFolder;
 use crate::cli::results::remove_folder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking;
-use samara::report::campaign::exact::MeasureValues;
-use samara::report::campaign::{CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialRecord, json};
-use samara::report::drops::{DropTally, DropTrial, document, drops_json, header, row};
+use samara::study::campaign::exact::MeasureValues;
+use samara::study::campaign::{CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialRecord, json};
+use samara::study::drops::{DropTally, DropTrial, document, drops_json, header, row};
 
 /// Where the files of flights go.
 pub struct Files<'a> {

@@ -10,7 +10,7 @@ use super::DropCampaign;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::results::OutputFolder;
 use samara::config::bounded::text_at_most;
-use samara::report::drops::{DropTrial, TrialFile};
+use samara::study::drops::{DropTrial, TrialFile};
 
 /// Larger files are not of a trial [bytes].
 const TRIAL_MOST: u64 = 1 << 20;

@@ -29,8 +29,8 @@ use samara::assess::judge::words;
 use samara::config::Mission;
 use samara::link::shell::{Speed, Wiring};
 use samara::plan::Status;
-use samara::report::drops::DropTrial;
 use samara::report::{plan_json, plan_text};
+use samara::study::drops::DropTrial;
 
 /// What every trial shares.
 pub struct DropCampaign<'a> {

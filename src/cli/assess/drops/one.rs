@@ -13,8 +13,8 @@ use crate::cli::results::OutputFolder;
 use crate::cli::results::remove_folder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::repeats::{RepeatSpread, RepeatedFlight, repeat_position};
-use samara::report::drops::{DropTally, drops_json};
-use samara::report::repeats::{document, repeats_header, repeats_json, repeats_row};
+use samara::study::drops::repeats::{document, repeats_header, repeats_json, repeats_row};
+use samara::study::drops::{DropTally, drops_json};
 
 impl DropCampaign<'_> {
     /// Flies one trial, reported as `samara drop` reports it, all files kept.

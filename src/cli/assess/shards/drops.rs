@@ -14,12 +14,12 @@ use crate::cli::pilot::pilot_and_mission;
 use crate::cli::planning::plan_mission;
 use crate::cli::progress::ProgressLine;
 use crate::cli::results::{OutputFolder, place_of};
-use samara::report::campaign::{CampaignSummary, TrialRecord};
-use samara::report::cut::Cut;
-use samara::report::drops::{DropTally, DropTrial};
-use samara::report::shard::ShardWriter;
-use samara::report::shard::rows::drop_table;
-use samara::report::shard::summary::{DropTallyRecord, DropsPart, SummaryRecord};
+use samara::study::campaign::{CampaignSummary, TrialRecord};
+use samara::study::cut::Cut;
+use samara::study::drops::{DropTally, DropTrial};
+use samara::study::shard::ShardWriter;
+use samara::study::shard::rows::drop_table;
+use samara::study::shard::summary::{DropTallyRecord, DropsPart, SummaryRecord};
 
 /// Flies the part, unless it is there.
 pub fn run(

@@ -11,9 +11,10 @@ use super::{merge_drops, merge_study};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::whole;
 use crate::cli::assess::args::AssessArgs;
+use crate::cli::study::shards;
 use crate::cli::terminal::print;
 use samara::config::{mission_path, mission_text};
-use samara::report::shard::ShardHead;
+use samara::study::shard::ShardHead;
 
 /// `samara merge`.
 #[derive(Args, Debug)]
@@ -41,6 +42,9 @@ pub struct MergeArgs {
 
 /// Merges the parts, or says which are missing.
 pub fn run(args: &MergeArgs) -> Result<Answer, Failure> {
+    if shards::is_study(&args.dir) {
+        return shards::merge(&args.dir, (args.mission.as_deref(), args.threads), (args.missing, args.json));
+    }
     let files = files(&args.dir)?;
     if args.missing {
         let missing = missing(&files)?;

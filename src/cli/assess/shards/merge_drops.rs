@@ -11,12 +11,12 @@ use crate::cli::mission::print_origin;
 use crate::cli::pilot::pilot_and_mission;
 use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
-use samara::report::campaign::exact::MeasureValues;
-use samara::report::campaign::{CampaignSummary, Keep, TrialRecord};
-use samara::report::drops::{DropTally, header, row};
-use samara::report::shard::rows::drop_rows;
-use samara::report::shard::summary::DropsPart;
-use samara::report::shard::{ShardError, ShardHead};
+use samara::study::campaign::exact::MeasureValues;
+use samara::study::campaign::{CampaignSummary, Keep, TrialRecord};
+use samara::study::drops::{DropTally, header, row};
+use samara::study::shard::rows::drop_rows;
+use samara::study::shard::summary::DropsPart;
+use samara::study::shard::{ShardError, ShardHead};
 
 /// Merges the drops.
 pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result<Answer, Failure> {

@@ -15,12 +15,12 @@ use crate::cli::narrator::Narrator;
 use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
 use samara::assess::{Outcome, RandomRelease};
-use samara::report::campaign::Keep;
-use samara::report::campaign::campaign_csv::{file_name, header, parse_row};
-use samara::report::shard::ShardError;
-use samara::report::shard::rows::study_rows;
-use samara::report::shard::summary::StudyPart;
+use samara::study::campaign::Keep;
+use samara::study::campaign::campaign_csv::{file_name, header, parse_row};
 use samara::study::own::own_entries;
+use samara::study::shard::ShardError;
+use samara::study::shard::rows::study_rows;
+use samara::study::shard::summary::StudyPart;
 
 /// Merges the campaigns of a mission's own gains.
 pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {

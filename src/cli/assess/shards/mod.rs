@@ -27,7 +27,7 @@ use crate::cli::answer::{Answer, Failure};
 use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::pilot_and_mission;
-use samara::report::cut::Cut;
+use samara::study::cut::Cut;
 
 /// Reports which campaign the arguments make, and flies nothing.
 pub fn describe(args: &AssessArgs) -> Result<Answer, Failure> {

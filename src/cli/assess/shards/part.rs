@@ -6,9 +6,9 @@ use crate::cli::assess::args::AssessArgs;
 use crate::cli::assess::command::arguments;
 use crate::cli::terminal::{print, print_err};
 use samara::config::Mission;
-use samara::report::cut::Cut;
 use samara::report::json::VERSION;
-use samara::report::shard::ShardHead;
+use samara::study::cut::Cut;
+use samara::study::shard::ShardHead;
 
 /// Rows of a row group: those that are in memory at once.
 pub const GROUP_ROWS: usize = 1 << 16;

@@ -10,9 +10,9 @@ use super::place::{ENDING, FOLDER, open};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::terminal::print_err;
 use samara::config::Mission;
-use samara::report::cut::Cut;
 use samara::report::json::VERSION;
-use samara::report::shard::{ShardError, ShardHead, ShardReader, Table};
+use samara::study::cut::{Cut, ranges};
+use samara::study::shard::{ShardError, ShardHead, ShardReader, Table};
 
 /// The parts of a campaign: each trial is in one of them.
 pub struct Parts {
@@ -226,30 +226,9 @@ fn number(path: &Path) -> Option<Cut> {
     Cut::of_name(path.file_name()?.to_str()?.strip_suffix(ENDING)?)
 }
 
-/// Ascending numbers as `0-3,17`.
-fn ranges(numbers: &[u64]) -> String {
-    let mut ranges: Vec<(u64, u64)> = Vec::new();
-    for &number in numbers {
-        match ranges.last_mut() {
-            Some((_, last)) if *last + 1 == number => *last = number,
-            _ => ranges.push((number, number)),
-        }
-    }
-    let words =
-        ranges.iter().map(|(from, to)| if from == to { from.to_string() } else { format!("{from}-{to}") });
-    words.collect::<Vec<_>>().join(",")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn closed_form_numbers_as_an_array() {
-        for (numbers, text) in [(&[][..], ""), (&[3], "3"), (&[0, 1, 2, 5, 7, 8], "0-2,5,7-8")] {
-            assert_eq!(ranges(numbers), text);
-        }
-    }
 
     #[test]
     fn a_parts_number_is_in_its_name() {

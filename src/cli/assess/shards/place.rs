@@ -9,8 +9,8 @@ use anyhow::Context as _;
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::aside::Aside;
 use crate::cli::terminal::print_err;
-use samara::report::cut::Cut;
-use samara::report::shard::{ShardHead, ShardReader};
+use samara::study::cut::Cut;
+use samara::study::shard::{ShardHead, ShardReader};
 
 /// Folder of the parts within a campaign's.
 pub const FOLDER: &str = "shards";

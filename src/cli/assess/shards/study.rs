@@ -15,13 +15,13 @@ use crate::cli::planning::plan_mission;
 use crate::cli::progress::ProgressLine;
 use crate::cli::results::{OutputFolder, place_of};
 use samara::assess::{RandomRelease, StudyEntry};
-use samara::report::campaign::campaign_csv::write_row;
-use samara::report::campaign::{CampaignSummary, SHOWN, TrialRecord};
-use samara::report::cut::Cut;
-use samara::report::shard::rows::{StudyRow, study_table};
-use samara::report::shard::summary::{StudyPart, SummaryRecord};
-use samara::report::shard::{ShardHead, ShardWriter};
+use samara::study::campaign::campaign_csv::write_row;
+use samara::study::campaign::{CampaignSummary, SHOWN, TrialRecord};
+use samara::study::cut::Cut;
 use samara::study::own::own_entries;
+use samara::study::shard::rows::{StudyRow, study_table};
+use samara::study::shard::summary::{StudyPart, SummaryRecord};
+use samara::study::shard::{ShardHead, ShardWriter};
 
 /// Flies the part, unless it is there.
 pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, Failure> {

@@ -1,0 +1,196 @@
+//! A study flown in shards: each round of its jobs is cut into parts, and each part's rows lie in a file of
+//! their own, written by whoever flies it, anywhere. Whoever has the parts of all rounds before comes to the
+//! same jobs, to the bit. A file ends in a line that tells whether it is whole.
+
+use std::collections::BTreeMap;
+use std::io;
+
+use samara_core::checksum::crc32_iso;
+use samara_study::cut::Cut;
+use samara_study::jobs::{Numbers, Round};
+
+use super::kept::{push_line, read};
+
+/// Ending of the name of a part's file.
+pub const ENDING: &str = ".rows";
+
+/// Where the files of parts lie.
+pub trait ShardFiles {
+    /// Names of all files that are there.
+    ///
+    /// # Errors
+    /// Of reading the folder.
+    fn names(&self) -> io::Result<Vec<String>>;
+    /// The text of a file; `None` where there is none of this name.
+    ///
+    /// # Errors
+    /// Of reading it.
+    fn read(&self, name: &str) -> io::Result<Option<String>>;
+    /// Writes a file, whole or not at all.
+    ///
+    /// # Errors
+    /// Of writing it.
+    fn write(&self, name: &str, text: &str) -> io::Result<()>;
+}
+
+/// How a study in shards ended, where no results came of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// A part is there: flown now, or before.
+    Part {
+        /// Rows of all rounds before.
+        after: u64,
+        /// First job of the part.
+        first: u64,
+        /// Jobs of the part.
+        jobs: u64,
+        /// Name of its file.
+        file: String,
+        /// Whether it was flown now.
+        flown: bool,
+    },
+    /// Parts are missing of the round that follows these rows.
+    Missing {
+        /// Rows of all rounds before.
+        after: u64,
+        /// Jobs of the round.
+        jobs: u64,
+        /// How many parts there are to be, where one is there, of this round or one before, that tells it.
+        of: Option<u64>,
+        /// Numbers of those that are missing.
+        parts: Vec<u64>,
+    },
+}
+
+/// The parts of a study.
+pub struct Shards<'a> {
+    files: &'a dyn ShardFiles,
+    /// The first line of each file, which stands for everything that its rows hang on.
+    head: &'a str,
+    /// The part that is flown here; `None`: none is.
+    cut: Option<Cut>,
+    /// Rows of the rounds before.
+    after: u64,
+    /// How many parts the rounds before were cut into.
+    of: Option<u64>,
+    /// How it ended.
+    pub(crate) ended: Option<Ended>,
+}
+
+/// A round, as far as its parts are there.
+pub(crate) enum RoundThere {
+    /// Each row.
+    Whole(Vec<Numbers>),
+    /// Some parts are missing: how many parts there are to be, if that is known, and which.
+    Missing(Option<u64>, Vec<u64>),
+}
+
+impl<'a> Shards<'a> {
+    /// Shards whose files begin with this line, of which this one is flown here, or none.
+    pub fn new(files: &'a dyn ShardFiles, head: &'a str, cut: Option<Cut>) -> Self {
+        Self { files, head, cut, after: 0, of: None, ended: None }
+    }
+
+    /// Name of a part's file, of the round that follows the rows so far.
+    fn name(&self, cut: Cut) -> String {
+        format!("{:09}-{}{ENDING}", self.after, cut.name())
+    }
+
+    /// The rows of a part; `None` where it is not there, or not whole.
+    fn part(&self, cut: Cut, jobs: u64) -> io::Result<Option<Vec<Numbers>>> {
+        let name = self.name(cut);
+        let Some(text) = self.files.read(&name)? else { return Ok(None) };
+        let Some(rows) = text.strip_prefix(self.head) else {
+            let found = text.lines().next().unwrap_or_default();
+            return if self.head.starts_with(&text) {
+                Ok(None)
+            } else {
+                Err(invalid(format!(
+                    "{name}: a shard of another study; expected `{}`, found `{}`: another folder (--out) is expected",
+                    self.head.trim_end(),
+                    samara_core::printable::printable(found)
+                )))
+            };
+        };
+        let whole =
+            rows.rsplit_once('#').filter(|(rows, end)| *end == &seal(rows)[1..]).map(|(rows, _)| rows);
+        let Some(rows) = whole.map(|rows| read(rows).0) else { return Ok(None) };
+        let range = cut.range(jobs);
+        Ok((rows.len() as u64 == range.end - range.start).then_some(rows))
+    }
+
+    /// The next round, as far as its parts are there.
+    pub(crate) fn round(&mut self, jobs: u64) -> io::Result<RoundThere> {
+        let prefix = format!("{:09}-", self.after);
+        let mut parts_of = BTreeMap::<u64, Vec<u64>>::new();
+        for name in self.files.names()? {
+            let cut = name.strip_suffix(ENDING).and_then(|name| Cut::of_name(name.strip_prefix(&prefix)?));
+            if let Some(cut) = cut {
+                parts_of.entry(cut.of).or_default().push(cut.part);
+            }
+        }
+        let of = match (parts_of.len(), self.cut) {
+            (2.., _) => {
+                return Err(invalid("shards of one round are cut in two ways: remove one".to_owned()));
+            }
+            (1, Some(cut)) if !parts_of.contains_key(&cut.of) => {
+                let other = parts_of.into_keys().next().unwrap_or_default();
+                return Err(invalid(format!(
+                    "--shard {cut}: there are shards of {other}: one of those is expected"
+                )));
+            }
+            (_, cut) => parts_of.into_keys().next().or(cut.map(|cut| cut.of)).or(self.of),
+        };
+        self.of = of;
+        let Some(of) = of else { return Ok(RoundThere::Missing(None, Vec::new())) };
+        let (mut rows, mut missing) = (Vec::new(), Vec::new());
+        for part in 0..of {
+            match self.part(Cut { part, of }, jobs)? {
+                Some(some) => rows.extend(some),
+                None => missing.push(part),
+            }
+        }
+        if missing.is_empty() {
+            self.after += jobs;
+            return Ok(RoundThere::Whole(rows));
+        }
+        Ok(RoundThere::Missing(Some(of), missing))
+    }
+
+    /// What is to be flown here of a round whose parts are missing: none where it is there, or where nothing
+    /// is flown here; then it is said how the study ended.
+    pub(crate) fn flown_here(&mut self, jobs: u64, of: Option<u64>, missing: Vec<u64>) -> Option<Cut> {
+        let after = self.after;
+        let Some(cut) = self.cut else {
+            self.ended = Some(Ended::Missing { after, jobs, of, parts: missing });
+            return None;
+        };
+        let flown = missing.contains(&cut.part);
+        self.ended = Some(self.part_ended(cut, jobs, flown));
+        flown.then_some(cut)
+    }
+
+    fn part_ended(&self, cut: Cut, jobs: u64, flown: bool) -> Ended {
+        let range = cut.range(jobs);
+        let (first, jobs) = (range.start, range.end - range.start);
+        Ended::Part { after: self.after, first, jobs, file: self.name(cut), flown }
+    }
+
+    /// Writes a part that was flown.
+    pub(crate) fn write(&self, cut: Cut, round: Round, rows: &[Numbers]) -> io::Result<()> {
+        debug_assert_eq!(rows.len() as u64, cut.range(round.count).end - cut.range(round.count).start);
+        let mut text = String::new();
+        rows.iter().for_each(|row| push_line(&mut text, row));
+        let end = seal(&text);
+        self.files.write(&self.name(cut), &format!("{}{text}{end}", self.head))
+    }
+}
+
+/// The last line of a file, behind these rows.
+fn seal(rows: &str) -> String {
+    format!("# {} rows, CRC-32 {:08x}\n", rows.lines().count(), crc32_iso(rows.as_bytes()))
+}
+
+fn invalid(message: String) -> io::Error {
+    io::Error::new(io::ErrorKind::InvalidData, message)
+}

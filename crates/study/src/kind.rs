@@ -1,0 +1,242 @@
+//! What a kind of study is: all that a host needs to begin it, and all that comes of it. Who offers a kind to
+//! people - the program as a verb, Python as a function - asks for nothing else.
+
+use nalgebra::Vector3;
+use samara_core::assess::Limits;
+use samara_core::plan::Plan;
+use samara_core::sim::Sample;
+use samara_core::trajectory::Trajectory;
+use samara_mission::Mission;
+use samara_report::document::{Check, Document, Figure, Passage};
+use samara_report::figure::FigureError;
+use samara_report::json::VERSION;
+use serde_json::{Map, Value, json};
+
+use crate::jobs::{Jobs, Stopped};
+use crate::settings::{Setting, Values};
+
+/// What a kind of study is, for people.
+#[derive(Clone, Copy, Debug)]
+pub struct About {
+    /// Name: `free_fall` is the verb `samara study free-fall`, and its files begin so.
+    pub name: &'static str,
+    /// Name in its manifest.
+    pub manifest: &'static str,
+    /// A line that says what it asks.
+    pub title: &'static str,
+    /// Help: examples first.
+    pub help: &'static str,
+    /// Name of its jobs, for people.
+    pub unit: &'static str,
+    /// Whatever it flies.
+    pub flies: Flies,
+    /// Table of its settings.
+    pub settings: &'static [Setting],
+    /// The claim that it judges, in words, or why it judges nothing.
+    pub judges: Result<&'static str, &'static str>,
+    /// How one of its flights alone is named, or why there is none.
+    pub alone: Result<&'static str, &'static str>,
+}
+
+impl About {
+    /// Refuses a mission that begins on the ground, and faults of what is not flown.
+    ///
+    /// # Errors
+    /// [`Refused`] for such a mission.
+    pub fn suits(&self, mission: &Mission) -> Result<(), Refused> {
+        match self.flies {
+            Flies::FromT0 => mission.faults.check_from_t0().map_err(Refused::by)?,
+            Flies::WholeDrops => mission.faults.check_without_wire().map_err(Refused::by)?,
+            Flies::WithoutAPlan => {}
+        }
+        let words =
+            format!("{} is about drops, and this mission begins on the ground", self.name.replace('_', "-"));
+        if mission.release.standing { Err(Refused(words)) } else { Ok(()) }
+    }
+
+    /// The first line of the rows of a study of this kind, which stands for everything that they hang on.
+    pub fn head(&self, mission: &Mission, values: &Values) -> String {
+        let settings: Map<String, Value> = values
+            .in_order(self.settings)
+            .into_iter()
+            .map(|(name, text)| (name.to_owned(), text.into()))
+            .collect();
+        let object = json!({
+            "study": self.name, "version": VERSION, "mission": mission.name, "seed": mission.seed,
+            "input_hash": mission.inputs.hash, "settings": settings,
+        });
+        format!("# {object}\n")
+    }
+}
+
+/// What a kind of study flies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Flies {
+    /// Along the plan, from t = 0.
+    FromT0,
+    /// Whole drops along the plan, without a wire.
+    WholeDrops,
+    /// What needs no plan.
+    WithoutAPlan,
+}
+
+/// What a study is about.
+#[derive(Clone, Copy, Debug)]
+pub struct Given<'a> {
+    /// The mission.
+    pub mission: &'a Mission,
+    /// The mission with its own gains, where others were chosen in their place.
+    pub own: Option<&'a Mission>,
+    /// The plan, which one [`Flies::WithoutAPlan`] has not.
+    pub plan: Option<&'a Plan>,
+}
+
+impl<'a> Given<'a> {
+    /// The plan.
+    ///
+    /// # Errors
+    /// Where there is none.
+    pub fn plan(&self) -> Result<&'a Plan, Refused> {
+        self.plan.ok_or_else(|| Refused("a plan is expected".to_owned()))
+    }
+}
+
+/// Why a mission has no such study, in words.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{0}")]
+pub struct Refused(pub String);
+
+impl Refused {
+    /// A refusal in the words of an error.
+    pub fn by(error: impl std::fmt::Display) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// Why a study has no results.
+#[derive(Debug, thiserror::Error)]
+pub enum Unfinished {
+    /// It was stopped.
+    #[error("stopped")]
+    Stopped,
+    /// A figure could not be drawn.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+}
+
+impl From<Stopped> for Unfinished {
+    fn from(_: Stopped) -> Self {
+        Self::Stopped
+    }
+}
+
+/// A kind of study.
+pub trait Kind: Sync {
+    /// All that it is, for people.
+    fn about(&self) -> About;
+
+    /// Begins a study.
+    ///
+    /// # Errors
+    /// [`Refused`] for a mission that has none.
+    fn begin<'a>(&self, given: Given<'a>, values: &Values) -> Result<Box<dyn Study + 'a>, Refused>;
+
+    /// One flight alone, by what names it.
+    ///
+    /// # Errors
+    /// [`Refused`] where there is none of that name, or of this kind.
+    fn alone(&self, given: Given<'_>, values: &Values, name: &str) -> Result<Results, Refused> {
+        let _ = (given, values, name);
+        Err(Refused(self.about().alone.err().unwrap_or_default().to_owned()))
+    }
+}
+
+/// A study that was begun.
+pub trait Study {
+    /// How many jobs it has, or the most that it may have.
+    fn jobs(&self) -> u64;
+
+    /// Why its flights take long, where they do.
+    fn slow(&self) -> Option<Slow<'_>> {
+        None
+    }
+
+    /// Has its jobs flown, and says what came of them.
+    ///
+    /// # Errors
+    /// [`Unfinished`] where it was stopped.
+    fn run(&self, jobs: &mut dyn Jobs) -> Result<Results, Unfinished>;
+}
+
+/// Flights that take long.
+pub struct Slow<'a> {
+    /// Why, in words.
+    pub reason: String,
+    /// How many there are, at most.
+    pub flights: u64,
+    /// How many [`Self::try_some`] flies.
+    pub tried: usize,
+    /// Flies some, whose time is taken.
+    pub try_some: Box<dyn Fn() + 'a>,
+}
+
+/// What came of a study. Its files are `<name>.txt`, `.json`, `.html` and `<name>_junit.xml`, and those that
+/// are named here.
+#[derive(Clone, Debug, Default)]
+pub struct Results {
+    /// The answer.
+    pub document: Document,
+    /// The object of `--json`.
+    pub json: String,
+    /// Tables and further files: name and text.
+    pub files: Vec<(String, String)>,
+    /// Figures.
+    pub figures: Vec<Figure>,
+    /// Flights to be looked at.
+    pub flights: Vec<FlightFiles>,
+    /// Names of files that are not written this time: those of an earlier run go.
+    pub absent: Vec<String>,
+    /// Whether the answer is yes.
+    pub holds: bool,
+    /// The file that names one flight of these to be flown again alone, if there is one.
+    pub again: Option<String>,
+}
+
+impl Results {
+    /// The claim that a study judges as a test case, for continuous integration; none of one that judges
+    /// nothing.
+    pub fn junit(&self, about: &About, mission: &Mission) -> Option<String> {
+        let claim = about.judges.ok()?;
+        let failure = (!self.holds).then(|| format!("no: {}.txt has the numbers", about.name));
+        let check = Check { group: about.name.to_owned(), name: claim.to_owned(), failure };
+        Some(Document { checks: vec![check], ..Document::default() }.junit(&mission.name))
+    }
+
+    /// The page: the answer with the figures.
+    pub fn page(&self) -> String {
+        let mut document = self.document.clone();
+        if let Some(section) = document.sections.last_mut() {
+            section.passages.extend(self.figures.iter().cloned().map(Passage::Figure));
+        }
+        document.page()
+    }
+}
+
+/// A flight to be looked at by itself: `<name>.csv`, `.svg`, `.html` and `.mcap`.
+#[derive(Clone, Debug)]
+pub struct FlightFiles {
+    /// What its files' names begin with.
+    pub name: String,
+    /// Title.
+    pub title: String,
+    /// Name of the gains.
+    pub gains: String,
+    /// The plan that was flown.
+    pub plan: Trajectory,
+    /// The flight.
+    pub samples: Vec<Sample>,
+    /// Limits that judge it.
+    pub limits: Limits,
+    /// Way from the release to t = 0, where the samples begin, NED [m].
+    pub way_to_t0_ned_m: Vector3<f64>,
+}

@@ -1,0 +1,67 @@
+//! What is written and printed of a study.
+
+use super::asked::StudyOf;
+use crate::cli::alone_flight::write_flight;
+use crate::cli::answer::{Answer, Failure};
+use crate::cli::args::PageArgs;
+use crate::cli::results::OutputFolder;
+use crate::cli::terminal::print;
+use samara::config::Mission;
+use samara::report::shell::command_line;
+use samara::study::kind::{About, Results};
+
+/// Writes the results of a study of this name.
+pub fn write(
+    folder: &OutputFolder,
+    (mission, about): (&Mission, &About),
+    results: &Results,
+    page: &PageArgs,
+) -> Result<(), Failure> {
+    let name = about.name;
+    folder.write_text(&format!("{name}.txt"), &results.document.text())?;
+    folder.write_text(&format!("{name}.json"), &results.json)?;
+    for (name, text) in &results.files {
+        folder.write_text(name, text)?;
+    }
+    for figure in &results.figures {
+        folder.write_text(&figure.file, &figure.svg)?;
+    }
+    folder.write_text(&format!("{name}.html"), &results.page())?;
+    if let Some(junit) = results.junit(about, mission) {
+        folder.write_text(&format!("{name}_junit.xml"), &junit)?;
+    }
+    results.flights.iter().try_for_each(|flight| write_flight(folder, mission, flight, page))?;
+    let absent: Vec<&str> = results.absent.iter().map(String::as_str).collect();
+    folder.remove_leftovers(&absent)
+}
+
+/// Reports a study whose results are written.
+pub fn report(
+    of: &StudyOf,
+    (mission, folder): (&Mission, &OutputFolder),
+    results: &Results,
+) -> Result<Answer, Failure> {
+    let place = folder.path();
+    let again = results.again.as_ref().map_or_else(String::new, |file| {
+        let mut words = of.args.command(&["study", &of.kind.about().name.replace('_', "-")], mission);
+        words.extend(["--only".to_owned(), place.join(file).display().to_string()]);
+        format!("again: {}\n", command_line(words))
+    });
+    let text = || format!("\n{}\n{again}results in {}\n", results.document.text(), place.display());
+    print(&if of.args.mission.json { results.json.clone() } else { text() })?;
+    Ok(Answer::from(results.holds))
+}
+
+/// Writes and reports one flight of a study that was flown again.
+pub fn report_alone(
+    of: &StudyOf,
+    (mission, folder): (&Mission, &OutputFolder),
+    name: &str,
+    results: &Results,
+) -> Result<Answer, Failure> {
+    results.flights.iter().try_for_each(|flight| write_flight(folder, mission, flight, &of.page))?;
+    folder.write_manifest("assess_only", mission, &[("only", name.to_owned())])?;
+    let text = || format!("{}, ", results.document.text().trim_end());
+    folder.print_result(of.args.mission.json, || results.json.clone(), text)?;
+    Ok(Answer::from(results.holds))
+}
