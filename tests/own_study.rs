@@ -1,5 +1,5 @@
-//! A kind of study from outside the crate, by the recipe of CONTRIBUTING.md: two files, and all that hosts offer
-//! is there for it.
+//! A kind of study from outside the crate, by the recipe of CONTRIBUTING.md: two files, and all that hosts
+//! offer is there for it.
 #![cfg(all(feature = "files", feature = "host"))]
 
 use std::collections::BTreeMap;

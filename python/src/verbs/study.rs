@@ -50,9 +50,9 @@ pub fn studies() -> Vec<(&'static str, &'static str, Vec<[&'static str; 4]>)> {
     KINDS.iter().map(of).collect()
 }
 
-/// Flies a study of this kind with these settings, names and texts. `progress` is called with what is flown, how
-/// many jobs are done and how many there may be; `rows` is a file that keeps rows, from which an earlier call
-/// with the same arguments goes on.
+/// Flies a study of this kind with these settings, names and texts. `progress` is called with what is flown,
+/// how many jobs are done and how many there may be; `rows` is a file that keeps rows, from which an earlier
+/// call with the same arguments goes on.
 #[pyfunction]
 #[pyo3(signature = (given, name, settings, *, threads=None, rows=None, progress=None))]
 pub fn study(
