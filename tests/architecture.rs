@@ -168,6 +168,18 @@ fn the_core_is_pure() {
     assert!(faults.is_empty(), "not pure:\n{}", faults.join("\n"));
 }
 
+/// Flights are spread over threads by the host of studies alone: rayon is its own.
+#[test]
+fn rayon_is_the_host_s_alone() {
+    let names = ["Cargo.toml", "python/Cargo.toml"].map(PathBuf::from);
+    let crates = fs::read_dir("crates").unwrap().map(|entry| entry.unwrap().path().join("Cargo.toml"));
+    let uses = |path: &PathBuf| {
+        fs::read_to_string(path).unwrap().lines().any(|line| line.starts_with("rayon = { workspace"))
+    };
+    let found: Vec<PathBuf> = names.into_iter().chain(crates).filter(uses).collect();
+    assert_eq!(found, [PathBuf::from("crates/host/Cargo.toml")]);
+}
+
 /// Code that is `unsafe` stands in the module of registers only.
 #[test]
 fn unsafe_code_stands_in_one_place() {

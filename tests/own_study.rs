@@ -9,7 +9,7 @@ use std::sync::Mutex;
 use samara::config::Mission;
 use samara::host::kept::{KeptRows, going_on};
 use samara::host::shards::{Ended, ShardFiles, Shards};
-use samara::host::{Host, Silent};
+use samara::host::{Host, Silent, Threads};
 use samara::plan::{Plan, SolverOptions};
 use samara::study::cut::Cut;
 use samara::study::jobs::HereAndNow;
@@ -63,10 +63,7 @@ fn prop_a_kind_of_one_s_own_goes_on_and_flies_in_shards() {
     let values = Values::usual(Swing.about().settings);
     let study = Swing.begin(given, &values).unwrap();
     let whole = study.run(&mut HereAndNow).unwrap();
-    let (pool, head) = (
-        rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap(),
-        Swing.about().head(&mission, &values),
-    );
+    let (pool, head) = (Threads::new(Some(2)).unwrap(), Swing.about().head(&mission, &values));
     let kept = Memory::default();
     let rows = KeptRows::going_on(Vec::new(), Box::new(kept.clone()));
     study.run(&mut Host::new(&pool, &|| false, &Silent, rows)).unwrap();

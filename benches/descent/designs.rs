@@ -13,11 +13,10 @@
 
 use std::process::ExitCode;
 
-use rayon::prelude::*;
-
 use samara::config::Mission;
 use samara::design::space::{DIMENSIONS, Place};
 use samara::design::{DesignJudge, DesignSearch, DesignSpace};
+use samara::host::Threads;
 use samara::study::designing::{design_judge, design_search};
 use samara::tune::CandidateSearch as _;
 
@@ -40,21 +39,29 @@ fn main() -> ExitCode {
             return ExitCode::from(2);
         }
     };
+    let threads = match Threads::new(None) {
+        Ok(threads) => threads,
+        Err(error) => {
+            println!("{error}");
+            return ExitCode::FAILURE;
+        }
+    };
     let judge = design_judge(&mission);
     let settings = design_search(&mission, budget);
     let mut search = DesignSearch::new(settings.clone());
     let mut strategy = Vec::new();
     while let Some(designs) = search.candidates() {
         // No ceiling: who gives up early flies less, but that is not what is compared.
-        let judged: Vec<_> = designs.par_iter().map(|design| judge.judge(design, f64::INFINITY)).collect();
+        let judged: Vec<_> = threads.each(designs, |design| judge.judge(design, f64::INFINITY));
         search.update(&judged);
         strategy.extend(search.best().map(|best| (search.tried().len(), best.cost)));
     }
     let starts = settings.space.starts(&settings.own);
-    let problem = Descended { judge: &judge, space: &settings.space, choice: [0.0; DIMENSIONS] };
+    let problem =
+        Descended { judge: &judge, space: &settings.space, threads: &threads, choice: [0.0; DIMENSIONS] };
     let cost = |place: &Place| problem.cost(place);
     let places: Vec<Place> = starts.iter().map(|design| settings.space.place(design)).collect();
-    let costs: Vec<f64> = places.par_iter().map(cost).collect();
+    let costs: Vec<f64> = threads.each(&places, cost);
     let Some((best, least)) = places.iter().zip(costs).min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return ExitCode::FAILURE;
     };
@@ -93,6 +100,7 @@ struct Reached {
 struct Descended<'a> {
     judge: &'a DesignJudge<'a>,
     space: &'a DesignSpace,
+    threads: &'a Threads,
     choice: Place,
 }
 
@@ -119,7 +127,7 @@ impl Descended<'_> {
             near[k] += step;
             (self.cost(&near) - cost) / step
         };
-        numbers.par_iter().map(slope).collect()
+        self.threads.each(numbers, slope)
     }
 
     fn from(&self, start: &Place, cost: f64, budget: usize) -> Vec<Reached> {

@@ -1,15 +1,15 @@
 //! `samara plan --grid`: plans on a grid of release states, for flight computers that cannot solve.
 
 use clap::Args;
-use rayon::prelude::*;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::whole;
 use super::progress::ProgressLine;
 use super::results::OutputFolder;
-use super::system::{Stopwatch, thread_pool};
+use super::system::{self, Stopwatch};
 use super::terminal::{print, print_err};
 use samara::config::{Mission, UnplannedError, decode_plan_grid, encode_plan_grid, write_plan_grid_csv};
+use samara::host::Threads;
 use samara::plan::grid::{AXES, GridAxes, PlanGrid, check_size, solve_grid_point};
 use samara::plan::{Plan, SolverOptions, Status};
 use samara::study::plan_grid::report::{GridJudgement, PlanGridReport, grid_state_words};
@@ -137,9 +137,9 @@ pub fn run(
     options: &SolverOptions,
     folder: &OutputFolder,
 ) -> Result<Answer, Failure> {
-    let pool = thread_pool(args.threads)?;
+    let threads = system::threads(args.threads)?;
     let watch = Stopwatch::start();
-    let plans = solved(&pool, &axes, (mission, nominal), options)?;
+    let plans = solved(&threads, &axes, (mission, nominal), options)?;
     let solve_s = 1e-3 * watch.ms();
     let failed: Vec<usize> =
         (0..plans.len()).filter(|point| plans[*point].status != Status::Converged).collect();
@@ -153,7 +153,7 @@ pub fn run(
     // What is flown is what a flight computer reads.
     let grid = decode_plan_grid(&bytes).bad_input()?.grid;
     let watch = Stopwatch::start();
-    let judged = judged(&pool, &grid, (mission, nominal), options, args.grid_check)?;
+    let judged = judged(&threads, &grid, (mission, nominal), options, args.grid_check)?;
     let flight_s = 1e-3 * watch.ms();
     let report = PlanGridReport {
         mission,
@@ -178,7 +178,7 @@ pub fn run(
 
 /// The plans of all grid points, in their order, each solved by itself.
 fn solved(
-    pool: &rayon::ThreadPool,
+    threads: &Threads,
     axes: &GridAxes,
     (mission, nominal): (&Mission, &Plan),
     options: &SolverOptions,
@@ -191,14 +191,14 @@ fn solved(
         plan.map_err(|source| mission.unplanned(source))
     };
     let plans: Result<Vec<Plan>, UnplannedError> =
-        pool.install(|| (0..axes.count()).into_par_iter().map(solve).collect());
+        threads.each(&(0..axes.count()).collect::<Vec<_>>(), |point| solve(*point)).into_iter().collect();
     progress.finish();
     plans.bad_input()
 }
 
 /// Flights from so many fresh releases; `None` of none.
 fn judged(
-    pool: &rayon::ThreadPool,
+    threads: &Threads,
     grid: &PlanGrid,
     (mission, nominal): (&Mission, &Plan),
     options: &SolverOptions,
@@ -215,7 +215,7 @@ fn judged(
         judged
     };
     let judged: Result<Vec<JudgedRelease>, UnplannedError> =
-        pool.install(|| (0..releases).into_par_iter().map(fly).collect());
+        threads.each(&(0..releases).collect::<Vec<_>>(), |release| fly(*release)).into_iter().collect();
     progress.finish();
     judged.bad_input().map(Some)
 }

@@ -11,6 +11,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
+use samara::host::Threads;
 
 /// The wall time since a moment.
 #[derive(Clone, Copy, Debug)]
@@ -33,11 +34,9 @@ pub fn pause(length: Duration) {
     std::thread::sleep(length);
 }
 
-/// A pool of `threads` threads; `None`: one for each core. Results are collected in order, so they do not
-/// depend on the number of threads.
-pub fn thread_pool(threads: Option<u16>) -> anyhow::Result<rayon::ThreadPool> {
-    let threads = threads.map_or(0, usize::from);
-    rayon::ThreadPoolBuilder::new().num_threads(threads).build().context("starting threads")
+/// So many threads; `None`: one for each core.
+pub fn threads(count: Option<u16>) -> anyhow::Result<Threads> {
+    Threads::new(count.map(usize::from)).context("starting threads")
 }
 
 /// Completes on Ctrl-C, on a termination signal or when the terminal is closed. From the call on, not only

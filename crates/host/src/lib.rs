@@ -4,10 +4,12 @@
 //! | file | holds |
 //! |---|---|
 //! | [`kept`] | the rows that are kept, and those of an earlier run |
+//! | `threads` | threads for many flights |
 //! | [`shards`] | rounds cut into parts, each with a file of its own |
 
 pub mod kept;
 pub mod shards;
+mod threads;
 
 use std::collections::BTreeMap;
 use std::io;
@@ -15,9 +17,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
 
 use kept::{KeptRows, not_a_row};
-use rayon::ThreadPool;
 use samara_study::jobs::{FlyNumbers, Jobs, Numbers, Round, Stop, Stopped};
 use shards::{Ended, RoundThere, Shards};
+pub use threads::Threads;
 
 /// How far a study is, for whoever waits for it.
 pub trait Progress {
@@ -46,7 +48,7 @@ enum Rows<'a> {
 
 /// Flies jobs on a pool of threads until it is to stop.
 pub struct Host<'a> {
-    pool: &'a ThreadPool,
+    threads: &'a Threads,
     stop: Stop<'a>,
     progress: &'a dyn Progress,
     rows: Rows<'a>,
@@ -56,18 +58,18 @@ pub struct Host<'a> {
 
 impl<'a> Host<'a> {
     /// A host on these threads that keeps rows so.
-    pub fn new(pool: &'a ThreadPool, stop: Stop<'a>, progress: &'a dyn Progress, kept: KeptRows) -> Self {
-        Self { pool, stop, progress, rows: Rows::Kept(kept), failure: None }
+    pub fn new(threads: &'a Threads, stop: Stop<'a>, progress: &'a dyn Progress, kept: KeptRows) -> Self {
+        Self { threads, stop, progress, rows: Rows::Kept(kept), failure: None }
     }
 
     /// A host on these threads that flies a shard, or puts all of them together.
     pub fn in_shards(
-        pool: &'a ThreadPool,
+        threads: &'a Threads,
         stop: Stop<'a>,
         progress: &'a dyn Progress,
         shards: Shards<'a>,
     ) -> Self {
-        Self { pool, stop, progress, rows: Rows::Shards(shards), failure: None }
+        Self { threads, stop, progress, rows: Rows::Shards(shards), failure: None }
     }
 
     /// Why a study was stopped, where that is an error of its rows.
@@ -86,7 +88,7 @@ impl<'a> Host<'a> {
 
 /// Flies the groups from job `first` on; the numbers of each row go to `take` in the order of the jobs.
 fn fly_from(
-    (pool, stop, progress): (&ThreadPool, Stop<'_>, &dyn Progress),
+    (threads, stop, progress): Hands<'_>,
     (round, first): (Round, u64),
     fly: FlyNumbers<'_>,
     mut take: impl FnMut(&[f64]) -> Result<(), Stopped>,
@@ -98,7 +100,7 @@ fn fly_from(
     std::thread::scope(|scope| {
         scope.spawn(|| {
             let sender = sender;
-            pool.broadcast(|_| {
+            threads.all(|| {
                 let sender = sender.clone();
                 while !is_over() {
                     let number = next.fetch_add(1, Ordering::Relaxed);
@@ -137,7 +139,7 @@ impl Jobs for Host<'_> {
         take: &mut dyn FnMut(&[f64]) -> bool,
     ) -> Result<(), Stopped> {
         self.progress.begins(what);
-        let hands = (self.pool, self.stop, self.progress);
+        let hands = (self.threads, self.stop, self.progress);
         let flown = match &mut self.rows {
             Rows::Kept(kept) => fly_kept(kept, hands, (round, fly), take),
             Rows::Shards(shards) => fly_part(shards, hands, (round, fly), take),
@@ -150,7 +152,7 @@ impl Jobs for Host<'_> {
 }
 
 /// Threads, whether to stop, and who is told how far it is.
-type Hands<'a> = (&'a ThreadPool, Stop<'a>, &'a dyn Progress);
+type Hands<'a> = (&'a Threads, Stop<'a>, &'a dyn Progress);
 
 /// Takes the rows of an earlier run, flies the jobs that follow and keeps their rows. The error is why,
 /// unless it was stopped.

@@ -8,7 +8,7 @@ use std::sync::{Arc, Mutex};
 
 use super::kept::{KeptRows, read};
 use super::shards::{Ended, ShardFiles, Shards};
-use super::{Host, Silent};
+use super::{Host, Silent, Threads};
 use samara_study::cut::Cut;
 use samara_study::jobs::{Fly, HereAndNow, Jobs, Round, Stop, Stopped};
 
@@ -54,7 +54,7 @@ fn hosted(
     kept: KeptRows,
     flown: &AtomicU64,
 ) -> (Result<Vec<Vec<f64>>, Stopped>, Option<io::Error>) {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    let pool = Threads::new(Some(threads)).unwrap();
     let mut host = Host::new(&pool, stop, &Silent, kept);
     let found = study(&mut host, flown);
     (found, host.failure())
@@ -161,7 +161,7 @@ fn in_shards(
     cut: Option<Cut>,
     flown: &AtomicU64,
 ) -> Result<Vec<Vec<f64>>, NotWhole> {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    let pool = Threads::new(Some(2)).unwrap();
     let mut host = Host::in_shards(&pool, &|| false, &Silent, Shards::new(folder, head, cut));
     study(&mut host, flown).map_err(|Stopped| {
         let failure = host.failure();

@@ -21,6 +21,7 @@
 //! | [`plan_grid`] | the releases that a grid of plans spans, and what interpolated plans cost |
 //! | [`first_gains`] | gains that fly a drafted mission |
 //! | [`uncertain`] | what is uncertain of a mission |
+//! | [`searching`] | searches as studies: candidates out, judgements in |
 //! | [`tuning`] | how gains are tuned |
 //! | [`designing`] | how plan and gains are designed together |
 //! | [`px4_gains`], [`range_ends`] | gains beside PX4's defaults; numbers at an end of their range |
@@ -51,6 +52,7 @@ pub mod range_ends;
 pub mod rare;
 pub mod replan;
 pub mod schema;
+pub mod searching;
 pub mod settings;
 #[cfg(feature = "shards")]
 pub mod shard;

@@ -2,9 +2,9 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::prelude::*;
 use samara::assess::{Limits, Outcome, RandomRelease, SafetyStudy, StudyEntry, tracking};
 use samara::config::Mission;
+use samara::host::Threads;
 use samara::study::campaign::campaign_csv::trial_columns;
 use samara::study::campaign::document::{Beside, document};
 use samara::study::campaign::exact::MeasureValues;
@@ -100,7 +100,7 @@ fn fly_all(
     mission: &Mission,
     trials: u64,
     limits: Limits,
-    pool: &rayon::ThreadPool,
+    threads: &Threads,
     [command, alone]: [String; 2],
     stop: &Stop,
 ) -> Result<Assessed, Fault> {
@@ -113,7 +113,7 @@ fn fly_all(
         (0..trials).map(|trial| distribution.draw(mission.seed, trial)).collect();
     let (mut campaigns, mut flown) = (Vec::new(), Vec::new());
     for entry in &entries {
-        let outcomes = fly(&study, entry, &releases, pool, stop)?;
+        let outcomes = fly(&study, entry, &releases, threads, stop)?;
         let (mut summary, mut values) = (CampaignSummary::default(), MeasureValues::default());
         for (release, outcome) in &outcomes {
             let record = TrialRecord::of_flight(release.trial, outcome, &limits);
@@ -126,13 +126,11 @@ fn fly_all(
     }
     let cases: Vec<_> = (0..).zip(&mission.study.cases).collect();
     let along = &entries[0];
-    let cases = pool.install(|| {
-        let case = |&(number, case): &(u64, &_)| {
-            let record = || CaseRecord::of(number, case, fly_case(&study, along, case), &limits);
-            (!stop.raised()).then(record)
-        };
-        cases.par_iter().map(case).collect::<Option<Vec<_>>>()
-    });
+    let case = |&(number, case): &(u64, &_)| {
+        let record = || CaseRecord::of(number, case, fly_case(&study, along, case), &limits);
+        (!stop.raised()).then(record)
+    };
+    let cases: Option<Vec<_>> = threads.each(&cases, case).into_iter().collect();
     let report = CampaignReport {
         mission,
         flown_by: FLOWN_BY.to_owned(),
@@ -158,12 +156,12 @@ fn fly(
     study: &SafetyStudy,
     entry: &StudyEntry,
     releases: &[RandomRelease],
-    pool: &rayon::ThreadPool,
+    threads: &Threads,
     stop: &Stop,
 ) -> Result<Trials, Fault> {
     let fly = |some: &[RandomRelease]| (!stop.raised()).then(|| study.fly_releases(entry, some));
-    let portions: Option<Vec<Vec<Outcome>>> =
-        pool.install(|| releases.par_chunks(PORTION).map(fly).collect());
+    let portions: Vec<&[RandomRelease]> = releases.chunks(PORTION).collect();
+    let portions: Option<Vec<Vec<Outcome>>> = threads.each(&portions, |some| fly(some)).into_iter().collect();
     let outcomes = portions.ok_or_else(Fault::stopped)?.into_iter().flatten();
     Ok(releases.iter().copied().zip(outcomes).collect())
 }

@@ -6,12 +6,13 @@ use std::path::{Path, absolute};
 use std::time::Instant;
 
 use pyo3::prelude::*;
-use rayon::prelude::*;
 use samara::config::{Mission, designed_mission_json, gains_json};
-use samara::design::{Design, DesignSearch, FlyPortion, Judgement, judge_finalists};
+use samara::design::{DesignSearch, FlyPortion, judge_finalists};
+use samara::host::kept::KeptRows;
+use samara::host::{Host, Silent};
 use samara::study::designing::report::{DesignRun, about, convergence_csv, document, front_csv, json};
 use samara::study::designing::{design_judge, design_search, judge_own_and};
-use samara::tune::CandidateSearch as _;
+use samara::study::searching;
 
 use super::plan::converged;
 use crate::fault::{Fault, OrGiven as _};
@@ -66,7 +67,7 @@ pub fn design(py: Python<'_>, given: Given, asked: DesignAsked) -> PyResult<Desi
         if let Some(gains) = &asked.start {
             mission.use_gains(gains).or_given()?;
         }
-        pool(asked.threads)?.install(|| search(&mission, &asked, stop))
+        search(&mission, &asked, stop)
     })
 }
 
@@ -74,19 +75,17 @@ fn search(mission: &Mission, asked: &DesignAsked, stop: &Stop) -> Result<Designe
     let began = Instant::now();
     let judge = design_judge(mission);
     let mut search = DesignSearch::new(design_search(mission, asked.budget));
-    while let Some(candidates) = search.candidates() {
-        let ceiling = search.ceiling();
-        let judge_one = |design: &Design| (!stop.raised()).then(|| judge.judge(design, ceiling));
-        let judged: Option<Vec<Judgement>> = candidates.par_iter().with_max_len(1).map(judge_one).collect();
-        search.update(&judged.ok_or_else(Fault::stopped)?);
-    }
+    let (threads, stopped) = (pool(asked.threads)?, || stop.raised());
+    let mut host = Host::new(&threads, &stopped, &Silent, KeptRows::nowhere());
+    let cost = |search: &DesignSearch, _: usize, design: &_| Some(judge.judge(design, search.ceiling()));
+    searching::search(&mut host, &mut search, cost).map_err(|_| Fault::stopped())?;
     let Some(mut run) = DesignRun::of(&asked.name, &judge, &search) else {
         converged(mission, stop)?;
         return Err(Fault::NoGains("no design was found whose plan converges".to_owned()));
     };
     let fly = |portions: &[Range<u64>], fly: &FlyPortion<'_>| {
         let one = |portion: &Range<u64>| (!stop.raised()).then(|| fly(portion.clone()));
-        portions.par_iter().with_max_len(1).map(one).collect()
+        threads.each(portions, one).into_iter().collect()
     };
     run.choose(judge_finalists(&judge, &search.finalists(asked.finalists), asked.unseen, &fly), &judge);
     run.loops = judge.loops(&run.chosen.design).unwrap_or_default();

@@ -2,17 +2,19 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use rayon::prelude::*;
 use samara::assess::tracking::control_period_s;
 use samara::config::{Mission, gains_json};
 use samara::control::Gains;
+use samara::host::kept::KeptRows;
+use samara::host::{Host, Silent};
 use samara::report::rows::Arrays;
 use samara::sim::PlantKind;
+use samara::study::searching;
 use samara::study::tuning::report::records::{front, history};
 use samara::study::tuning::report::{TuneRun, about};
 use samara::study::tuning::{DRAWS, Tuning, TuningMethod, TuningObjective};
 use samara::trajectory::Trajectory;
-use samara::tune::{CandidateSearch as _, Evaluation, Longitudinal, Objective, Search};
+use samara::tune::{Evaluation, Longitudinal, Objective, Search};
 
 use super::plan::converged;
 use crate::arrays::columns;
@@ -135,13 +137,12 @@ pub fn tune(py: Python<'_>, given: Given, asked: Asked) -> PyResult<Tuned> {
         let mission = given.mission()?;
         let plan = converged(&mission, stop)?.trajectory;
         let tuning = asked.tuning()?;
-        pool(asked.threads)?.install(|| search(&mission, &plan, &tuning, &asked, stop))
+        search((&mission, &plan), &tuning, &asked, stop)
     })
 }
 
 fn search(
-    mission: &Mission,
-    plan: &Trajectory,
+    (mission, plan): (&Mission, &Trajectory),
     tuning: &Tuning,
     asked: &Asked,
     stop: &Stop,
@@ -150,17 +151,14 @@ fn search(
     let objectives = tuning.objectives(mission, &judge).or_given()?;
     let objective = objectives[objectives.len() - 1];
     let mut search = Search::new(tuning.search(mission, objectives).or_given()?);
-    while let Some(candidates) = search.candidates() {
-        let judge_one = |(place, k): (usize, &Longitudinal)| {
-            let (objective, to_beat) = search.to_beat(place).filter(|_| !stop.raised())?;
-            Some(judge.evaluate_below(k, &objective, to_beat))
-        };
-        let judged: Option<Vec<Evaluation>> =
-            candidates.par_iter().enumerate().with_max_len(1).map(judge_one).collect();
-        // Without a judgement there is nothing to go on with: the search was stopped, or is lost.
-        let Some(judged) = judged else { break };
-        search.update(&judged);
-    }
+    let (threads, stopped) = (pool(asked.threads)?, || stop.raised());
+    let mut host = Host::new(&threads, &stopped, &Silent, KeptRows::nowhere());
+    let cost = |search: &Search, place: usize, k: &Longitudinal| {
+        let (objective, to_beat) = search.to_beat(place)?;
+        Some(judge.evaluate_below(k, &objective, to_beat))
+    };
+    // Without a judgement there is nothing to go on with: the search was stopped, or is lost.
+    let _ = searching::search(&mut host, &mut search, cost);
     let best = search.best(&objective).filter(|best| best.evaluation.is_finite());
     let best = best.ok_or_else(|| Fault::NoGains("no gains were found that fly every release".to_owned()))?;
     let run = TuneRun {

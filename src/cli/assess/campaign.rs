@@ -8,7 +8,6 @@ use std::io::{BufRead as _, Write as _};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, anyhow};
-use rayon::prelude::*;
 
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::estimate::warn_in_space;
@@ -22,6 +21,7 @@ use samara::assess::{
     Summary, Tally, paper,
 };
 use samara::config::Mission;
+use samara::host::Threads;
 use samara::sim::ABREAST;
 use samara::study::campaign::campaign_csv::{file_name, header, parse_row, write_row};
 use samara::study::campaign::exact::{MeasurePasses, MeasureValues};
@@ -47,7 +47,7 @@ pub struct TrialRunner<'a> {
     pub keep: Keep,
     pub folder: &'a OutputFolder,
     /// The threads that trials are spread over.
-    pub pool: rayon::ThreadPool,
+    pub threads: Threads,
     /// Raised by Ctrl-C.
     pub stop: &'a AtomicBool,
 }
@@ -65,7 +65,7 @@ impl TrialRunner<'_> {
 
     /// Does something for each of `items` on all threads; the results are in the items' order.
     pub fn in_order<T: Sync, R: Send>(&self, items: &[T], f: impl Fn(&T) -> R + Send + Sync) -> Vec<R> {
-        self.pool.install(|| items.par_iter().map(f).collect())
+        self.threads.each(items, f)
     }
 
     /// Warns how long `count` flights take where they are flown in six degrees of freedom.
@@ -73,7 +73,7 @@ impl TrialRunner<'_> {
         let some: Vec<_> = (0..ABREAST as u64).map(|trial| self.draw(trial)).collect();
         let reason = self.study.one_at_a_time(entry, &some[..1]);
         if let Some(reason) = reason.filter(|_| count > 0) {
-            let threads = self.pool.current_num_threads();
+            let threads = self.threads.count();
             warn_in_space(&reason, (count, ABREAST), threads, || self.study.fly_releases(entry, &some));
         }
     }
@@ -81,10 +81,8 @@ impl TrialRunner<'_> {
     /// Flies a trial from each release, on all threads.
     pub fn fly(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<Outcome> {
         let study = &self.study;
-        let portions: Vec<Vec<Outcome>> = self
-            .pool
-            .install(|| releases.par_chunks(PORTION).map(|some| study.fly_releases(entry, some)).collect());
-        portions.into_iter().flatten().collect()
+        let portions: Vec<&[RandomRelease]> = releases.chunks(PORTION).collect();
+        self.threads.each(&portions, |some| study.fly_releases(entry, some)).into_iter().flatten().collect()
     }
 }
 

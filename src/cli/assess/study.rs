@@ -10,7 +10,7 @@ use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{TimedPlan, plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
-use crate::cli::system::thread_pool;
+use crate::cli::system::threads;
 use crate::cli::terminal::print;
 use samara::assess::{Limits, SafetyStudy};
 use samara::config::Mission;
@@ -69,7 +69,7 @@ pub fn runner<'a>(
         // The paper's differences between campaigns are taken line by line.
         keep: if args.paper { Keep::All } else { args.rows_kept(trials) },
         folder,
-        pool: thread_pool(args.threads)?,
+        threads: threads(args.threads)?,
         stop,
     })
 }

@@ -12,18 +12,17 @@ use std::ops::{ControlFlow, Range};
 use std::path::Path;
 use std::sync::atomic::Ordering;
 
-use rayon::prelude::*;
-
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::SetArgs;
 use super::estimate::warn_in_space;
 use super::mission::{open_mission, print_origin};
 use super::search::{SearchSession, identity_of, run_search};
-use super::system::{Stopwatch, thread_pool};
+use super::system::{self, Stopwatch};
 use super::terminal::{print, print_err, print_remarks};
 pub use args::DesignArgs;
 use samara::config::{Mission, is_of_vehicle};
 use samara::design::{DesignSearch, FlyPortion, FlyPortions, NotJudged, judge_finalists, judge_fresh};
+use samara::host::Threads;
 use samara::study::designing::report::{self as design, DesignRun};
 use samara::study::designing::{
     JudgedDesign, design_judge, design_search, is_more_than_from_t0, judge_own_and, own_design,
@@ -44,7 +43,7 @@ pub fn run(args: &DesignArgs) -> Result<Answer, Failure> {
     if let Some(gains) = &args.start {
         mission.use_gains(gains).bad_input()?;
     }
-    thread_pool(args.threads)?.install(|| search(args, &mission))
+    search(args, &mission, &system::threads(args.threads)?)
 }
 
 /// Refuses other values of the vehicle's keys: the mission that is written names the vehicle's file.
@@ -94,7 +93,7 @@ fn identity(mission: &Mission) -> Vec<(&'static str, String)> {
     identity
 }
 
-fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
+fn search(args: &DesignArgs, mission: &Mission, threads: &Threads) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
     let others = if args.search.part.is_some() { Vec::new() } else { others(args, mission)? };
     let judge = design_judge(mission);
@@ -104,8 +103,9 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let in_time = || args.time_limit.is_none_or(|limit_s| watch.ms() < 1e3 * limit_s);
     let own = search.settings().own;
     if let Some(reason) = judge.one_at_a_time(&own).filter(|_| args.search.is_whole()) {
-        let threads = rayon::current_num_threads();
-        warn_in_space(&reason, (u64::from(args.budget), 1), threads, || judge.judge(&own, f64::INFINITY));
+        warn_in_space(&reason, (u64::from(args.budget), 1), threads.count(), || {
+            judge.judge(&own, f64::INFINITY)
+        });
     }
     let identity = identity(mission);
     let session = SearchSession {
@@ -114,6 +114,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
         checkpoint: CHECKPOINT,
         identity: &identity,
         how: &args.search,
+        threads,
         stop: &|| interrupted.load(Ordering::Relaxed) || !in_time(),
     };
     let cost = |search: &DesignSearch, _: usize, design: &_| Some(judge.judge(design, search.ceiling()));
@@ -130,7 +131,7 @@ fn search(args: &DesignArgs, mission: &Mission) -> Result<Answer, Failure> {
     let unseen = u64::from(args.unseen);
     let fly = |portions: &[Range<u64>], fly: &FlyPortion<'_>| {
         let one = |portion: &Range<u64>| (!interrupted.load(Ordering::Relaxed)).then(|| fly(portion.clone()));
-        portions.par_iter().with_max_len(1).map(one).collect()
+        threads.each(portions, one).into_iter().collect()
     };
     let finalists = judge_finalists(&judge, &search.finalists(args.finalists as usize), unseen, &fly);
     if run.choose(finalists, &judge) {

@@ -15,7 +15,6 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use clap::Args;
-use rayon::prelude::*;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::ParentArgs;
@@ -25,6 +24,7 @@ use super::system;
 use super::terminal::{print, print_err};
 use ask::Part;
 use samara::config::{Evaluated, Mission, SearchIdentity, checkpoint_json, load_checkpoint};
+use samara::host::Threads;
 use samara::tune::CandidateSearch;
 
 /// What can be typed of any search: how it goes on, and who judges.
@@ -94,6 +94,8 @@ pub struct SearchSession<'a> {
     pub identity: &'a SearchIdentity,
     /// How it goes on, and who judges.
     pub how: &'a SearchArgs,
+    /// Threads that judge.
+    pub threads: &'a Threads,
     /// Whether to stop now, asked between candidates.
     pub stop: &'a (dyn Fn() -> bool + Sync),
 }
@@ -145,8 +147,9 @@ where
             going.then(|| judge(search, place, candidate)).flatten()
         };
         let candidates = search.candidates().unwrap_or_default().get(places.clone()).unwrap_or_default();
-        let placed = candidates.par_iter().enumerate().map(|(i, candidate)| (places.start + i, candidate));
-        placed.with_max_len(1).map(judge_one).collect::<Option<Vec<S::Judgement>>>()
+        let placed: Vec<_> = (places.start..).zip(candidates).collect();
+        let judged = session.threads.each(&placed, |placed| judge_one(*placed));
+        judged.into_iter().collect::<Option<Vec<S::Judgement>>>()
     };
     if let Some(part) = &session.how.part {
         let candidates = search.candidates().map_or(0, <[_]>::len);

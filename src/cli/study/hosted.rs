@@ -12,13 +12,13 @@ use crate::cli::estimate::warn_in_space;
 use crate::cli::narrator::Narrator;
 use crate::cli::progress::ProgressLine;
 use crate::cli::results::OutputFolder;
-use crate::cli::system::thread_pool;
+use crate::cli::system;
 use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::host::kept::{KeptRows, going_on};
 #[cfg(feature = "shards")]
 use samara::host::shards::{Ended, Shards};
-use samara::host::{Host, Progress};
+use samara::host::{Host, Progress, Threads};
 use samara::study::kind::{About, Results, Study, Unfinished};
 
 /// Name of a study's file of rows.
@@ -32,7 +32,7 @@ pub struct Hosted<'a> {
     about: About,
     mission: &'a Mission,
     folder: &'a OutputFolder,
-    pool: rayon::ThreadPool,
+    threads: Threads,
     progress: ProgressLine,
     stop: &'a AtomicBool,
 }
@@ -55,13 +55,13 @@ impl<'a> Hosted<'a> {
         (threads, stop): (Option<u16>, &'a AtomicBool),
         study: &dyn Study,
     ) -> Result<Self, Failure> {
-        let (about, pool) = (of.kind.about(), thread_pool(threads)?);
+        let (about, threads) = (of.kind.about(), system::threads(threads)?);
         if let Some(slow) = study.slow() {
             let count = (slow.flights, slow.tried);
-            warn_in_space(&slow.reason, count, pool.current_num_threads(), || (slow.try_some)());
+            warn_in_space(&slow.reason, count, threads.count(), || (slow.try_some)());
         }
         let progress = ProgressLine::new("study", about.unit, study.jobs());
-        Ok(Self { of, about, mission, folder, pool, progress, stop })
+        Ok(Self { of, about, mission, folder, threads, progress, stop })
     }
 
     /// Runs a study to where the shards that are there lead: to its results, or to how it ended.
@@ -72,7 +72,7 @@ impl<'a> Hosted<'a> {
         shards: Shards<'_>,
     ) -> Result<Result<Results, Option<Ended>>, Failure> {
         let is_stopped = || self.stop.load(Ordering::Relaxed);
-        let mut host = Host::in_shards(&self.pool, &is_stopped, &self.progress, shards);
+        let mut host = Host::in_shards(&self.threads, &is_stopped, &self.progress, shards);
         let found = study.run(&mut host);
         let failure = host.failure();
         self.progress.finish();
@@ -89,7 +89,7 @@ impl<'a> Hosted<'a> {
     /// Runs a study to its end; `None` when Ctrl-C stopped it, and then its rows are kept.
     pub fn run(&self, study: &dyn Study) -> Result<Option<Results>, Failure> {
         let is_stopped = || self.stop.load(Ordering::Relaxed);
-        let mut host = Host::new(&self.pool, &is_stopped, &self.progress, self.kept()?);
+        let mut host = Host::new(&self.threads, &is_stopped, &self.progress, self.kept()?);
         let found = study.run(&mut host);
         let failure = host.failure();
         drop(host);

@@ -20,6 +20,7 @@ use crate::cli::pilot::{
 use crate::cli::planning::{Planned, plan_to_fly};
 use crate::cli::results::{OutputFolder, remove_folder};
 use samara::config::Mission;
+use samara::host::Threads;
 use samara::link::shell::{Speed, Wiring};
 use samara::study::kind::Given;
 use samara::study::replan::{FlyRenewed, Renewals, ReplanDrop, ReplanRow};
@@ -144,7 +145,7 @@ impl OverTheWire<'_> {
         trial: u64,
         stop: &AtomicBool,
     ) -> Result<Option<ReplanDrop>, Failure> {
-        let thread = rayon::current_thread_index().unwrap_or(0);
+        let thread = Threads::place();
         let place = self.place(thread);
         remove_folder(&place)?;
         // The planner does not know what is drawn.

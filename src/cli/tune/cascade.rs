@@ -14,12 +14,18 @@ use crate::cli::system::Stopwatch;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking::control_period_s;
 use samara::config::Mission;
+use samara::host::Threads;
 use samara::study::tuning::report::{Standing, TuneRun, about, records};
 use samara::trajectory::Trajectory;
 use samara::tune::{CandidateSearch as _, GainJudge, Longitudinal, Search};
 
 /// Searches the gains, tries them beside others, writes and reports them.
-pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
+pub fn run(
+    args: &TuneArgs,
+    mission: &Mission,
+    plan: &Trajectory,
+    threads: &Threads,
+) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
     let tuning = tuning(args);
     let judge = tuning.judge(mission, plan).bad_input()?;
@@ -39,7 +45,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     if let Some(reason) = judge.one_at_a_time().filter(|_| args.search.is_whole()) {
         let candidates = search.candidates().map_or(0, <[_]>::len) as u64 * u64::from(args.iterations);
         let one = || judge.evaluate(&mission.control.gains.as_longitudinal());
-        warn_in_space(reason, (candidates, 1), rayon::current_num_threads(), one);
+        warn_in_space(reason, (candidates, 1), threads.count(), one);
     }
     let cost = |search: &Search, place: usize, k: &Longitudinal| {
         let (objective, to_beat) = search.to_beat(place)?;
@@ -51,6 +57,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         checkpoint: CHECKPOINT,
         identity: &identity,
         how: &args.search,
+        threads,
         stop: &|| stop.load(Ordering::Relaxed),
     };
     let done = match run_search(&session, &mut search, cost, progress)? {
@@ -86,7 +93,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     write_gains(args, &folder, mission, &best.k, &about(mission, &search, &run))?;
     write_search(&folder, mission, &search, &run)?;
     write_tune_manifest(args, &folder, mission, &run.range_ends)?;
-    run.contest = contest::contest(args, mission, plan, &judge, &best.k, &stop)?;
+    run.contest = contest::contest(args, (mission, plan), &judge, &best.k, (threads, &stop))?;
     folder.print_result(
         args.mission.json,
         || records::json(mission, &search, &run),

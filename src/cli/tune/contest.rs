@@ -2,14 +2,13 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use rayon::prelude::*;
-
 use super::args::{ObjectiveArg, TuneArgs};
 use super::settings::tuning;
 use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::Mission;
 use samara::control::Gains;
 use samara::design::Unknown;
+use samara::host::Threads;
 use samara::model::rigid_body::BodyState;
 use samara::sim::PlantKind;
 use samara::study::designing::design_flights;
@@ -28,11 +27,10 @@ const PORTION: usize = 64;
 /// Tries the gains found and those to compare them with. `None` when Ctrl-C, now or before, put an end to it.
 pub fn contest(
     args: &TuneArgs,
-    mission: &Mission,
-    plan: &Trajectory,
+    (mission, plan): (&Mission, &Trajectory),
     tuning: &GainJudge<'_>,
     found: &Longitudinal,
-    stop: &AtomicBool,
+    (threads, stop): (&Threads, &AtomicBool),
 ) -> Result<Option<Contest>, Failure> {
     // Real actuators, whatever the tuning had.
     let asked = self::tuning(args);
@@ -59,8 +57,7 @@ pub fn contest(
             let flown = (!stop.load(Ordering::Relaxed)).then(|| cases.measure_others(k, &trials));
             flown.map(|flown| trials.iter().zip(&flown).map(judged).collect())
         };
-        let flown: Option<Vec<Vec<(Evaluation, bool)>>> =
-            portions.par_iter().with_max_len(1).map(fly).collect();
+        let flown: Option<Vec<Vec<(Evaluation, bool)>>> = threads.each(&portions, fly).into_iter().collect();
         flown.map(|f| UnseenFlights::of(&f.concat()))
     };
     let contender = |(name, k): (String, Longitudinal)| {

@@ -21,7 +21,7 @@ mod settings;
 use super::answer::{Answer, Failure};
 use super::mission::{open_mission, print_origin};
 use super::planning::plan_mission;
-use super::system::thread_pool;
+use super::system::threads;
 use super::terminal::{print_err, print_remarks};
 pub use args::TuneArgs;
 use args::{ForArg, MethodArg};
@@ -63,9 +63,12 @@ pub fn run(args: &TuneArgs) -> Result<Answer, Failure> {
         return report_nothing(args, &mission.name, &format!("no plan to tune on: {diagnosis}"));
     }
     let plan = timed.plan.trajectory;
-    thread_pool(args.threads)?.install(|| match args.method {
-        _ if for_px4 => px4::run(args, &mission, &plan),
-        MethodArg::NearHover => near_hover::run(args, &mission, &plan),
-        MethodArg::PsoCma | MethodArg::Pso | MethodArg::CmaEs => cascade::run(args, &mission, &plan),
-    })
+    let threads = threads(args.threads)?;
+    match args.method {
+        _ if for_px4 => px4::run(args, &mission, &plan, &threads),
+        MethodArg::NearHover => near_hover::run(args, &mission, &plan, &threads),
+        MethodArg::PsoCma | MethodArg::Pso | MethodArg::CmaEs => {
+            cascade::run(args, &mission, &plan, &threads)
+        }
+    }
 }

@@ -9,13 +9,19 @@ use crate::cli::results::OutputFolder;
 use crate::cli::system::{Stopwatch, interrupt_flag};
 use crate::cli::terminal::print;
 use samara::config::Mission;
+use samara::host::Threads;
 use samara::study::tuning::report::{Standing, near_hover as report};
 use samara::trajectory::Trajectory;
 use samara::tune::RangeEnds;
 use samara::tune::near_hover::near_hover;
 
 /// Tunes, tries, writes `gains.json`, `gains.params` and `near_hover.txt`.
-pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
+pub fn run(
+    args: &TuneArgs,
+    mission: &Mission,
+    plan: &Trajectory,
+    threads: &Threads,
+) -> Result<Answer, Failure> {
     let watch = Stopwatch::start();
     let found = near_hover(&tuning(args).setting(mission, plan)).bad_input()?;
     let folder = OutputFolder::create("tune", args.mission.out.as_deref(), &mission.name)?;
@@ -23,7 +29,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     write_gains(args, &folder, mission, &found.adjusted, &report::about(mission))?;
     let judge = tuning(args).judge(mission, plan).bad_input()?;
     let stop = interrupt_flag()?;
-    let Some(contest) = contest(args, mission, plan, &judge, &found.adjusted, &stop)? else {
+    let Some(contest) = contest(args, (mission, plan), &judge, &found.adjusted, (threads, &stop))? else {
         return report_nothing(args, &mission.name, "stopped; the gains are written, but were not tried");
     };
     let text = report::document(mission, &found, &contest).text();

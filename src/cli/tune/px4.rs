@@ -6,7 +6,6 @@ use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use nalgebra::Vector3;
-use rayon::prelude::*;
 
 use super::args::{MethodArg, ModelArg, ObjectiveArg, STALL, TuneArgs, name_of};
 use super::results::{CHECKPOINT, no_gains, report_nothing};
@@ -18,6 +17,7 @@ use crate::cli::search::{SearchSession, identity_of, run_search};
 use samara::config::Mission;
 use samara::control::Gains;
 use samara::control::px4::{Law, is_quad_x};
+use samara::host::Threads;
 use samara::params::{ParameterFile, Subject, px4_model_export, px4_model_parameters};
 use samara::report::params::params_file;
 use samara::study::px4_gains::{PX4S_DEFAULTS, Px4Gains, document, gains_json};
@@ -52,7 +52,12 @@ fn law(args: &TuneArgs) -> Law {
 }
 
 /// Tunes, tries on unseen drops, writes `gains.params` and `px4_gains.txt`.
-pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answer, Failure> {
+pub fn run(
+    args: &TuneArgs,
+    mission: &Mission,
+    plan: &Trajectory,
+    threads: &Threads,
+) -> Result<Answer, Failure> {
     let (purpose, law) = (mission.px4_purpose(), law(args));
     // PX4 as it comes, given only the vehicle; and with the mission's gains.
     let untouched = ParameterFile::default();
@@ -88,6 +93,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
         checkpoint: CHECKPOINT,
         identity: &identity(args, mission),
         how: &args.search,
+        threads,
         stop: &|| stop.load(Ordering::Relaxed),
     };
     let measured = |search: &Px4Search| progress(search, seen.measured_by);
@@ -101,7 +107,7 @@ pub fn run(args: &TuneArgs, mission: &Mission, plan: &Trajectory) -> Result<Answ
     let found = search.parameters(&best);
     let unseen = drops(UNSEEN_FROM..UNSEEN_FROM + u64::from(args.unseen));
     let on_unseen = |parameters| {
-        let flown: Vec<Measures> = unseen.par_iter().map(|drop| drop.fly(parameters)).collect();
+        let flown: Vec<Measures> = threads.each(&unseen, |drop| drop.fly(parameters));
         Measures::mean(&flown)
     };
     let result = Px4Gains {
