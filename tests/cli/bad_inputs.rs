@@ -1122,6 +1122,7 @@ const LINES: &[(&str, &[&str])] = &[
     ("study", &["Usage: samara study <COMMAND>"]),
     ("study rare --least 2", &["a probability from 1e-12 to 0.1"]),
     ("study envelope --pairs wind", &["pairs of different quantities", "found `wind`"]),
+    ("study sobol x500_drop --only 3", &["--only: an index is of all flights together"]),
     ("study sobol x500_ground", &["sobol is about drops, and this mission begins on the ground"]),
     ("study rare --only a.json --resume", &["cannot be used with"]),
     ("study effects --trials 100001 x500_drop", &["a whole number from 2 to 100000 is expected"]),

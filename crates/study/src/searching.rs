@@ -20,8 +20,8 @@ row_of!(Judgement {
     flights
 });
 
-/// Has a search's candidates judged until it is over. `judge` gives the judgement on a candidate, by its place
-/// among those at hand; `None` where there is nothing to judge it by.
+/// Has a search's candidates judged until it is over. `judge` gives the judgement on a candidate, by its
+/// place among those at hand; `None` where there is nothing to judge it by.
 ///
 /// # Errors
 /// [`Stopped`] when the search is to end, or has nothing to go on with.

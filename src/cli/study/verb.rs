@@ -65,13 +65,16 @@ fn verb_of(kind: &dyn Kind) -> Command {
     let about = kind.about();
     let name = about.name.replace('_', "-");
     let mut verb = Command::new(name).args(about.settings.iter().map(option));
-    if let Ok(value) = about.alone {
-        let only = Arg::new("only")
-            .long("only")
-            .value_name(value)
-            .help("Fly one flight of the study again, by what names it")
-            .conflicts_with("resume");
-        verb = PageArgs::augment_args(verb.arg(only));
+    // Where there is none, the program says why.
+    let only = Arg::new("only")
+        .long("only")
+        .value_name(about.alone.unwrap_or("NAME"))
+        .help("Fly one flight of the study again, by what names it")
+        .conflicts_with("resume")
+        .hide(about.alone.is_err());
+    verb = verb.arg(only);
+    if about.alone.is_ok() {
+        verb = PageArgs::augment_args(verb);
     }
     if about.name == BY_AUTOPILOTS {
         verb = WireArgs::augment_args(verb);
@@ -117,7 +120,7 @@ impl FromArgMatches for StudyVerbArgs {
             kind,
             args: StudyArgs::from_arg_matches(typed)?,
             values,
-            only: if alone { typed.get_one::<String>("only").cloned() } else { None },
+            only: typed.get_one::<String>("only").cloned(),
             page: if alone { PageArgs::from_arg_matches(typed)? } else { PageArgs::NONE },
             wire: (about.name == BY_AUTOPILOTS).then(|| WireArgs::from_arg_matches(typed)).transpose()?,
         };

@@ -14,6 +14,9 @@ use samara::study::kind::{Given, Study};
 /// Flies the study, writes and reports it; or one of its flights again.
 pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     let (about, args) = (study.kind.about(), &study.args);
+    if let (Some(_), Err(why)) = (&study.only, about.alone) {
+        return Err(Failure::input(format!("--only: {why}")));
+    }
     let narrator = Narrator::alone(args.mission.json);
     let mission = study.mission(&narrator)?;
     let verb = if study.only.is_some() { "assess_only" } else { about.manifest };
