@@ -98,7 +98,8 @@ pub fn flight_columns(mission: &Mission, ground: bool) -> Columns<Sample> {
         });
     }
     if mission.vehicle.start.is_some() {
-        let about = "0 braked, 1 free, 2 trying, 3 waiting, 4 running, 5 given up ([start](rotor_start.md))";
+        let about =
+            "0 braked, 1 free, 2 trying, 3 waiting, 4 running, 5 given up ([start](rotors.md#free-rotors))";
         columns = columns.numbers(rotors("esc_", ""), about, |s, i| Some(s.esc.as_ref()?[i].number()));
     }
     if mission.electric.is_some() {
