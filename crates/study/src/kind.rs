@@ -7,8 +7,9 @@ use samara_core::plan::Plan;
 use samara_core::sim::Sample;
 use samara_core::trajectory::Trajectory;
 use samara_mission::Mission;
-use samara_report::document::{Check, Document, Figure, Passage};
+use samara_report::document::{Check, Document, Figure, Passage, Section};
 use samara_report::figure::FigureError;
+use samara_report::html::Html;
 use samara_report::json::VERSION;
 use serde_json::{Map, Value, json};
 
@@ -212,12 +213,25 @@ impl Results {
         Some(Document { checks: vec![check], ..Document::default() }.junit(&mission.name))
     }
 
-    /// The page: the answer with the figures.
-    pub fn page(&self) -> String {
+    /// The page: the answer with the figures, whether the claim that is judged holds, and how all was made.
+    pub fn page(&self, about: &About, mission: &Mission, values: &Values) -> String {
         let mut document = self.document.clone();
+        document.verdict = about.judges.ok().map(|claim| {
+            (self.holds, if self.holds { claim.to_owned() } else { format!("not shown: {claim}") })
+        });
         if let Some(section) = document.sections.last_mut() {
             section.passages.extend(self.figures.iter().cloned().map(Passage::Figure));
         }
+        let facts = [
+            ("program", format!("samara {VERSION}")),
+            ("inputs, SHA-256", mission.inputs.hash.clone()),
+            ("seed", mission.seed.to_string()),
+            ("gains", mission.control.gains_name.clone()),
+        ];
+        let facts = facts.into_iter().chain(values.in_order(about.settings));
+        let facts = facts.map(|(name, text)| (name, Html::text(&text))).collect();
+        let passages = vec![Passage::Facts(facts)];
+        document.sections.push(Section { id: "origin", title: "How this was made", passages });
         document.page()
     }
 }

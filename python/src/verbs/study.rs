@@ -110,11 +110,11 @@ fn fly(
         None => KeptRows::nowhere(),
         Some(path) => kept(path, &about.head(&mission, &values))?,
     };
-    run((&*study, &about), &mission, (threads, kept), (told, stop))
+    run((&*study, &about, &values), &mission, (threads, kept), (told, stop))
 }
 
 fn run(
-    (study, about): (&dyn Study, &About),
+    (study, about, values): (&dyn Study, &About, &Values),
     mission: &Mission,
     (threads, kept): (Option<usize>, KeptRows),
     (told, stop): (&Told, &Stop),
@@ -127,7 +127,7 @@ fn run(
         (Err(Unfinished::Stopped), Some(error)) => return Err(Fault::in_words(format!("rows: {error}"))),
         (Err(Unfinished::Stopped), None) => return Err(Fault::stopped()),
     };
-    let page = found.page();
+    let page = found.page(about, mission, values);
     let junit = found.junit(about, mission);
     let mut files = found.files;
     files.extend(found.figures.into_iter().map(|figure| (figure.file, figure.svg)));

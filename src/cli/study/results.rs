@@ -9,11 +9,12 @@ use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::report::shell::command_line;
 use samara::study::kind::{About, Results};
+use samara::study::settings::Values;
 
 /// Writes the results of a study of this name.
 pub fn write(
     folder: &OutputFolder,
-    (mission, about): (&Mission, &About),
+    (mission, about, values): (&Mission, &About, &Values),
     results: &Results,
     page: &PageArgs,
 ) -> Result<(), Failure> {
@@ -26,7 +27,7 @@ pub fn write(
     for figure in &results.figures {
         folder.write_text(&figure.file, &figure.svg)?;
     }
-    folder.write_text(&format!("{name}.html"), &results.page())?;
+    folder.write_text(&format!("{name}.html"), &results.page(about, mission, values))?;
     if let Some(junit) = results.junit(about, mission) {
         folder.write_text(&format!("{name}_junit.xml"), &junit)?;
     }

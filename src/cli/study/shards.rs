@@ -288,7 +288,7 @@ pub fn merge(
         match hosted.run_in_shards(of, Shards::new(&folder, &head, None))? {
             Ok(_) if only_missing => said(json, &serde_json::json!({ "missing": "" }), "").map(|()| Answer::Yes),
             Ok(found) => {
-                results::write(&out, (&mission, &about), &found, &study.page)?;
+                results::write(&out, (&mission, &about, &study.values), &found, &study.page)?;
                 hosted.write_manifest()?;
                 results::report(&study, (&mission, &out), &found)
             }

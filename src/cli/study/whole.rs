@@ -47,7 +47,7 @@ pub fn fly(
     match hosted.run(begun)? {
         None => hosted.stopped(narrator),
         Some(found) => {
-            results::write(folder, (mission, &study.kind.about()), &found, &study.page)?;
+            results::write(folder, (mission, &study.kind.about(), &study.values), &found, &study.page)?;
             hosted.finish()?;
             results::report(study, (mission, folder), &found)
         }
