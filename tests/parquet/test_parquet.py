@@ -1,4 +1,4 @@
-"""DuckDB, Polars and pandas read shards as they are: the queries of docs/shards.md, against the campaign's own files."""
+"""DuckDB, Polars and pandas read shards as they are: the queries of docs/clusters.md, against the campaign's own files."""
 
 import csv
 import json
@@ -19,8 +19,8 @@ SHARDS = 3
 
 
 def blocks(language):
-    """The blocks of a language in docs/shards.md."""
-    page = (REPOSITORY / "docs/shards.md").read_text(encoding="utf-8")
+    """The blocks of a language in docs/clusters.md."""
+    page = (REPOSITORY / "docs/clusters.md").read_text(encoding="utf-8")
     return re.findall(rf"```{language}\n(.*?)```", page, re.DOTALL)
 
 

@@ -195,7 +195,7 @@ pub struct AssessArgs {
     pub resume: bool,
     /// Lines to keep of the trials: `all`, those of `failures`, or none.
     ///
-    /// `summary` keeps the statistics alone: quantiles to half a bin (docs/shards.md), and nothing to go on
+    /// `summary` keeps the statistics alone: quantiles to half a bin (docs/clusters.md), and nothing to go on
     /// from. [default: all, of more than 1000000 trials summary]
     #[arg(long, value_name = "LINES", value_parser = keep, conflicts_with_all = ["paper", "only", "effects", "envelope", "replan", "free_fall"])]
     pub keep: Option<Keep>,
