@@ -1122,6 +1122,10 @@ const LINES: &[(&str, &[&str])] = &[
     ("study", &["Usage: samara study <COMMAND>"]),
     ("study rare --least 2", &["a probability from 1e-12 to 0.1"]),
     ("study envelope --pairs wind", &["pairs of different quantities", "found `wind`"]),
+    (
+        "study replan x500_drop --autopilot reference --shard 0/2 --out OUT",
+        &["drops without a wire are expected"],
+    ),
     ("study sobol x500_drop --only 3", &["--only: an index is of all flights together"]),
     ("study sobol x500_ground", &["sobol is about drops, and this mission begins on the ground"]),
     ("study rare --only a.json --resume", &["cannot be used with"]),

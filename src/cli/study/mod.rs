@@ -48,6 +48,11 @@ pub fn fly(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     if let Some((wire, autopilot)) =
         study.wire.as_ref().and_then(|wire| Some((wire, wire.autopilot.as_ref()?)))
     {
+        #[cfg(feature = "shards")]
+        if study.args.part.asks() {
+            let why = "--autopilot: drops without a wire are expected in shards (samara assess flies an autopilot's)";
+            return Err(Failure::input(why.to_owned()));
+        }
         return wire::run(study, (wire, autopilot), stop);
     }
     #[cfg(feature = "shards")]

@@ -112,7 +112,15 @@ impl Folder {
         let folder = out.join(FOLDER);
         let made = fs::create_dir_all(&folder);
         made.with_context(|| format!("cannot make the folder {}", folder.display())).bad_input()?;
-        Ok(Self(folder))
+        let made = Self(folder);
+        let names = made.names().with_context(|| made.0.display().to_string()).bad_input()?;
+        match names.iter().find(|name| name.ends_with(".parquet")) {
+            None => Ok(made),
+            Some(name) => Err(Failure::input(format!(
+                "{}: a shard of a campaign lies there; another folder (--out) is expected",
+                made.0.join(name).display()
+            ))),
+        }
     }
 
     /// Notes what is asked, or refuses what is not what was.
