@@ -279,6 +279,27 @@ fn no_line_of_prose_is_wider_than_110_columns() {
     }
 }
 
+/// Pages that are written by hand, without what programs write into them and what stands in fences.
+#[test]
+fn the_pages_of_docs_have_at_most_38_000_words() {
+    let words = |page: &str| {
+        let mut made = false;
+        let counted = lines(page).filter(|(fence, line)| {
+            made = line.starts_with("<!-- results:")
+                || line.starts_with("<!-- columns:")
+                || made && *line != "<!-- end -->";
+            !made && fence.is_none()
+        });
+        counted.map(|(_, line)| line.split_whitespace().count()).sum::<usize>()
+    };
+    let by_hand = |path: &Path| {
+        let made = ["docs/mission_keys.md", "docs/parameters.md"];
+        path.starts_with("docs") && !made.iter().any(|page| Path::new(page) == path)
+    };
+    let all: usize = pages().iter().filter(|(path, _)| by_hand(path)).map(|(_, page)| words(page)).sum();
+    assert!(all <= 38_000, "{all} words");
+}
+
 #[test]
 fn the_readme_is_short() {
     let readme = fs::read(root().join("README.md")).unwrap();
