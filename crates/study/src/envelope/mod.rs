@@ -126,15 +126,18 @@ impl Edges<'_> {
 }
 
 impl Study for Edges<'_> {
+    /// The rays, and the nominal release in the mission's own turbulence and in a point's.
     fn jobs(&self) -> u64 {
-        self.search().rays().len() as u64
+        let rays = self.search().rays();
+        let nominal = [false, true].map(|sets| rays.iter().any(|ray| ray.from.sets_turbulence == sets));
+        rays.len() as u64 + nominal.map(u64::from).iter().sum::<u64>()
     }
 
     fn slow(&self) -> Option<Slow<'_>> {
         let reason = self.envelope.one_at_a_time()?.to_string();
         let ray = self.search().rays().into_iter().next()?;
         let one = EdgeSearch { flights: 1, ..EdgeSearch::default() };
-        let flights = self.jobs() * FLIGHTS_OF_A_RAY / ENVELOPE_LIMITS.len() as u64;
+        let flights = self.search().rays().len() as u64 * FLIGHTS_OF_A_RAY / ENVELOPE_LIMITS.len() as u64;
         let try_some = move || {
             let _ = std::hint::black_box(self.envelope.nominal(&one, &ray, &|| false));
         };
