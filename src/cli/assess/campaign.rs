@@ -5,6 +5,7 @@
 //! same memory.
 
 use std::io::{BufRead as _, Write as _};
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, anyhow};
@@ -21,16 +22,18 @@ use samara::assess::{
     Summary, Tally, paper,
 };
 use samara::config::Mission;
-use samara::host::Threads;
+use samara::host::kept::KeptRows;
+use samara::host::{Host, Threads};
 use samara::sim::ABREAST;
 use samara::study::campaign::campaign_csv::{file_name, header, parse_row, write_row};
 use samara::study::campaign::exact::{MeasurePasses, MeasureValues};
 use samara::study::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
+use samara::study::jobs::{Jobs, Round, Stop};
 
-/// Trials between two looks at Ctrl-C and two writes to the disk.
-pub const BLOCK: u64 = 128;
+/// Trials between two writes to the disk.
+const BLOCK: u64 = 128;
 /// Trials that a thread takes at a time.
-const PORTION: usize = 8;
+const PORTION: u64 = 8;
 
 /// What the trials of all campaigns share, and what flies them on all threads.
 pub struct TrialRunner<'a> {
@@ -78,11 +81,33 @@ impl TrialRunner<'_> {
         }
     }
 
-    /// Flies a trial from each release, on all threads.
-    pub fn fly(&self, entry: &StudyEntry, releases: &[RandomRelease]) -> Vec<Outcome> {
-        let study = &self.study;
-        let portions: Vec<&[RandomRelease]> = releases.chunks(PORTION).collect();
-        self.threads.each(&portions, |some| study.fly_releases(entry, some)).into_iter().flatten().collect()
+    /// Flies trials on all threads; each goes to `take` in their order. Whether it came to the end; an error
+    /// of `take` ends it.
+    pub fn fly(
+        &self,
+        entry: &StudyEntry,
+        trials: Range<u64>,
+        progress: &ProgressLine,
+        mut take: impl FnMut(RandomRelease, Outcome) -> Result<(), Failure>,
+    ) -> Result<bool, Failure> {
+        let failed = AtomicBool::new(false);
+        let is_stopped = || self.stop.load(Ordering::Relaxed) || failed.load(Ordering::Relaxed);
+        let mut host = Host::new(&self.threads, &is_stopped, progress, KeptRows::nowhere());
+        let jobs: &mut dyn Jobs = &mut host;
+        let (study, releases, seed) = (&self.study, &self.distribution, self.mission.seed);
+        let fly = |some: Range<u64>, stop: Stop<'_>| {
+            let drawn: Vec<_> = some.map(|k| releases.draw(seed, trials.start + k)).collect();
+            (!stop()).then(|| study.fly_releases(entry, &drawn))
+        };
+        let (mut next, mut taken) = (trials.start, Ok(()));
+        let flown = jobs.fold(entry.name, Round::of(trials.end - next, PORTION), &fly, |outcome| {
+            if taken.is_ok() {
+                taken = take(self.draw(next), outcome);
+                failed.store(taken.is_err(), Ordering::Relaxed);
+            }
+            next += 1;
+        });
+        taken.map(|()| flown.is_ok())
     }
 }
 
@@ -186,32 +211,27 @@ impl FlownCampaign {
         let name = file_name(&self.entry);
         let mut file =
             (runner.keep != Keep::Summary).then(|| runner.folder.continued(&name, kept)).transpose()?;
-        let mut next = self.summary.end();
-        progress.set_message(self.entry.name);
-        progress.skip(next);
-        while next < runner.trials {
-            if runner.stop.load(Ordering::Relaxed) {
-                return Ok(false);
-            }
-            let block = next..runner.trials.min(next + BLOCK);
-            let releases: Vec<RandomRelease> = block.map(|k| runner.draw(k)).collect();
-            let outcomes = runner.fly(&self.entry, &releases);
-            let mut text = String::new();
-            for (release, outcome) in releases.iter().zip(outcomes) {
-                if self.take(*release, outcome, runner) {
-                    write_row(&mut text, release, &outcome);
-                }
-            }
+        let (entry, first) = (self.entry.clone(), self.summary.end());
+        progress.skip(first);
+        let mut text = String::new();
+        let mut write = |text: &mut String| -> Result<(), Failure> {
             if let Some(file) = &mut file {
                 file.write_all(text.as_bytes())
                     .with_context(|| format!("cannot write {}", runner.folder.path().join(&name).display()))
                     .bad_input()?;
             }
-            next += releases.len() as u64;
-            self.flown_now += releases.len() as u64;
-            progress.inc(releases.len() as u64);
-        }
-        Ok(true)
+            text.clear();
+            Ok(())
+        };
+        let whole = runner.fly(&entry, first..runner.trials, progress, |release, outcome| {
+            if self.take(release, outcome, runner) {
+                write_row(&mut text, &release, &outcome);
+            }
+            self.flown_now += 1;
+            if release.trial % BLOCK == BLOCK - 1 { write(&mut text) } else { Ok(()) }
+        })?;
+        write(&mut text)?;
+        Ok(whole)
     }
 
     /// Reads the trials of a file that a run has left; how many bytes of it are whole: 0 when there is none,

@@ -1,20 +1,20 @@
 //! A part of the campaigns of a mission's own gains.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use super::part::{GROUP_ROWS, check_campaign, head_of, report, stopped};
 use super::place::PartPlace;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::aside::Aside;
 use crate::cli::assess::args::AssessArgs;
-use crate::cli::assess::campaign::{BLOCK, TrialRunner};
+use crate::cli::assess::campaign::TrialRunner;
 use crate::cli::assess::study::{converged, runner};
 use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_mission;
 use crate::cli::progress::ProgressLine;
 use crate::cli::results::{OutputFolder, place_of};
-use samara::assess::{RandomRelease, StudyEntry};
+use samara::assess::StudyEntry;
 use samara::study::campaign::campaign_csv::write_row;
 use samara::study::campaign::{CampaignSummary, SHOWN, TrialRecord};
 use samara::study::cut::Cut;
@@ -63,34 +63,27 @@ fn fly(
     progress: &ProgressLine,
     (writer, aside): (&mut ShardWriter, &Aside),
 ) -> Result<Option<StudyPart>, Failure> {
-    progress.set_message(entry.name);
     let mut summary = CampaignSummary::from_trial(head.first);
     let (mut rows, mut shown) = (Vec::new(), Vec::new());
-    let mut next = head.first;
-    while next < head.end {
-        if runner.stop.load(Ordering::Relaxed) {
-            return Ok(None);
+    let whole = runner.fly(entry, head.range(), progress, |release, outcome| {
+        let record = TrialRecord::of_flight(release.trial, &outcome, &runner.limits);
+        summary.push(&record);
+        if release.trial < SHOWN as u64 {
+            let mut line = String::new();
+            write_row(&mut line, &release, &outcome);
+            shown.push(line.trim_end().to_owned());
         }
-        let releases: Vec<RandomRelease> =
-            (next..head.end.min(next + BLOCK)).map(|trial| runner.draw(trial)).collect();
-        for (release, outcome) in releases.iter().zip(runner.fly(entry, &releases)) {
-            let record = TrialRecord::of_flight(release.trial, &outcome, &runner.limits);
-            summary.push(&record);
-            if release.trial < SHOWN as u64 {
-                let mut line = String::new();
-                write_row(&mut line, release, &outcome);
-                shown.push(line.trim_end().to_owned());
-            }
-            if head.keep.keeps(record.failure.is_some()) {
-                rows.push(StudyRow { release: *release, outcome, failure: record.failure });
-            }
+        if head.keep.keeps(record.failure.is_some()) {
+            rows.push(StudyRow { release, outcome, failure: record.failure });
         }
         if rows.len() >= GROUP_ROWS {
             aside.named(writer.write(&study_table(entry.name, &rows)))?;
             rows.clear();
         }
-        next += releases.len() as u64;
-        progress.inc(releases.len() as u64);
+        Ok(())
+    })?;
+    if !whole {
+        return Ok(None);
     }
     aside.named(writer.write(&study_table(entry.name, &rows)))?;
     Ok(Some(StudyPart { name: entry.name.to_owned(), summary: SummaryRecord::of(&summary), shown }))
