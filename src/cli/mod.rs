@@ -22,6 +22,7 @@ mod faults;
 mod fidelity;
 mod help;
 mod init;
+mod list;
 mod mission;
 mod narrator;
 mod new;
@@ -95,6 +96,7 @@ pub fn run() -> ExitCode {
         Verb::Completions(args) => shell_files::completions(&args, command()),
         Verb::Man(args) => shell_files::man(&args, command()),
         Verb::Init(args) => init::run(&args),
+        Verb::List(args) => list::run(&args),
         Verb::Card(args) => card::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::New(args) => new::run(&args),

@@ -13,6 +13,7 @@ use super::drop::DropArgs;
 use super::faults::FaultsArgs;
 use super::fidelity::FidelityArgs;
 use super::init::InitArgs;
+use super::list::ListArgs;
 use super::new::NewArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
@@ -101,14 +102,17 @@ pub enum Verb {
     #[command(after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),
     /// Print what completes the command line in a shell.
-    #[command(after_long_help = include_str!("help/completions.txt"))]
+    #[command(hide = true, after_long_help = include_str!("help/completions.txt"))]
     Completions(CompletionsArgs),
     /// Write the man pages.
-    #[command(after_long_help = include_str!("help/man.txt"))]
+    #[command(hide = true, after_long_help = include_str!("help/man.txt"))]
     Man(ManArgs),
     /// Write missions, vehicles, gains and schemas to a folder, to edit.
     #[command(after_long_help = include_str!("help/init.txt"))]
     Init(InitArgs),
+    /// List missions, vehicles and gains that can be named, and the runs that there are.
+    #[command(after_long_help = include_str!("help/list.txt"))]
+    List(ListArgs),
     /// Print what the numbers of a mission amount to, and what is odd about them.
     #[command(after_long_help = include_str!("help/check.txt"))]
     Check(CheckArgs),
