@@ -16,6 +16,7 @@ mod conclusion;
 mod design;
 #[cfg(test)]
 mod docs_tests;
+mod doctor;
 mod drop;
 mod estimate;
 mod faults;
@@ -96,6 +97,7 @@ pub fn run() -> ExitCode {
         Verb::Completions(args) => shell_files::completions(&args, command()),
         Verb::Man(args) => shell_files::man(&args, command()),
         Verb::Init(args) => init::run(&args),
+        Verb::Doctor(args) => doctor::run(&args),
         Verb::List(args) => list::run(&args),
         Verb::Card(args) => card::run(&args),
         Verb::Check(args) => check::run(&args),

@@ -9,6 +9,7 @@ use super::autopilot::AutopilotArgs;
 use super::card::CardArgs;
 use super::check::CheckArgs;
 use super::design::DesignArgs;
+use super::doctor::DoctorArgs;
 use super::drop::DropArgs;
 use super::faults::FaultsArgs;
 use super::fidelity::FidelityArgs;
@@ -113,6 +114,9 @@ pub enum Verb {
     /// List missions, vehicles and gains that can be named, and the runs that there are.
     #[command(after_long_help = include_str!("help/list.txt"))]
     List(ListArgs),
+    /// Look at what samara needs of this machine: ports, folders, Python, PX4.
+    #[command(after_long_help = include_str!("help/doctor.txt"))]
+    Doctor(DoctorArgs),
     /// Print what the numbers of a mission amount to, and what is odd about them.
     #[command(after_long_help = include_str!("help/check.txt"))]
     Check(CheckArgs),
