@@ -8,6 +8,7 @@ use std::process::{Command, Output};
 mod anywhere;
 mod asked;
 mod bad_inputs;
+mod compare;
 mod doctor;
 mod drafts;
 mod failures;

@@ -12,6 +12,7 @@ mod assess;
 mod autopilot;
 mod card;
 mod check;
+mod compare;
 mod conclusion;
 mod design;
 #[cfg(test)]
@@ -97,6 +98,7 @@ pub fn run() -> ExitCode {
         Verb::Completions(args) => shell_files::completions(&args, command()),
         Verb::Man(args) => shell_files::man(&args, command()),
         Verb::Init(args) => init::run(&args),
+        Verb::Compare(args) => compare::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
         Verb::List(args) => list::run(&args),
         Verb::Card(args) => card::run(&args),

@@ -8,6 +8,7 @@ use super::assess::shards::merge::MergeArgs;
 use super::autopilot::AutopilotArgs;
 use super::card::CardArgs;
 use super::check::CheckArgs;
+use super::compare::CompareArgs;
 use super::design::DesignArgs;
 use super::doctor::DoctorArgs;
 use super::drop::DropArgs;
@@ -68,6 +69,9 @@ pub enum Verb {
     /// Make the release card of a mission: all evidence on one page, and whether to go.
     #[command(after_long_help = include_str!("help/card.txt"))]
     Card(CardArgs),
+    /// Hold two runs, or two missions, against each other: trial by trial, key by key.
+    #[command(after_long_help = include_str!("help/compare.txt"))]
+    Compare(CompareArgs),
     /// Put the shards of a campaign together: the tables and the page of all its trials.
     #[cfg(feature = "shards")]
     #[command(after_long_help = include_str!("help/merge.txt"))]
