@@ -8,15 +8,22 @@ use std::process::{Command, Output};
 mod anywhere;
 mod asked;
 mod bad_inputs;
+mod compare;
+mod doctor;
 mod drafts;
 mod failures;
 mod faults;
+mod list;
 mod replay;
 mod results;
 mod titan_px4;
 
 fn samara(args: &[&str]) -> Output {
     Command::new(env!("CARGO_BIN_EXE_samara")).args(args).output().unwrap()
+}
+
+fn samara_in(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_samara")).current_dir(folder).args(args).output().unwrap()
 }
 
 fn code(output: &Output) -> i32 {

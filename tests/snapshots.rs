@@ -113,6 +113,7 @@ fn type_of(name: &str, path: &Path) -> Option<Again> {
         "fidelity.json" => again::<study::fidelity::FidelityObject>,
         "free_fall.json" => again::<study::free_fall::report::FreeFallObject>,
         "plan_grid.json" => again::<study::plan_grid::report::PlanGridObject>,
+        "compare.json" => again::<study::compare::CompareObject>,
         "card.json" => again::<study::card::json::CardObject>,
         name if name.ends_with("_manifest.json") => again::<study::card::manifest::RunManifest>,
         name if name.starts_with("drops_") && name.ends_with(".json") => {

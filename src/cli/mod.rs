@@ -12,16 +12,19 @@ mod assess;
 mod autopilot;
 mod card;
 mod check;
+mod compare;
 mod conclusion;
 mod design;
 #[cfg(test)]
 mod docs_tests;
+mod doctor;
 mod drop;
 mod estimate;
 mod faults;
 mod fidelity;
 mod help;
 mod init;
+mod list;
 mod mission;
 mod narrator;
 mod new;
@@ -95,6 +98,9 @@ pub fn run() -> ExitCode {
         Verb::Completions(args) => shell_files::completions(&args, command()),
         Verb::Man(args) => shell_files::man(&args, command()),
         Verb::Init(args) => init::run(&args),
+        Verb::Compare(args) => compare::run(&args),
+        Verb::Doctor(args) => doctor::run(&args),
+        Verb::List(args) => list::run(&args),
         Verb::Card(args) => card::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::New(args) => new::run(&args),

@@ -58,7 +58,8 @@ fn collect(command: &Command, pages: &mut Vec<(String, String)>) {
     // Into memory: this does not fail.
     let _ = clap_mangen::Man::new(command.clone()).title(name.clone()).render(&mut text);
     pages.push((name, String::from_utf8_lossy(&text).into_owned()));
-    let verbs = command.get_subcommands().filter(|verb| !verb.is_hide_set() && verb.get_name() != "help");
+    // Verbs that the short help leaves out have pages, too.
+    let verbs = command.get_subcommands().filter(|verb| verb.get_name() != "help");
     verbs.for_each(|verb| collect(verb, pages));
 }
 

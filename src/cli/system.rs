@@ -6,7 +6,7 @@ use std::future::Future;
 use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use anyhow::Context as _;
 
@@ -27,6 +27,27 @@ impl Stopwatch {
     pub fn ms(&self) -> f64 {
         self.0.elapsed().as_secs_f64() * 1e3
     }
+}
+
+/// A time of the wall clock to the minute: `2026-11-28 09:05 UTC`.
+pub fn utc(time: SystemTime) -> String {
+    let since = time.duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    let minutes = since.as_secs() / 60;
+    let (year, month, day) = civil(minutes / 1440);
+    format!("{year}-{month:02}-{day:02} {:02}:{:02} UTC", minutes / 60 % 24, minutes % 60)
+}
+
+/// Year, month and day of so many days since 1970-01-01, by `civil_from_days` of
+/// <https://howardhinnant.github.io/date_algorithms.html> for days that are not negative.
+fn civil(days: u64) -> (u64, u64, u64) {
+    let since_march_of_0 = days + 719_468;
+    let (era, day_of_era) = (since_march_of_0 / 146_097, since_march_of_0 % 146_097);
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36_524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    (400 * era + year_of_era + u64::from(month <= 2), month, day)
 }
 
 /// Waits, for a process to end.
@@ -163,4 +184,19 @@ pub fn interrupt_flag() -> Result<Arc<AtomicBool>, Failure> {
     // An error means that the thread has ended without a handler.
     let _ = listening.recv();
     Ok(flag)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// By hand and by `date -u -d @N`: an epoch, a leap day, the end of a year, a century that has none.
+    #[test]
+    fn closed_form_times_of_the_wall_clock() {
+        let of = |seconds: u64| utc(SystemTime::UNIX_EPOCH + Duration::from_secs(seconds));
+        assert_eq!(of(0), "1970-01-01 00:00 UTC");
+        assert_eq!(of(951_782_400 + 3661), "2000-02-29 01:01 UTC");
+        assert_eq!(of(1_798_761_599), "2026-12-31 23:59 UTC");
+        assert_eq!(of(4_107_542_400), "2100-03-01 00:00 UTC");
+    }
 }

@@ -8,11 +8,14 @@ use super::assess::shards::merge::MergeArgs;
 use super::autopilot::AutopilotArgs;
 use super::card::CardArgs;
 use super::check::CheckArgs;
+use super::compare::CompareArgs;
 use super::design::DesignArgs;
+use super::doctor::DoctorArgs;
 use super::drop::DropArgs;
 use super::faults::FaultsArgs;
 use super::fidelity::FidelityArgs;
 use super::init::InitArgs;
+use super::list::ListArgs;
 use super::new::NewArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
@@ -66,6 +69,9 @@ pub enum Verb {
     /// Make the release card of a mission: all evidence on one page, and whether to go.
     #[command(after_long_help = include_str!("help/card.txt"))]
     Card(CardArgs),
+    /// Hold two runs, or two missions, against each other: trial by trial, key by key.
+    #[command(after_long_help = include_str!("help/compare.txt"))]
+    Compare(CompareArgs),
     /// Put the shards of a campaign together: the tables and the page of all its trials.
     #[cfg(feature = "shards")]
     #[command(after_long_help = include_str!("help/merge.txt"))]
@@ -101,14 +107,20 @@ pub enum Verb {
     #[command(after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),
     /// Print what completes the command line in a shell.
-    #[command(after_long_help = include_str!("help/completions.txt"))]
+    #[command(hide = true, after_long_help = include_str!("help/completions.txt"))]
     Completions(CompletionsArgs),
     /// Write the man pages.
-    #[command(after_long_help = include_str!("help/man.txt"))]
+    #[command(hide = true, after_long_help = include_str!("help/man.txt"))]
     Man(ManArgs),
     /// Write missions, vehicles, gains and schemas to a folder, to edit.
     #[command(after_long_help = include_str!("help/init.txt"))]
     Init(InitArgs),
+    /// List missions, vehicles and gains that can be named, and the runs that there are.
+    #[command(after_long_help = include_str!("help/list.txt"))]
+    List(ListArgs),
+    /// Look at what samara needs of this machine: ports, folders, Python, PX4.
+    #[command(after_long_help = include_str!("help/doctor.txt"))]
+    Doctor(DoctorArgs),
     /// Print what the numbers of a mission amount to, and what is odd about them.
     #[command(after_long_help = include_str!("help/check.txt"))]
     Check(CheckArgs),

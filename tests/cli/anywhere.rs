@@ -2,13 +2,9 @@
 
 use std::fs;
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Output;
 
-use super::{code, samara, stderr};
-
-fn samara_in(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_samara")).current_dir(folder).args(args).output().unwrap()
-}
+use super::{code, samara, samara_in, stderr};
 
 fn first_line(output: &Output) -> String {
     let text = String::from_utf8_lossy(&output.stdout);

@@ -20,6 +20,7 @@
 //! | `trajectory_csv` | `trajectory.csv`, read and written |
 //! | [`shipped`] | the files that the program brings along |
 //! | `names` | which file a plain name means |
+//! | `listed` | what can be named |
 //! | `source` | a file's text, strict JSON, the place of anything refused, the hash of the inputs |
 //! | [`bounded`] | files read with a bound |
 //! | `number` | numbers with a range |
@@ -38,6 +39,7 @@ pub mod draft;
 mod error;
 mod estimated;
 mod gains_file;
+mod listed;
 mod mission;
 mod names;
 mod number;
@@ -63,6 +65,7 @@ pub use designing::{DesignError, designed_mission_json};
 pub use error::ConfigError;
 pub use estimated::{Estimated, Origin, OriginKind};
 pub use gains_file::{GainsFile, gains_json, load_gains};
+pub use listed::{Listed, listed_gains, listed_missions, listed_vehicles};
 pub use mission::{
     CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, PlanInitial,
     PlanSettings, Px4, Px4Clock, Release, Replan, Site, Study, UnfitFault, UnfitReplan, UnplannedError,

@@ -12,6 +12,7 @@
 //! | [`paper`] | the paper's study: tables, claims, page |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`fidelity`] | one campaign by several ways to fly it: means, bounds |
+//! | [`compare`] | two runs or two missions held against each other |
 //! | [`effects`] | drops with and without each effect |
 //! | [`envelope`] | how far from the nominal release a drop may begin and be safe |
 //! | [`free_fall`] | how well the fall is found by the accelerometer alone |
@@ -32,6 +33,7 @@
 pub mod campaign;
 pub mod card;
 pub mod checking;
+pub mod compare;
 pub mod controller;
 pub mod cut;
 pub mod designing;

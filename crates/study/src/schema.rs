@@ -3,6 +3,7 @@
 use crate::campaign::json::AssessObject;
 use crate::card::json::CardObject;
 use crate::card::manifest::RunManifest;
+use crate::compare::CompareObject;
 use crate::designing::report::DesignObject;
 use crate::effects::report::EffectsObject;
 use crate::envelope::report::EnvelopeObject;
@@ -22,7 +23,7 @@ use samara_report::verify::VerifyObject;
 type Text = fn(&str) -> String;
 
 /// Name of each kind of result, and what makes its schema.
-const RESULTS: [(&str, Text); 19] = [
+const RESULTS: [(&str, Text); 20] = [
     ("drop", text::<DropObject>),
     ("cases", text::<CasesObject>),
     ("plan", text::<PlanObject>),
@@ -39,6 +40,7 @@ const RESULTS: [(&str, Text); 19] = [
     ("fidelity", text::<FidelityObject>),
     ("free_fall", text::<FreeFallObject>),
     ("plan_grid", text::<PlanGridObject>),
+    ("compare", text::<CompareObject>),
     ("card", text::<CardObject>),
     ("manifest", text::<RunManifest>),
     ("verify", text::<VerifyObject>),

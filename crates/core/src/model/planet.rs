@@ -5,6 +5,9 @@ use super::atmosphere::{earth_gravity_m_s2, titan_gravity_m_s2};
 use super::{Atmosphere, ModelError, check};
 use crate::math;
 
+/// Part of a world's gravity by which that of a site may differ: latitude stays within.
+const SAME_GRAVITY: f64 = 0.01;
+
 /// A world with an air to fly in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Planet {
@@ -20,6 +23,12 @@ pub enum Planet {
 impl Planet {
     /// Every world there is.
     pub const ALL: [Self; 3] = [Self::Earth, Self::Titan, Self::Mars];
+
+    /// The world with this gravity [m/s^2] at an altitude [m], to a hundredth; `None`: no world has it.
+    pub fn of_gravity(gravity_m_s2: f64, altitude_m: f64) -> Option<Self> {
+        let has = |planet: &Self| (gravity_m_s2 / planet.gravity_m_s2(altitude_m) - 1.0).abs() < SAME_GRAVITY;
+        Self::ALL.into_iter().find(has)
+    }
 
     /// Name in files and on the command line.
     pub fn name(self) -> &'static str {
@@ -86,6 +95,17 @@ fn mars(altitude_m: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// By hand: poles and equator of Earth differ by half a percent, and nothing is between the worlds.
+    #[test]
+    fn closed_form_a_world_is_known_by_its_gravity() {
+        let of = |gravity_m_s2: f64, altitude_m: f64| Planet::of_gravity(gravity_m_s2, altitude_m);
+        assert_eq!(
+            [of(9.780, 0.0), of(9.832, 0.0), of(1.35, 1000.0)].map(|p| p.map(Planet::name)),
+            [Some("earth"), Some("earth"), Some("titan")]
+        );
+        assert_eq!([of(3.72, 0.0), of(9.65, 0.0), of(f64::NAN, 0.0)], [Some(Planet::Mars), None, None]);
+    }
 
     /// Table I of the standard (geometric altitude), to its digits.
     #[test]

@@ -28,8 +28,6 @@ const RADIUS_PER_ARM: f64 = 0.5;
 const LEAST_GYRATION: f64 = 0.05;
 /// Part of a world's density at an altitude by which that of a site may differ: weather stays well within.
 const OTHER_AIR: f64 = 0.15;
-/// Part of a world's gravity by which that of a site may differ: latitude stays within.
-const SAME_GRAVITY: f64 = 0.01;
 
 /// The moment of inertia that no body of the vehicle's mass and size has, if one is such: its radius of
 /// gyration is beyond the reach of the rotors, or next to nothing. `radius_m` is that of the propellers [m],
@@ -63,9 +61,7 @@ pub(super) fn of_inertia(vehicle: &Vehicle, radius_m: Option<f64>) -> Option<Str
 pub(super) fn of_air_of_another_altitude(environment: &Environment) -> Option<String> {
     let Environment { gravity_m_s2, density_kg_m3, atmosphere, .. } = *environment;
     let altitude_m = environment.anchor.altitude_m;
-    let is_here =
-        |planet: &Planet| (gravity_m_s2 / planet.gravity_m_s2(altitude_m) - 1.0).abs() < SAME_GRAVITY;
-    let planet = [Planet::Earth, Planet::Titan].into_iter().find(is_here)?;
+    let planet = Planet::of_gravity(gravity_m_s2, altitude_m).filter(|planet| *planet != Planet::Mars)?;
     let usual = planet.density_kg_m3(altitude_m).ok().filter(|_| atmosphere == Atmosphere::Constant)?;
     let off = density_kg_m3 / usual - 1.0;
     (off.abs() > OTHER_AIR).then(|| {

@@ -10,7 +10,7 @@ use crate::number::{AngleDeg, Exactly, LatitudeDeg, Positive, Within};
 use crate::source::{InputHash, Source};
 use samara_core::model::environment::GeoPoint;
 use samara_core::model::wind::Wind;
-use samara_core::model::{Atmosphere, Environment};
+use samara_core::model::{Atmosphere, Environment, Planet};
 use samara_core::sim::Ground;
 
 /// Gravity, air and place.
@@ -77,6 +77,11 @@ pub struct Site {
 }
 
 impl Site {
+    /// The world that has the site's gravity at its altitude; `None`: none that is known.
+    pub fn world(&self) -> Option<Planet> {
+        Planet::of_gravity(self.environment.gravity_m_s2, self.environment.anchor.altitude_m)
+    }
+
     /// The site of a vehicle that stands on the ground at the start, or is released above it; `seed` is the
     /// mission's.
     pub(super) fn from_json(

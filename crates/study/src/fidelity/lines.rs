@@ -1,4 +1,4 @@
-//! The lines of a campaign, as `samara assess` writes them, read for what two campaigns can be compared by.
+//! The lines of a campaign, as `samara assess` writes them, read for what campaigns can be compared by.
 
 use std::collections::BTreeSet;
 use std::io::{self, BufRead as _, BufReader, Read};
@@ -22,14 +22,18 @@ pub(super) const QUANTITIES: [Quantity; 5] = [J_TPF, ALTITUDE_LOST, STEADY_AFTER
 /// A campaign by one way to fly.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CampaignLines {
+    /// Version of samara that flew it.
+    pub version: String,
+    /// Seed of its draws.
+    pub seed: u64,
     /// The campaign in the words of its file.
     pub flown: String,
     /// SHA-256 of what it was flown with.
     pub input_hash: String,
     /// Numbers of the trials.
     pub trials: BTreeSet<u64>,
-    /// How many did not fail, where the lines say so.
-    pub safe: Option<Share>,
+    /// Those that failed, where the lines say so.
+    pub failed: Option<BTreeSet<u64>>,
     /// The values of each of [`QUANTITIES`], with a place for every trial.
     pub(super) quantities: [ByTrial; QUANTITIES.len()],
 }
@@ -97,12 +101,40 @@ impl CampaignLines {
     /// [`LinesError`]: it is no such file, or is of other inputs, another seed or another version of samara;
     /// it has no end, or a line that has none.
     pub fn read(from: impl Read, mission: &Mission, input_hashes: &[&str]) -> Result<Self, LinesError> {
+        Self::read_if(from, |head| head.check(mission, input_hashes))
+    }
+
+    /// Reads the lines of a campaign of any mission, seed and version of samara.
+    ///
+    /// # Errors
+    /// [`LinesError`]: it is no such file; it has no end, or a line that has none.
+    pub fn read_any(from: impl Read) -> Result<Self, LinesError> {
+        Self::read_if(from, |_| Ok(()))
+    }
+
+    /// How many did not fail, where the lines say so.
+    pub fn safe(&self) -> Option<Share> {
+        let (failed, trials) = (self.failed.as_ref()?.len() as u64, self.trials.len() as u64);
+        Some(Share::of(trials - failed, trials))
+    }
+
+    /// The values of a quantity by the number of the trial; nothing of one that is not read.
+    pub fn values(&self, quantity: &Quantity) -> Option<&ByTrial> {
+        let place = QUANTITIES.iter().position(|read| read == quantity)?;
+        self.quantities.get(place)
+    }
+
+    fn read_if(
+        from: impl Read,
+        check: impl FnOnce(&Head) -> Result<(), LinesError>,
+    ) -> Result<Self, LinesError> {
         let mut from = BufReader::new(BoundedLines::new(from, LINE_MOST));
         let mut top = String::new();
         for _ in 0..HEAD_LINES {
             from.read_line(&mut top)?;
         }
-        let (flown, input_hash) = head(&top, mission, input_hashes)?;
+        let head = Head::of(&top)?;
+        check(&head)?;
         // The head once more, so that lines are counted from the file's first.
         let whole = top.as_bytes().chain(from);
         let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(whole);
@@ -114,11 +146,14 @@ impl CampaignLines {
             *at = place(quantity.key).ok_or(LinesError::Column(quantity.key))?;
         }
         let failure_at = place("failure");
+        let Head { version, seed, input_hash, flown } = head;
         let mut lines = Self {
+            version,
+            seed,
             flown,
             input_hash,
             trials: BTreeSet::new(),
-            safe: failure_at.map(|_| Share::default()),
+            failed: failure_at.map(|_| BTreeSet::new()),
             quantities: Default::default(),
         };
         for record in reader.records() {
@@ -145,43 +180,59 @@ impl CampaignLines {
                 };
                 values.insert(trial, value.filter(|x| x.is_finite()));
             }
-            if let (Some(at), Some(safe)) = (failure_at, &mut lines.safe) {
-                safe.push(cell(at).is_empty());
+            if let (Some(at), Some(failed)) = (failure_at, &mut lines.failed)
+                && !cell(at).is_empty()
+            {
+                failed.insert(trial);
             }
         }
         Ok(lines)
     }
 }
 
-/// Checks the comment lines at the top; the last of them, which says what was flown, and the hash of the
-/// inputs.
-fn head(text: &str, mission: &Mission, input_hashes: &[&str]) -> Result<(String, String), LinesError> {
-    let mut comments = text.lines().take_while(|line| line.starts_with('#'));
-    let mut after = |line: usize, expected: &'static str| {
-        let rest = comments.next().and_then(|comment| comment.strip_prefix(expected));
-        rest.map(|rest| rest.trim().to_owned()).ok_or(LinesError::Head { line, expected })
-    };
-    let version = after(1, "# samara ")?;
-    let seed = after(2, "# seed ")?;
-    let hash = after(3, "# inputs sha256 ")?;
-    // Without the gains themselves, in brackets.
-    let flown = after(4, "# ")?;
-    let flown = match (flown.find(" ["), flown.find(']')) {
-        (Some(from), Some(to)) if from < to => format!("{}{}", &flown[..from], &flown[to + 1..]),
-        _ => flown,
-    };
-    let own = input_hashes.first().copied().unwrap_or_default();
-    let expected_hash = match input_hashes.contains(&hash.as_str()) {
-        true => hash.clone(),
-        false => format!("{own}, or that of the same mission by another autopilot"),
-    };
-    let pairs = [
-        ("version of samara", version, VERSION.to_owned()),
-        ("seed", seed, mission.seed.to_string()),
-        ("set of inputs", hash.clone(), expected_hash),
-    ];
-    match pairs.into_iter().find(|(_, found, expected)| found != expected) {
-        None => Ok((flown, hash)),
-        Some((what, found, expected)) => Err(LinesError::Other { what, found, expected }),
+/// The comment lines at the top.
+struct Head {
+    version: String,
+    seed: u64,
+    input_hash: String,
+    flown: String,
+}
+
+impl Head {
+    fn of(text: &str) -> Result<Self, LinesError> {
+        let mut comments = text.lines().take_while(|line| line.starts_with('#'));
+        let mut after = |line: usize, expected: &'static str| {
+            let rest = comments.next().and_then(|comment| comment.strip_prefix(expected));
+            rest.map(|rest| rest.trim().to_owned()).ok_or(LinesError::Head { line, expected })
+        };
+        let version = after(1, "# samara ")?;
+        let seed = after(2, "# seed ")?.parse();
+        let seed = seed.map_err(|_| LinesError::Head { line: 2, expected: "# seed " })?;
+        let input_hash = after(3, "# inputs sha256 ")?;
+        // Without the gains themselves, in brackets.
+        let flown = after(4, "# ")?;
+        let flown = match (flown.find(" ["), flown.find(']')) {
+            (Some(from), Some(to)) if from < to => format!("{}{}", &flown[..from], &flown[to + 1..]),
+            _ => flown,
+        };
+        Ok(Self { version, seed, input_hash, flown })
+    }
+
+    /// Refuses what is not of this mission, its seed and one of these sets of inputs, by this version.
+    fn check(&self, mission: &Mission, input_hashes: &[&str]) -> Result<(), LinesError> {
+        let own = input_hashes.first().copied().unwrap_or_default();
+        let expected_hash = match input_hashes.contains(&self.input_hash.as_str()) {
+            true => self.input_hash.clone(),
+            false => format!("{own}, or that of the same mission by another autopilot"),
+        };
+        let pairs = [
+            ("version of samara", self.version.clone(), VERSION.to_owned()),
+            ("seed", self.seed.to_string(), mission.seed.to_string()),
+            ("set of inputs", self.input_hash.clone(), expected_hash),
+        ];
+        match pairs.into_iter().find(|(_, found, expected)| found != expected) {
+            None => Ok(()),
+            Some((what, found, expected)) => Err(LinesError::Other { what, found, expected }),
+        }
     }
 }

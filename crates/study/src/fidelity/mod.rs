@@ -208,7 +208,7 @@ impl<'a> FidelityReport<'a> {
         let chosen = self.chosen();
         let title = format!("Of 1 alone, each with 95 %, whatever the distribution{chosen}");
         passages.push(Passage::Said(title));
-        if let Some(safe) = self.rungs.first().and_then(|rung| rung.safe) {
+        if let Some(safe) = self.rungs.first().and_then(CampaignLines::safe) {
             let (failed, trials) = (safe.misses(), safe.trials());
             let at_most = probability_at_most(self.among.misses_at_most(&safe));
             passages.push(Passage::Remark(format!(
@@ -326,7 +326,7 @@ result_objects! {
     /// What the trials of the most faithful way say alone.
     AloneObject(of: &FidelityReport<'_>) [
         let values = of.j_tpf();
-        let safe = of.rungs.first().and_then(|rung| rung.safe);
+        let safe = of.rungs.first().and_then(CampaignLines::safe);
         let [mean, worst] = of.capped_means(&values);
         let at_most = |p: f64| of.among.quantile_at_most(&values, p).and_then(finite);
     ] {

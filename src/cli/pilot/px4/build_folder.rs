@@ -7,6 +7,7 @@ use std::sync::Arc;
 use anyhow::{Context as _, Result, anyhow, bail};
 
 use samara::config::bounded::bytes_at_most;
+use samara::control::px4::Version;
 use samara::control::px4::is_quad_x;
 use samara::control::px4::versions::ToldBy;
 use samara::link::px4_events::EventTexts;
@@ -22,6 +23,10 @@ const PROGRAM: &str = "bin/px4";
 const STARTUP: &str = "etc/init.d-posix/rcS";
 /// Larger start-up scripts are none [bytes].
 const STARTUP_MOST: u64 = 1 << 20;
+/// Larger programs are none [bytes]: PX4's has a tenth with all that a debugger wants.
+const PROGRAM_MOST: u64 = 1 << 30;
+/// A parameter that every version has.
+const ALWAYS: &str = "SYS_AUTOSTART";
 /// Where a source tree has its build folder.
 const IN_SOURCES: &str = "build/px4_sitl_default";
 /// Models of a plain quadrotor that start no simulator of their own and set no gains, by release: up to 1.13,
@@ -79,6 +84,19 @@ impl BuildFolder {
         let path = self.path.join(STARTUP);
         let text = bytes_at_most(&path, STARTUP_MOST).with_context(|| path.display().to_string())?;
         Ok(ToldBy::of(&String::from_utf8_lossy(&text)))
+    }
+
+    /// The version that it is, by the parameters that it has, as a drop tells one that names none: their
+    /// names are texts in the program.
+    pub fn version(&self) -> Result<&'static Version> {
+        let program = self.program();
+        let bytes = bytes_at_most(&program, PROGRAM_MOST).with_context(|| program.display().to_string())?;
+        // The linker may leave a text as the end of a longer one.
+        let has = |name: &str| bytes.split(|byte| *byte == 0).any(|text| text.ends_with(name.as_bytes()));
+        if !has(ALWAYS) {
+            bail!("{}: the parameters of PX4 are expected in it, and {ALWAYS} is not", program.display());
+        }
+        Ok(Version::by_parameters(has))
     }
 
     /// The value of PX4_SIM_MODEL: the model whose airframe to start.
@@ -157,6 +175,22 @@ mod tests {
             let error = BuildFolder::open(place.path()).unwrap_err().to_string();
             assert!(error.contains(missing) && error.contains("make px4_sitl_default"), "{error}");
         }
+    }
+
+    /// Texts of a program as a compiler leaves them: a name, one within a text, none.
+    #[test]
+    fn the_version_is_that_of_the_newest_parameter_in_the_program() {
+        let place = build(&["bin/px4", "etc/init.d-posix/rcS"]);
+        let folder = BuildFolder::open(place.path()).unwrap();
+        let version = |program: &[u8]| {
+            fs::write(folder.program(), program).unwrap();
+            folder.version().map(|version| version.number.to_string()).map_err(|error| error.to_string())
+        };
+        let all = b"\x7fELF\x01\0SYS_AUTOSTART\0COM_PARACHUTE\0\xffCOM_SPOOLUP_TIME\0COM_THROW_EN is new\0";
+        assert_eq!(version(all).as_deref(), Ok("v1.14"));
+        assert_eq!(version(b"SYS_AUTOSTART\0COM_PARACHUTE is old\0").as_deref(), Ok("v1.12"));
+        let none = version(b"#!/bin/sh\nexec sleep 9\n").unwrap_err();
+        assert!(none.contains("the parameters of PX4 are expected"), "{none}");
     }
 
     #[test]

@@ -47,6 +47,7 @@ pub use cpu::Cpu;
 use cpu::Pinned;
 use process::Px4Process;
 use samara::config::Mission;
+use samara::control::px4::Version;
 use samara::link::shell::{Ports, run_hosted_drop, system_of_instance};
 use samara::link::streamer::{Clock, Procedure, SolvedBy, Uploads};
 use samara::link::{Link, parties};
@@ -144,8 +145,7 @@ impl Pilot for Px4 {
     }
 
     fn check_instance(&self, instance: u16) -> Result<(), Failure> {
-        #[cfg(unix)]
-        lock::look(instance).bad_input()?;
+        look(instance)?;
         Ports::of_instance(instance).and_then(|ports| ports.look()).bad_input()
     }
 
@@ -216,6 +216,21 @@ impl Pilot for Px4 {
             real_time_factor: Some(1e3 * simulated_s / wall_ms),
         })
     }
+}
+
+/// The program of a build folder, and the version of PX4 that it is.
+pub fn found(build: &Path) -> Result<(PathBuf, &'static Version), Failure> {
+    let build = BuildFolder::open(build).bad_input()?;
+    Ok((build.program(), build.version().bad_input()?))
+}
+
+/// Refuses where a PX4 of this number runs already.
+pub fn look(instance: u16) -> Result<(), Failure> {
+    #[cfg(unix)]
+    lock::look(instance).bad_input()?;
+    #[cfg(not(unix))]
+    let _ = instance;
+    Ok(())
 }
 
 /// Copies PX4's newest log to the results.

@@ -54,22 +54,66 @@ impl Ports {
         }
     }
 
+    /// Each port with what it is for.
+    pub fn each(&self) -> [Port; 7] {
+        let port = |protocol, number, what, bound_by| Port { protocol, number, what, bound_by };
+        [
+            port("TCP", self.simulator, "simulator, for the autopilot", BoundBy::HostedDrop),
+            port("UDP", self.api, "streamer, for the autopilot", BoundBy::HostedDrop),
+            port("UDP", self.parachute, "parachute", BoundBy::HostedDrop),
+            port("UDP", self.autopilot_ground, "autopilot, for ground stations", BoundBy::Autopilot),
+            port("UDP", self.autopilot_api, "autopilot, for companions", BoundBy::Autopilot),
+            port("UDP", self.ground_station, "ground station", BoundBy::Others),
+            port("UDP", self.viewer, "viewer", BoundBy::Others),
+        ]
+    }
+
     /// Whether those that a hosted drop binds are free, now.
     ///
     /// # Errors
     /// [`ShellError`] with the first that cannot be had.
     pub fn look(&self) -> Result<(), ShellError> {
-        let tcp = ("TCP", loopback(self.simulator), "simulator, for the autopilot");
-        let streamer = ("UDP", loopback(self.api), "streamer, for the autopilot");
-        let parachute = ("UDP", loopback(self.parachute), "parachute");
-        for (protocol, at, what) in [tcp, streamer, parachute] {
-            let bound = match protocol {
-                "TCP" => TcpListener::bind(at).map(drop),
-                _ => UdpSocket::bind(at).map(drop),
-            };
-            bound.map_err(|e| ShellError::bind(protocol, at, &what.into(), e))?;
-        }
-        Ok(())
+        let mut own = self.each().into_iter().filter(|port| port.bound_by == BoundBy::HostedDrop);
+        own.try_for_each(|port| port.look())
+    }
+}
+
+/// A port of an instance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Port {
+    /// "TCP" or "UDP".
+    pub protocol: &'static str,
+    /// Number of the port.
+    pub number: u16,
+    /// Party that binds it, and whom it serves there, in words.
+    pub what: &'static str,
+    /// Program that binds it.
+    pub bound_by: BoundBy,
+}
+
+/// Program that binds a port.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BoundBy {
+    /// A drop whose simulator, streamer and parachute are in this program.
+    HostedDrop,
+    /// The autopilot: the reference one, or PX4.
+    Autopilot,
+    /// A program of others, to which frames are sent.
+    Others,
+}
+
+impl Port {
+    /// Whether the port is free, now.
+    ///
+    /// # Errors
+    /// [`ShellError`] where it cannot be had.
+    pub fn look(&self) -> Result<(), ShellError> {
+        let at = loopback(self.number);
+        let bound = match self.protocol {
+            "TCP" => TcpListener::bind(at).map(drop),
+            _ => UdpSocket::bind(at).map(drop),
+        };
+        bound.map_err(|e| ShellError::bind(self.protocol, at, &self.what.into(), e))
     }
 }
 

@@ -1,0 +1,98 @@
+//! Two runs, or two missions, held against each other: B less A throughout.
+//!
+//! | file | holds |
+//! |---|---|
+//! | [`campaigns`] | two campaigns of one seed, trial by trial |
+//! | [`drops`] | two drops |
+//! | [`paths`] | their flight paths, drawn |
+//! | [`missions`] | files and derived numbers of two missions |
+//! | `sides` | words on A and on B |
+//! | this one | what is said of all of it |
+
+pub mod campaigns;
+pub mod drops;
+pub mod missions;
+pub mod paths;
+mod sides;
+#[cfg(test)]
+mod tests;
+
+use campaigns::{CampaignPair, CampaignPairObject};
+use drops::{DropPair, DropPairObject};
+use missions::{MissionPair, MissionPairObject};
+use samara_core::assess::CONFIDENCE;
+use samara_report::document::{Document, Figure, Passage, Section};
+use samara_report::json::{VERSION, result_objects, text};
+use sides::sides;
+
+/// Name of the file that the drawing of the flight paths goes to.
+pub const PATHS: &str = "compare.svg";
+
+/// What there is to compare of two runs or missions.
+#[derive(Clone, Debug, Default)]
+pub struct Compared {
+    /// How A and B were named.
+    pub names: [String; 2],
+    /// Campaigns that both runs have.
+    pub campaigns: Vec<CampaignPair>,
+    /// Drops, where both runs have one.
+    pub drops: Option<DropPair>,
+    /// Both flight paths as a drawing, where both are known.
+    pub paths: Option<String>,
+    /// Missions, where those are compared.
+    pub missions: Option<MissionPair>,
+}
+
+impl Compared {
+    /// What is said of it.
+    pub fn document(&self) -> Document {
+        let [a, b] = &self.names;
+        let title = format!("{a} and {b}");
+        let mut sections = Vec::new();
+        let mut section = |id, title, passages: Vec<Passage>| sections.push(Section { id, title, passages });
+        if !self.campaigns.is_empty() {
+            section(
+                "campaigns",
+                "Campaigns",
+                self.campaigns.iter().flat_map(CampaignPair::passages).collect(),
+            );
+        }
+        if let Some(drops) = &self.drops {
+            let figure = self.paths.as_ref().map(|svg| {
+                let caption = "Both flight paths, from the side and from above; a mark each 5 s.".to_owned();
+                Passage::Figure(Figure { file: PATHS.to_owned(), caption, svg: svg.clone() })
+            });
+            section("drops", "Drops", drops.passages().into_iter().chain(figure).collect());
+        }
+        if let Some(missions) = &self.missions {
+            section("missions", "Missions", missions.passages());
+        }
+        let lead = sides([a.clone(), b.clone()]).into();
+        Document { tab: title.clone(), title, lead, sections, ..Document::default() }
+    }
+
+    /// The object of `--json` and of `compare.json`.
+    pub fn json(&self) -> String {
+        text(&CompareObject::of(self))
+    }
+}
+
+result_objects! {
+    /// Two runs or two missions held against each other, as `compare.json` holds them: B less A.
+    CompareObject(of: &Compared) [let [a, b] = &of.names;] {
+        /// Version of samara that made the result.
+        version: String = VERSION.to_owned(),
+        /// How A was named.
+        a: String = a.clone(),
+        /// How B was named.
+        b: String = b.clone(),
+        /// Confidence of the intervals.
+        confidence: f64 = CONFIDENCE,
+        /// Campaigns that both runs have.
+        campaigns: Vec<CampaignPairObject> = of.campaigns.iter().map(CampaignPairObject::of).collect(),
+        /// The drops; null where not both runs have one.
+        drops: Option<DropPairObject> = of.drops.as_ref().map(DropPairObject::of),
+        /// What differs between two missions; null where runs are compared.
+        missions: Option<MissionPairObject> = of.missions.as_ref().map(MissionPairObject::of),
+    }
+}
