@@ -279,7 +279,8 @@ fn no_line_of_prose_is_wider_than_110_columns() {
     }
 }
 
-/// Pages that are written by hand, without what programs write into them and what stands in fences.
+/// Pages that are written by hand, without the table of contents, what programs write into them and what
+/// stands in fences.
 #[test]
 fn the_pages_of_docs_have_at_most_38_000_words() {
     let words = |page: &str| {
@@ -292,7 +293,7 @@ fn the_pages_of_docs_have_at_most_38_000_words() {
         counted.map(|(_, line)| line.split_whitespace().count()).sum::<usize>()
     };
     let by_hand = |path: &Path| {
-        let made = ["docs/mission_keys.md", "docs/parameters.md"];
+        let made = ["docs/SUMMARY.md", "docs/mission_keys.md", "docs/parameters.md"];
         path.starts_with("docs") && !made.iter().any(|page| Path::new(page) == path)
     };
     let all: usize = pages().iter().filter(|(path, _)| by_hand(path)).map(|(_, page)| words(page)).sum();
