@@ -56,7 +56,7 @@ fn port(port: &Port) -> Finding {
         (Err(_), BoundBy::Others) => Finding::new(&of, State::Ok, format!("a {what} listens here")),
         (Ok(()), _) => Finding::new(&of, State::Ok, format!("free ({what})")),
         (Err(refused), _) => Finding::new(&of, State::No, refused.to_string()).advising(format!(
-            "{} cannot be served here: end what holds the port, or fly with another --instance",
+            "{} cannot run here: end what holds the port, or take another --instance",
             served(bound_by)
         )),
     }
@@ -65,8 +65,8 @@ fn port(port: &Port) -> Finding {
 /// Verbs that bind a port.
 const fn served(bound_by: BoundBy) -> &'static str {
     match bound_by {
-        BoundBy::HostedDrop => "drops by PX4 or at a --speed, and samara sim and stream,",
-        BoundBy::Autopilot | BoundBy::Others => "samara autopilot, or PX4,",
+        BoundBy::HostedDrop => "drops by PX4 or at a --speed, samara sim and samara stream",
+        BoundBy::Autopilot | BoundBy::Others => "samara autopilot and PX4",
     }
 }
 
