@@ -46,7 +46,7 @@ fn prop_a_study_that_is_killed_goes_on_and_ends_in_the_same_bytes() {
     for (name, mission, kind, most) in [
         ("rare", calm, &["rare", "--least", "1e-3"][..], 200),
         ("envelope", calm, &["envelope", "--pairs", "wind:delay", "--rays", "4"], 1),
-        ("effects", "x500_drop", &["effects", "--trials", "24"], 60),
+        ("effects", "x500_drop", &["effects", "--trials", "12"], 40),
     ] {
         let out = tempfile::tempdir().unwrap();
         let [whole, killed] = ["whole", "killed"].map(|name| out.path().join(name));
@@ -115,7 +115,7 @@ fn prop_a_study_in_shards_ends_in_the_same_bytes() {
     for (mission, kind) in [
         ("tests/calm_x500.json", &["envelope", "--pairs", "wind:delay", "--rays", "4"][..]),
         ("tests/calm_x500.json", &["sobol", "--points", "64"]),
-        ("x500_drop", &["effects", "--trials", "12", "--set", "limits.pitch_deg=44"]),
+        ("x500_drop", &["effects", "--trials", "8", "--set", "limits.pitch_deg=44"]),
     ] {
         let out = tempfile::tempdir().unwrap();
         let [whole, apart] = ["whole", "apart"].map(|name| out.path().join(name));
