@@ -164,10 +164,10 @@ def test_a_study_goes_on_from_its_rows(tmp_path: Path) -> None:
 
     with pytest.raises(Enough):
         samara.study("effects", "x500_drop", trials=48, rows=rows, progress=until, threads=1)
-    kept = len(rows.read_text(encoding="utf-8").splitlines()) - 1
     seen: list[int] = []
     again = samara.study("effects", "x500_drop", trials=48, rows=rows, progress=lambda _, done, __: seen.append(done))
-    assert again.report == whole.report and kept >= 32 and min(seen) >= kept - 8
+    # What the first call had flown when it was broken off is the first that the second one is told of.
+    assert again.report == whole.report and min(filter(None, seen)) >= 32
     with pytest.raises(samara.MissionError, match="these rows are of other inputs"):
         samara.study("effects", "x500_drop", trials=47, rows=rows)
 

@@ -136,12 +136,16 @@ fn run(
     Ok(Studied { kind: about.name.to_owned(), json, text, page, files, holds: found.holds })
 }
 
-/// The rows that an earlier call has left in a file, which takes those to come.
+/// The rows that an earlier call has left in a file, which takes those to come. Another call that writes to
+/// it is waited for.
 fn kept(path: &Path, head: &str) -> Result<KeptRows, Fault> {
     let named = |error: &dyn std::fmt::Display| Fault::in_words(format!("rows: {}: {error}", path.display()));
     let mut open = OpenOptions::new();
     let file = open.read(true).write(true).create(true).truncate(false).open(path);
     let mut file = file.map_err(|e| named(&e))?;
+    // A call that was broken off flies on for a moment, and writes; where a file system has no locks there is
+    // nothing to wait for.
+    let _ = file.lock();
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(|e| named(&e))?;
     let (rows, whole) = going_on(&String::from_utf8_lossy(&bytes), head).map_err(|e| named(&e))?;
