@@ -8,7 +8,7 @@ use std::sync::Mutex;
 
 use samara::config::Mission;
 use samara::host::kept::{KeptRows, going_on};
-use samara::host::shards::{Ended, ShardFiles, Shards};
+use samara::host::shards::{Ended, Shards};
 use samara::host::{Host, Silent, Threads};
 use samara::plan::{Plan, SolverOptions};
 use samara::study::cut::Cut;
@@ -101,18 +101,5 @@ impl io::Write for Memory {
     }
 }
 
-#[derive(Default)]
-struct Folder(Mutex<BTreeMap<String, String>>);
-
-impl ShardFiles for Folder {
-    fn names(&self) -> io::Result<Vec<String>> {
-        Ok(self.0.lock().unwrap().keys().cloned().collect())
-    }
-    fn read(&self, name: &str) -> io::Result<Option<String>> {
-        Ok(self.0.lock().unwrap().get(name).cloned())
-    }
-    fn write(&self, name: &str, text: &str) -> io::Result<()> {
-        self.0.lock().unwrap().insert(name.to_owned(), text.to_owned());
-        Ok(())
-    }
-}
+/// Files of shards in memory.
+type Folder = Mutex<BTreeMap<String, String>>;

@@ -206,7 +206,7 @@ fn fly_part(
         Ok(())
     });
     match flown {
-        Ok(()) => shards.write(cut, round, &rows)?,
+        Ok(()) => shards.write(cut, &rows)?,
         // Half a part is of no use to anybody.
         Err(Stopped) => shards.ended = None,
     }

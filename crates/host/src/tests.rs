@@ -135,21 +135,7 @@ fn what_is_no_whole_row_ends_what_is_read() {
 }
 
 /// Files of shards in memory.
-#[derive(Default)]
-struct Folder(Mutex<BTreeMap<String, String>>);
-
-impl ShardFiles for Folder {
-    fn names(&self) -> io::Result<Vec<String>> {
-        Ok(self.0.lock().unwrap().keys().cloned().collect())
-    }
-    fn read(&self, name: &str) -> io::Result<Option<String>> {
-        Ok(self.0.lock().unwrap().get(name).cloned())
-    }
-    fn write(&self, name: &str, text: &str) -> io::Result<()> {
-        self.0.lock().unwrap().insert(name.to_owned(), text.to_owned());
-        Ok(())
-    }
-}
+type Folder = Mutex<BTreeMap<String, String>>;
 
 /// How a study in shards ended, or why it failed.
 type NotWhole = (Option<Ended>, Option<io::Error>);
@@ -206,12 +192,12 @@ fn a_damaged_shard_is_flown_again_and_a_foreign_one_refused() {
     let cut = Some(Cut { part: 1, of: 2 });
     in_shards(&folder, "# a\n", cut, &flown).unwrap_err();
     let name = "000000000-00001-of-00002.rows";
-    let whole = folder.0.lock().unwrap()[name].clone();
+    let whole = folder.lock().unwrap()[name].clone();
     for damaged in [whole.replacen("5", "6", 1), whole[..whole.len() - 3].to_owned(), String::new()] {
         folder.write(name, &damaged).unwrap();
         let (ended, failure) = in_shards(&folder, "# a\n", cut, &flown).unwrap_err();
         assert!(matches!(ended, Some(Ended::Part { flown: true, .. })) && failure.is_none());
-        assert_eq!(folder.0.lock().unwrap()[name], whole);
+        assert_eq!(folder.lock().unwrap()[name], whole);
     }
     let (_, failure) = in_shards(&folder, "# b\n", cut, &flown).unwrap_err();
     assert!(failure.unwrap().to_string().contains("expected `# b`, found `# a`"));

@@ -51,7 +51,7 @@ fn refuse_vehicle_keys(args: &DesignArgs) -> Result<(), Failure> {
     for given in &args.set.set {
         if is_of_vehicle(given).bad_input()? {
             return Err(Failure::input(format!(
-                "--set {given}: a key of the mission is expected: the designed mission names the vehicle's file, which has                  another value"
+                "--set {given}: a key of the mission is expected: the designed mission names the vehicle's file, which has another value"
             )));
         }
     }

@@ -41,7 +41,9 @@ impl Kind for Effects {
             flies: Flies::WholeDrops,
             settings: EffectsSettings::TABLE,
             judges: Err("it compares, and judges nothing"),
-            alone: Err("a drop with its effects alone is `samara drop` with --set, which leaves others out"),
+            alone: Err(
+                "an effect is how the same drops differ with it and without, and no single one shows it",
+            ),
         }
     }
 

@@ -139,7 +139,7 @@ fn closed(points: &[Point]) -> Vec<Point> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::envelope::report::FanEdges;
+    use crate::envelope::search::SearchedFan;
     use samara_core::assess::envelope::{Edge, EdgeSearch, EnvelopeAxis, Fan, reaches_of};
     use samara_mission::Mission;
 
@@ -153,7 +153,7 @@ mod tests {
             let edge =
                 |limit: f64| Edge { limit, safe: limit, beyond: None, tried: vec![limit], holds: true };
             let edges = vec![ENVELOPE_LIMITS.map(edge).to_vec(); fan.rays.len()];
-            FanEdges { fan, nominal: [true; 2], edges }
+            SearchedFan { fan, nominal: [true; 2], edges }
         };
         let fans = EnvelopeAxis::pairs().into_iter().take(4).map(fan).collect();
         let search = EdgeSearch::default();

@@ -27,7 +27,7 @@ use crate::settings::Values;
 use figure::envelope_figure;
 pub use figure::{STRIP_PANELS, envelope_strip};
 pub use releases::{ENVELOPE_LIMITS, MissionEnvelope};
-use report::{EnvelopeReport, FanEdges};
+use report::EnvelopeReport;
 use search::EnvelopeSearch;
 
 /// About how many flights a ray takes, of both limits.
@@ -148,7 +148,7 @@ impl Study for Edges<'_> {
         let fans = self.search().run(jobs)?;
         let report = EnvelopeReport {
             mission: self.mission,
-            fans: fans.into_iter().map(FanEdges::from).collect(),
+            fans,
             ranges: *self.envelope.ranges(),
             plan_j_tpf: self.mission.integrated(&self.plan.trajectory).j_tpf,
             search: self.edges.clone(),

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::envelope::ENVELOPE_LIMITS;
 use crate::envelope::search::SearchedFan;
 use samara_core::assess::envelope::search::{CONFIDENCE, PROBABILITY};
-use samara_core::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Fan, Ray};
+use samara_core::assess::envelope::{AxisRange, Edge, EdgeSearch, EnvelopeAxis, Ray};
 use samara_mission::Mission;
 use samara_report::columns::short;
 use samara_report::document::{Document, Grid, Passage};
@@ -95,25 +95,7 @@ pub(crate) fn confirmed_words(any: bool, fresh_flights: u64, share: f64, confide
     )
 }
 
-/// A fan with the edges along its rays.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FanEdges {
-    /// The fan.
-    pub fan: Fan,
-    /// By which of [`ENVELOPE_LIMITS`] the nominal release is safe.
-    pub nominal: [bool; 2],
-    /// For each ray the edges of those limits.
-    pub edges: Vec<Vec<Edge>>,
-}
-
-impl From<SearchedFan> for FanEdges {
-    fn from(searched: SearchedFan) -> Self {
-        let SearchedFan { fan, nominal, edges } = searched;
-        Self { fan, nominal, edges }
-    }
-}
-
-impl FanEdges {
+impl SearchedFan {
     /// The rays with the edge of a limit, in order; none where the nominal release is not safe.
     pub fn of_limit(&self, limit: f64) -> impl Iterator<Item = (usize, &Ray, &Edge)> {
         self.fan.rays.iter().zip(&self.edges).filter_map(move |((turn, ray), edges)| {
@@ -162,7 +144,7 @@ impl FanEdges {
 }
 
 /// How the edges were searched, a fan, and an edge of it along a ray.
-type EdgeRow<'a> = (&'a EdgeSearch, &'a FanEdges, (usize, &'a Ray, &'a Edge));
+type EdgeRow<'a> = (&'a EdgeSearch, &'a SearchedFan, (usize, &'a Ray, &'a Edge));
 
 /// The columns of `envelope.csv`.
 pub(crate) fn columns<'a>() -> Columns<EdgeRow<'a>> {
@@ -202,7 +184,7 @@ pub struct EnvelopeReport<'a> {
     /// J_TPF of the plan that all flights follow.
     pub plan_j_tpf: f64,
     /// The fans, in the order in which they were asked for.
-    pub fans: Vec<FanEdges>,
+    pub fans: Vec<SearchedFan>,
 }
 
 impl EnvelopeReport<'_> {
@@ -292,7 +274,7 @@ impl EnvelopeReport<'_> {
             "# safe-release envelope of {name}, gains {gains}; x and y are the quantities of the pair\n"
         );
         for (number, limit) in ENVELOPE_LIMITS.iter().enumerate().filter(|(i, _)| !self.safe_by(*i)) {
-            let pairs = self.fans.iter().filter(|fan| !fan.nominal[number]).map(FanEdges::name);
+            let pairs = self.fans.iter().filter(|fan| !fan.nominal[number]).map(SearchedFan::name);
             let pairs = pairs.collect::<Vec<_>>().join(" ");
             let _ = writeln!(out, "# J_state < {limit}: the nominal release is not safe: {pairs}");
         }
@@ -351,7 +333,7 @@ result_objects! {
     }
 
     /// Two quantities that are off together.
-    PairObject(fan: &FanEdges, ranges: &[AxisRange; 6]) [
+    PairObject(fan: &SearchedFan, ranges: &[AxisRange; 6]) [
         let limits = ENVELOPE_LIMITS.into_iter().zip(fan.nominal);
         let limits = limits.map(|(limit, safe)| LimitObject::of(fan, limit, safe, ranges));
     ] {
@@ -362,7 +344,7 @@ result_objects! {
     }
 
     /// The edges of a limit of J_state around the nominal release.
-    LimitObject(fan: &FanEdges, limit: f64, nominal_is_safe: bool, ranges: &[AxisRange; 6]) {
+    LimitObject(fan: &SearchedFan, limit: f64, nominal_is_safe: bool, ranges: &[AxisRange; 6]) {
         /// The limit.
         limit: f64 = limit,
         /// Whether each flight from the nominal release stays below it; where one does not there is no edge.
@@ -375,7 +357,7 @@ result_objects! {
     }
 
     /// The edge along a ray; points are (x, y).
-    EdgeObject(fan: &FanEdges, ray: usize, way: &Ray, edge: &Edge) {
+    EdgeObject(fan: &SearchedFan, ray: usize, way: &Ray, edge: &Edge) {
         /// Number of the ray, counted around the nominal release.
         ray: usize = ray,
         /// The last point at which the search lost no flight.
@@ -392,15 +374,15 @@ result_objects! {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use samara_core::assess::envelope::reaches_of;
+    use samara_core::assess::envelope::{Fan, reaches_of};
 
-    fn fan(confirmed: bool) -> (FanEdges, [AxisRange; 6]) {
+    fn fan(confirmed: bool) -> (SearchedFan, [AxisRange; 6]) {
         let range = AxisRange { low: -2.0, nominal: 0.0, high: 2.0 };
         let fan =
             Fan::new([EnvelopeAxis::Pitch, EnvelopeAxis::Wind], &[range; 6], &reaches_of(&[range; 6]), 8);
         let edge = Edge { limit: 1.0, safe: 0.5, beyond: Some(0.6), tried: vec![0.5], holds: confirmed };
         let edges = vec![vec![edge]; fan.rays.len()];
-        (FanEdges { fan, nominal: [false, true], edges }, [range; 6])
+        (SearchedFan { fan, nominal: [false, true], edges }, [range; 6])
     }
 
     /// Half of every ray of a square is a quarter of its area; nothing confirmed is nothing.

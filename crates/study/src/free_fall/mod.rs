@@ -47,7 +47,9 @@ impl Kind for FreeFall {
             flies: Flies::WithoutAPlan,
             settings: FreeFallSettings::TABLE,
             judges: Ok("every release is found, and nothing else under a taut riser"),
-            alone: Err("a release that must be found is `samara drop` with a detector, trial by --seed"),
+            alone: Err(
+                "a rate of alarms is of all hours together; one release with the detector is `samara drop`",
+            ),
         }
     }
 
