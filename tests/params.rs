@@ -60,6 +60,14 @@ fn regress_the_page_of_parameters_is_current() {
     assert!(out(&written) == kept, "docs/parameters.md is stale: run scripts/regenerate");
 }
 
+/// The page on PX4 has the failsafes as the autopilot acts on them.
+#[test]
+fn regress_the_table_of_failsafes_is_current() {
+    let page = fs::read_to_string("docs/px4_differences.md").unwrap();
+    let table = samara::autopilot::failsafe::page::table();
+    assert!(page.contains(&table), "docs/px4_differences.md: the table of failsafes is\n{table}");
+}
+
 /// The object has the rows of the page.
 #[test]
 fn the_list_is_an_object_too() {

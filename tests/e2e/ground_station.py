@@ -39,6 +39,11 @@ def set_parameter(vehicle, name, value, kind=REAL32):
     return vehicle.wait("PARAM_VALUE", lambda m: m.param_id == name).param_value
 
 
+def set_integer(vehicle, name, value):
+    """Sets a whole parameter, by its bytes as PX4 has it; the value that the vehicle tells then."""
+    return bits(set_parameter(vehicle, name, struct.unpack("<f", struct.pack("<i", value))[0], INT32))
+
+
 def items(n, kind):
     """A plan of `n` items of a type."""
     command = {0: mavlink.MAV_CMD_NAV_WAYPOINT, 1: mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,
@@ -54,7 +59,8 @@ def upload(vehicle, plan, kind):
         m = vehicle.hear()
         if m.get_type() == "MISSION_ACK" and m.mission_type == kind:
             return m.type
-        if m.get_type() == "MISSION_REQUEST_INT" and m.mission_type == kind:
+        # PX4 up to v1.16 asks with the old message first, and takes the new item for an answer.
+        if m.get_type() in ("MISSION_REQUEST", "MISSION_REQUEST_INT") and m.mission_type == kind:
             command, param1, x, y, z = plan[m.seq]
             mav.mission_item_int_send(
                 vehicle.system, AUTOPILOT, m.seq, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, command, 0, 1,

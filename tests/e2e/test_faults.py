@@ -171,9 +171,10 @@ def test_setpoints_that_stop_are_told(samara, vehicle, reference):
     assert 0.9 < vehicle.now_s - stopped_s < 3.0
     vehicle.wait("HEARTBEAT", lambda m: m.get_srcComponent() == 1 and not vehicle.is_offboard(m))
     autopilot.says("OFFBOARD lost: no setpoint for 1 s")
-    # It holds where it is, and takes up the stream again when asked.
+    # It holds where it is, and is in OFFBOARD again with the stream, as PX4 v1.14 is.
     vehicle.stream(lambda now_s: vehicle.velocity(now_s, [4, 0, 4]))
-    vehicle.offboard()
+    vehicle.wait("HEARTBEAT", lambda m: m.get_srcComponent() == 1 and vehicle.is_offboard(m))
+    autopilot.says("Failsafe over: mode OFFBOARD")
     # But what was flown is not the plan.
     assert sim.ends() == 1
     assert sim.has_said("failsafe: the autopilot has taken over")

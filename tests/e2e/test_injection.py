@@ -5,6 +5,7 @@ import json
 import pytest
 
 from drop import AUTOPILOT, PARACHUTE, mavlink
+from ground_station import set_integer
 
 MOTOR = mavlink.FAILURE_UNIT_SYSTEM_MOTOR
 GYRO = mavlink.FAILURE_UNIT_SENSOR_GYRO
@@ -35,6 +36,7 @@ def test_faults_are_injected_in_flight(samara, vehicle, mission, reference):
     sim = samara.sim("--speed", 10, allowed)
     samara.autopilot("--once", allowed)
     free_s = reference.is_flown_by(vehicle)
+    assert set_integer(vehicle, "SYS_FAILURE_EN", 1) == 1
     vehicle.until(free_s + 2)
     # One rotor for a tenth of a second, by either component, in either form.
     assert inject(vehicle, PARACHUTE, MOTOR, mavlink.FAILURE_TYPE_OFF, 2) == mavlink.MAV_RESULT_ACCEPTED

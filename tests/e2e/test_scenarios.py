@@ -110,11 +110,11 @@ def test_a_link_that_is_cut_and_restored(samara, vehicle, reference):
     again = Vehicle(f"udpin:127.0.0.1:{samara.ports.api}", samara.ports.system)
     heartbeat = again.wait("HEARTBEAT", lambda m: m.get_srcComponent() == AUTOPILOT)
     assert not again.is_offboard(heartbeat) and heartbeat.system_status == mavlink.MAV_STATE_CRITICAL
-    # Armed still; the stream is taken up, and OFFBOARD again when asked.
+    # Armed still; the stream is taken up, and OFFBOARD with it.
     assert heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED
     target = reference.plan.target_v_ned
     again.stream(lambda now_s: again.velocity(now_s, target))
-    again.offboard()
+    again.wait("HEARTBEAT", lambda m: m.get_srcComponent() == AUTOPILOT and again.is_offboard(m))
     again.wait_until_steady(target)
     again.close()
     assert sim.ends() == 1

@@ -63,6 +63,16 @@ fn a_late_release_shifts_the_plan() {
 fn a_command_is_passed_on_by_the_autopilot() {
     let mut wire = Lockstep::new(simulator_with(&[]), autopilot(), streamer());
     let mut station = Encoder::new(255, 190);
+    let enabled = MavMessage::PARAM_SET(PARAM_SET_DATA {
+        param_value: f32::from_bits(1),
+        target_system: 1,
+        target_component: 1,
+        param_id: "SYS_FAILURE_EN".into(),
+        param_type: MavParamType::MAV_PARAM_TYPE_INT32,
+    });
+    let mut decoder = Decoder::new();
+    decoder.push(&station.encode(&enabled));
+    wire.deliver(Link::Api, &decoder.next_frame().unwrap());
     let mut command = |component: u8, unit: f32, kind: f32| {
         let message = MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
             command: MavCmd::MAV_CMD_INJECT_FAILURE,

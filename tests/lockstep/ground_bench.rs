@@ -322,6 +322,7 @@ impl Wire {
 
     /// MAV_CMD_INJECT_FAILURE to the autopilot, of all instances of a unit; accepted.
     pub fn inject(&mut self, unit: FailureUnit, kind: FailureType) {
+        self.set_int("SYS_FAILURE_EN", 1);
         assert_eq!(
             self.command(MavCmd::MAV_CMD_INJECT_FAILURE, &[unit as u32 as f32, kind as u32 as f32, 0.0]),
             0

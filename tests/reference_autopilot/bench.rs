@@ -16,6 +16,7 @@ use samara::model::environment::GeoPoint;
 use samara::model::{Environment, Vehicle};
 use samara::params::Subject;
 
+use super::parameters::set;
 use crate::command_long::command_long;
 
 pub const STEP_US: u64 = 4_000;
@@ -106,6 +107,8 @@ impl Bench {
     pub fn running() -> Self {
         let mut bench = Self::new();
         bench.step();
+        // SYS_FAILURE_EN, so that every command reaches who obeys it.
+        bench.send(Link::Api, &set("SYS_FAILURE_EN", f32::from_bits(1), MavParamType::MAV_PARAM_TYPE_INT32));
         bench.drain();
         bench
     }

@@ -105,6 +105,16 @@ fn failure_injection_without_an_answer_has_failed() {
     assert_eq!(failed, 16);
 }
 
+/// PX4's documents and MAVSDK: SYS_FAILURE_EN, 0 by default, guards the command.
+#[test]
+fn reference_failures_are_injected_only_where_that_is_enabled() {
+    let mut bench = Bench::new();
+    bench.step();
+    let sent = bench.send(Link::Api, &command(MavCmd::MAV_CMD_INJECT_FAILURE, &[101.0, 1.0]));
+    assert_eq!(acks(&sent)[0].result, DENIED);
+    assert_eq!(texts(&sent, Link::Api), ["failure injection refused: SYS_FAILURE_EN is 0"]);
+}
+
 #[test]
 fn regress_commands_to_others_are_neither_obeyed_nor_acknowledged() {
     let mut bench = Bench::running();
@@ -160,11 +170,12 @@ fn regress_offboard_and_arming_as_px4_has_them() {
         assert_eq!(texts(&sent, link), ["Arming denied: no attitude and velocity yet"]);
     }
     bench.step();
-    let sent = bench.send(Link::Api, &offboard);
-    assert_eq!(acks(&sent)[0].result, TEMPORARILY_REJECTED);
-    assert_eq!(texts(&sent, Link::Api), ["OFFBOARD refused: no setpoint in the last 1 s"]);
-    bench.send(Link::Api, &level_no_thrust());
+    // Disarmed, any mode may be chosen (PX4 v1.14.3, UserModeIntention.cpp); it arms with setpoints.
     assert_eq!(result(&mut bench, &offboard), ACCEPTED);
+    let sent = bench.send(Link::Api, &arm);
+    assert_eq!(acks(&sent)[0].result, TEMPORARILY_REJECTED);
+    assert_eq!(texts(&sent, Link::Api), ["Arming denied: no offboard signal"]);
+    bench.send(Link::Api, &level_no_thrust());
     assert_eq!(result(&mut bench, &arm), ACCEPTED);
     assert_eq!(result(&mut bench, &arm), ACCEPTED, "again");
     assert_eq!(bench.session.autopilot().mode(), FlightMode::Offboard);

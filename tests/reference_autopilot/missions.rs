@@ -54,10 +54,13 @@ fn upload(bench: &mut Bench, items: &[MISSION_ITEM_INT_DATA]) -> (MISSION_ACK_DA
     });
     let mut sent = bench.send(STATION, &count);
     for item in items {
-        let Some(MavMessage::MISSION_REQUEST_INT(asked)) = last(&sent, STATION, 51) else {
-            panic!("{sent:?}")
+        // PX4 v1.14 asks with the old message until the new item comes.
+        let asked = match (item.seq, last(&sent, STATION, 40), last(&sent, STATION, 51)) {
+            (0, Some(MavMessage::MISSION_REQUEST(m)), _) => (m.seq, m.target_system, m.target_component),
+            (_, _, Some(MavMessage::MISSION_REQUEST_INT(m))) => (m.seq, m.target_system, m.target_component),
+            _ => panic!("{sent:?}"),
         };
-        assert_eq!((asked.seq, asked.target_system, asked.target_component), (item.seq, GROUND.0, GROUND.1));
+        assert_eq!(asked, (item.seq, GROUND.0, GROUND.1));
         sent = bench.send(STATION, &MavMessage::MISSION_ITEM_INT(item.clone()));
     }
     let Some(MavMessage::MISSION_ACK(ack)) = last(&sent, STATION, 47) else { panic!("{sent:?}") };

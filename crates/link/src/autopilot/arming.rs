@@ -40,6 +40,9 @@ pub enum ArmingRefusal {
     /// The throttle stick asks for a climb.
     #[error("Arming denied: throttle above center")]
     ThrottleAboveCenter,
+    /// OFFBOARD is to be flown, and there is no setpoint that is young enough.
+    #[error("Arming denied: no offboard signal")]
+    NoSetpoint,
     /// AUTO.MISSION is to be flown, and there is no mission that can be.
     #[error("Arming denied: no valid mission")]
     NoMission,
@@ -93,6 +96,14 @@ pub fn check_arming(
     }
     let up_ned = rotate_ned_from_body(measurement.q_ned_from_body, -Vector3::z());
     if -up_ned.z < math::cos(ARMING_TILT_RAD) { Err(ArmingRefusal::Tilted) } else { Ok(()) }
+}
+
+/// The check of OFFBOARD before arming: setpoints come (PX4's modeCheck.cpp, v1.14).
+///
+/// # Errors
+/// [`ArmingRefusal::NoSetpoint`].
+pub fn check_setpoint(mode: FlightMode, comes: bool) -> Result<(), ArmingRefusal> {
+    if mode == FlightMode::Offboard && !comes { Err(ArmingRefusal::NoSetpoint) } else { Ok(()) }
 }
 
 /// The check of the mode before arming: AUTO.MISSION needs a mission that can be flown.

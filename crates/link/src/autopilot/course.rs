@@ -13,10 +13,23 @@ use super::sticks::Sticks;
 use crate::control::ControlSettings;
 use crate::frames::yaw;
 
+/// How a mode is entered.
+#[derive(Clone, Debug)]
+pub(super) enum Entry {
+    /// The crew has chosen it.
+    Chosen(FlightMode, Navigator),
+    /// A failsafe flies it in place of the crew's, which is kept.
+    Diverted(FlightMode, Navigator),
+    /// The crew's mode again, which a failsafe has flown in place of.
+    Resumed,
+}
+
 /// The mode with what it is about.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Course {
     mode: FlightMode,
+    /// The mode that the crew has chosen, and where it leads, while a failsafe flies in its place.
+    kept: Option<(FlightMode, Navigator)>,
     /// A mode has been chosen since the start.
     chosen: bool,
     navigator: Navigator,
@@ -27,6 +40,16 @@ pub(super) struct Course {
 impl Course {
     pub fn mode(&self) -> FlightMode {
         self.mode
+    }
+
+    /// The mode that the crew has chosen.
+    pub fn intended(&self) -> FlightMode {
+        self.kept.as_ref().map_or(self.mode, |(mode, _)| *mode)
+    }
+
+    /// Whether a failsafe flies in place of the crew's mode.
+    pub fn is_diverted(&self) -> bool {
+        self.kept.is_some()
     }
 
     /// Whether a mode has been chosen since the start.
@@ -71,7 +94,25 @@ impl Course {
     }
 
     /// Enters a mode, or begins it anew.
-    pub fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
+    pub fn enter(&mut self, entry: Entry) {
+        let kept = self.kept.take();
+        match (entry, kept) {
+            (Entry::Chosen(mode, navigator), _) => self.begin(mode, navigator),
+            (Entry::Diverted(mode, navigator), kept) => {
+                let kept = kept.unwrap_or_else(|| (self.mode, self.navigator.clone()));
+                self.begin(mode, navigator);
+                self.kept = Some(kept);
+            }
+            // HOLD where the vehicle is, any other as it was chosen.
+            (Entry::Resumed, Some((FlightMode::AutoLoiter, _))) => {
+                self.begin(FlightMode::AutoLoiter, Navigator::default());
+            }
+            (Entry::Resumed, Some((mode, navigator))) => self.begin(mode, navigator),
+            (Entry::Resumed, None) => {}
+        }
+    }
+
+    fn begin(&mut self, mode: FlightMode, navigator: Navigator) {
         if mode != self.mode {
             self.manual = ManualFlight::default();
         }
@@ -92,8 +133,9 @@ impl Course {
         }
     }
 
-    /// The vehicle was disarmed: the mode begins anew.
+    /// The vehicle was disarmed: the crew's mode begins anew.
     pub fn disarmed(&mut self) {
+        self.enter(Entry::Resumed);
         self.navigator = Navigator::begin(self.mode);
         self.mission.disarmed();
     }
@@ -160,7 +202,7 @@ impl Course {
     fn follow_takeoff(&mut self, by_mission: bool, events: &mut EventQueue) {
         if by_mission && self.mission.is_feasible() {
             events.say(Severity::Info, "takeoff done: AUTO.MISSION");
-            self.enter(FlightMode::AutoMission, Navigator::default());
+            self.begin(FlightMode::AutoMission, Navigator::default());
         } else {
             self.mode = FlightMode::AutoLoiter;
             events.say(Severity::Info, "takeoff done: HOLD");
@@ -175,6 +217,6 @@ impl Course {
             Turn::Return => (FlightMode::AutoRtl, Navigator::begin(FlightMode::AutoRtl)),
         };
         events.say(Severity::Info, format!("mode {}", mode.name()));
-        self.enter(mode, navigator);
+        self.begin(mode, navigator);
     }
 }

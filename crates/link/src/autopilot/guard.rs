@@ -1,8 +1,8 @@
-//! What the failsafes go by and have come to: the fence, ground stations, the battery, which conditions
-//! hold, and whether one of them has chosen the mode or stopped the motors.
+//! What the failsafes go by and have come to: the fence, ground stations, the battery, what is done for the
+//! conditions that hold, and whether one of them has stopped the motors for good.
 
 use super::event::{EventQueue, Severity};
-use super::failsafe::{Condition, Seen, Watch};
+use super::failsafe::{Crew, Decision, Seen, Watch};
 use super::fence::{Fence, Rule};
 use super::settings::{Action, Settings};
 use crate::time::seconds;
@@ -11,12 +11,12 @@ use crate::time::seconds;
 #[derive(Clone, Debug, Default)]
 pub struct Guard {
     watch: Watch,
+    /// What the crew has done since the last look.
+    crew: Crew,
     fence: Fence,
     ground_station_heard_us: Option<u64>,
     /// Share of the battery's charge, 0..1.
     charge: Option<f64>,
-    /// A failsafe has chosen the mode and nobody has chosen one since.
-    has_chosen: bool,
     /// A failsafe has stopped the motors, until the autopilot is started again.
     terminated: bool,
 }
@@ -42,14 +42,9 @@ impl Guard {
         self.terminated
     }
 
-    /// Whether a failsafe has chosen the mode and nobody has chosen one since.
-    pub(super) fn has_chosen(&self) -> bool {
-        self.has_chosen
-    }
-
-    /// Whether something holds that wants at least a warning.
-    pub(super) fn has_concern(&self, settings: &Settings) -> bool {
-        self.watch.has_concern(settings)
+    /// What is done for the conditions that hold.
+    pub(super) fn action(&self) -> Action {
+        self.watch.action()
     }
 
     /// Areas to stay in and to keep out of.
@@ -94,33 +89,29 @@ impl Guard {
         self.ground_station_heard_us = Some(now_us);
     }
 
-    /// Takes a look in flight; the conditions that have arisen since the last one.
-    pub(super) fn look(
-        &mut self,
-        settings: &Settings,
-        seen: &Seen,
-    ) -> impl Iterator<Item = Condition> + use<> {
-        self.watch.look(settings, seen)
-    }
-
-    /// A failsafe chooses the mode.
-    pub(super) fn choose(&mut self) {
-        self.has_chosen = true;
+    /// Takes a look at an armed vehicle: what has arisen since the last one, and what is to be done.
+    pub(super) fn look(&mut self, settings: &Settings, seen: &Seen) -> Decision {
+        self.watch.look(settings, seen, std::mem::take(&mut self.crew))
     }
 
     /// A failsafe stops the motors for good.
     pub(super) fn terminate(&mut self) {
-        (self.terminated, self.has_chosen) = (true, true);
+        self.terminated = true;
     }
 
     /// The crew has chosen a mode.
-    pub(super) fn give_way(&mut self) {
-        self.has_chosen = false;
+    pub(super) fn note_choice(&mut self) {
+        self.crew.chose_a_mode = true;
+    }
+
+    /// The crew has moved sticks while a failsafe flies.
+    pub(super) fn note_sticks(&mut self) {
+        self.crew.moved_sticks = true;
     }
 
     /// The vehicle was disarmed: what was found in flight is over.
     pub(super) fn disarmed(&mut self) {
-        (self.watch, self.has_chosen) = (Watch::default(), false);
+        (self.watch, self.crew) = (Watch::default(), Crew::default());
     }
 
     /// Time has started over: the fence alone is kept.

@@ -82,6 +82,9 @@ const AT_NO_PLACE: [u16; 37] = [
     211, 212, 214, 260, 530, 531, 532, 1000, 1001, 2000, 2001, 2003, 2500, 2501, 3000,
 ];
 
+/// NAV_ROI, DO_SET_ROI_LOCATION, DO_SET_ROI_WPNEXT_OFFSET and DO_SET_ROI.
+pub const REGIONS_OF_INTEREST: [u16; 4] = [80, 195, 196, 201];
+
 /// The kinds of plans, by their `MAV_MISSION_TYPE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
@@ -146,7 +149,8 @@ impl Item {
         let size = self.params[0];
         let is_sized = match self.command {
             POLYGON_IN | POLYGON_OUT => size >= 3.0,
-            CIRCLE_IN | CIRCLE_OUT => size > 0.0 && size.is_finite(),
+            // One of no radius holds no place.
+            CIRCLE_IN | CIRCLE_OUT => size >= 0.0 && size.is_finite(),
             _ => true,
         };
         if kind == Kind::Fence && !is_sized {
@@ -206,9 +210,22 @@ impl Plan {
         Fence::new(areas.into_iter().filter_map(|items| area(items, environment)).collect())
     }
 
-    /// Whether an item of the plan is a return point of a fence.
-    pub fn has_return_point(&self) -> bool {
-        self.items.iter().any(|item| item.command == RETURN_POINT)
+    /// What of the plan is kept but not flown as a crew might think, in words.
+    pub fn remarks(&self, kind: Kind) -> Vec<&'static str> {
+        let any = |test: fn(&Item) -> bool| self.items.iter().any(test);
+        let is_empty = |item: &Item| matches!(item.command, CIRCLE_IN | CIRCLE_OUT) && item.params[0] == 0.0;
+        let remarks = match kind {
+            Kind::Mission => vec![(
+                any(|item| REGIONS_OF_INTEREST.contains(&item.command)),
+                "mission: regions of interest are passed over, the nose does not turn to them",
+            )],
+            Kind::Fence => vec![
+                (any(|item| item.command == RETURN_POINT), "fence: the return point is kept, not flown to"),
+                (any(is_empty), "fence: a circle of radius 0 holds no place"),
+            ],
+            Kind::Rally => Vec::new(),
+        };
+        remarks.into_iter().filter_map(|(holds, text)| holds.then_some(text)).collect()
     }
 }
 

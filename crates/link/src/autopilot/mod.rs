@@ -39,8 +39,9 @@
 //! STABILIZED has been in effect since arming, or in POSCTL or ALTCTL the throttle stick has asked for a
 //! takeoff: before that an armed vehicle waits with its motors at zero, as one on the ground or under a
 //! canopy must. From then on every mode flies. A vehicle that falls meanwhile, since it was released, says
-//! that its motors stand still, and any mode that is then chosen starts them. HOLD is also what a loss of
-//! setpoints leads to, unless COM_OBL_RC_ACT says otherwise.
+//! that its motors stand still, and any mode that is then chosen starts them. A failsafe flies in place of
+//! the mode that was chosen, which comes back when the failsafe ends: setpoints lost lead to HOLD unless
+//! COM_OBL_RC_ACT says otherwise, and with setpoints OFFBOARD comes back.
 //!
 //! The controller is reset whenever the kind of setpoint changes: with the first velocity setpoint, and with
 //! each switch between velocity, attitude and rates.
@@ -105,6 +106,7 @@ use motors::Motors;
 use navigator::Situation;
 use pilot::Pilot;
 use setpoint::SetpointStore;
+use settings::Action;
 use whereabouts::Whereabouts;
 
 /// The autopilot's state machine with its controller.
@@ -169,7 +171,6 @@ impl Autopilot {
         let dt_s = self.whereabouts.take(now_us, p_ned, measurement);
         self.fall_watch.look(measurement.v_ned.z);
         self.check_mission();
-        self.watch_setpoints(now_us);
         let in_flight = self.is_armed() && self.is_in_air();
         self.pilot.watch(now_us, (self.mode(), in_flight), &self.settings.sticks, &mut self.events);
         self.watch_conditions(now_us);
@@ -185,7 +186,6 @@ impl Autopilot {
     /// too long.
     pub fn coast(&mut self, now_us: u64) -> PerRotor {
         self.whereabouts.coast(now_us);
-        self.watch_setpoints(now_us);
         self.watch_conditions(now_us);
         self.loops.output.throttle
     }
@@ -289,6 +289,11 @@ impl Autopilot {
         self.course.mode()
     }
 
+    /// The mode that the crew has chosen: another one while a failsafe flies.
+    pub fn intended_mode(&self) -> FlightMode {
+        self.course.intended()
+    }
+
     /// Whether the motors are armed.
     pub fn is_armed(&self) -> bool {
         self.motors.is_armed()
@@ -319,10 +324,10 @@ impl Autopilot {
         self.course.is_taking_off()
     }
 
-    /// Whether a failsafe has chosen the mode, or something holds that wants at least a warning: being in
-    /// failsafe as PX4 has it (FailsafeBase::inFailsafe).
+    /// Whether a failsafe flies, or something holds that wants at least a warning: being in failsafe as PX4
+    /// has it (FailsafeBase::inFailsafe).
     pub fn in_failsafe(&self) -> bool {
-        self.guard.has_chosen() || (self.is_armed() && self.guard.has_concern(&self.settings))
+        self.guard.is_terminated() || self.guard.action() != Action::Nothing
     }
 
     /// The mission on board.

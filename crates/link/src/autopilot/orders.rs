@@ -6,6 +6,7 @@ use std::borrow::Cow;
 use nalgebra::Vector3;
 
 use super::arming::{self, ArmingRefusal, DisarmingRefusal};
+use super::course::Entry;
 use super::mission_flight::feasibility::Surroundings;
 use super::mission_flight::task::steps;
 use super::missions::Item;
@@ -62,7 +63,7 @@ impl Autopilot {
             Some(ModeRefusal::NotFlown(mode))
         } else if self.is_armed() && mode.takes_sticks() && !has_sticks {
             Some(ModeRefusal::NoSticks(mode))
-        } else if mode == FlightMode::Offboard && setpoint.is_none() {
+        } else if self.is_armed() && mode == FlightMode::Offboard && setpoint.is_none() {
             Some(ModeRefusal::NoSetpoint { timeout_us })
         } else if self.is_in_air() && self.health.lacks_position_for(mode, setpoint.as_ref()) {
             Some(ModeRefusal::NoPosition(mode))
@@ -74,18 +75,20 @@ impl Autopilot {
         if let Some(refusal) = refusal {
             return Err(self.events.refuse(Severity::Error, refusal));
         }
-        self.guard.give_way();
         if let Some(text) = text {
             self.say(Severity::Info, text);
         }
-        self.enter(mode, navigator);
+        self.enter(Entry::Chosen(mode, navigator));
         Ok(())
     }
 
     /// Enters a mode, whoever wants it.
-    pub(super) fn enter(&mut self, mode: FlightMode, navigator: Navigator) {
-        self.course.enter(mode, navigator);
-        if mode.lifts_off() {
+    pub(super) fn enter(&mut self, entry: Entry) {
+        if matches!(entry, Entry::Chosen(..)) {
+            self.guard.note_choice();
+        }
+        self.course.enter(entry);
+        if self.mode().lifts_off() {
             self.motors.engage();
         }
         self.motors.catch(self.falls() && !self.guard.is_terminated(), &mut self.events);
@@ -109,7 +112,7 @@ impl Autopilot {
         let is_flown = self.mode() == FlightMode::AutoMission && self.is_armed();
         if is_flown && !self.mission().is_feasible() {
             self.say(Severity::Critical, "No valid mission available, loitering");
-            self.enter(FlightMode::AutoLoiter, Navigator::default());
+            self.enter(Entry::Chosen(FlightMode::AutoLoiter, Navigator::default()));
         }
     }
 
@@ -135,11 +138,13 @@ impl Autopilot {
             return Ok(());
         }
         let (mode, sticks) = (self.mode(), self.pilot.sticks(now_us, &self.settings.sticks));
+        let setpoint = self.setpoints.fresh(now_us, self.settings.setpoint_timeout_us);
         let checked = match (self.guard.is_terminated(), force) {
             (true, _) => Err(ArmingRefusal::Terminated),
             (false, true) => Ok(()),
             (false, false) => arming::check_arming(now_us, self.health.aligned(), self.whereabouts.state())
                 .and_then(|()| arming::check_sticks(mode, sticks))
+                .and_then(|()| arming::check_setpoint(mode, setpoint.is_some()))
                 .and_then(|()| arming::check_mission(mode, self.mission().is_feasible())),
         };
         checked.map_err(|refusal| self.events.refuse(Severity::Critical, refusal))?;

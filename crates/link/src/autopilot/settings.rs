@@ -68,6 +68,8 @@ pub struct Settings {
     pub stick_loss: Action,
     /// What sticks mean.
     pub manual: ManualSettings,
+    /// SYS_FAILURE_EN: whether failures may be injected by command.
+    pub injects_failures: bool,
 }
 
 /// When estimates, attitude and motors count as failed, and what follows, with the defaults of PX4 v1.14.3.
@@ -159,12 +161,19 @@ impl Requirement {
 }
 
 /// What a failsafe does, from mild to severe.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Action {
     /// Nothing.
+    #[default]
     Nothing,
     /// Says so.
     Warn,
+    /// POSCTL.
+    Position,
+    /// ALTCTL.
+    Altitude,
+    /// STABILIZED.
+    Stabilized,
     /// HOLD.
     Hold,
     /// RETURN.
@@ -183,6 +192,9 @@ impl Action {
     /// The mode that it leads to.
     pub fn mode(self) -> Option<FlightMode> {
         match self {
+            Self::Position => Some(FlightMode::Posctl),
+            Self::Altitude => Some(FlightMode::Altctl),
+            Self::Stabilized => Some(FlightMode::Stabilized),
             Self::Hold => Some(FlightMode::AutoLoiter),
             Self::Return => Some(FlightMode::AutoRtl),
             // PX4 shows its Descend as LAND, too (px4_custom_mode.h, v1.14.3).
@@ -196,6 +208,9 @@ impl Action {
         match self {
             Self::Nothing => "no action",
             Self::Warn => "warning",
+            Self::Position => "POSCTL",
+            Self::Altitude => "ALTCTL",
+            Self::Stabilized => "STABILIZED",
             Self::Hold => "HOLD",
             Self::Return => "RETURN",
             Self::Land => "LAND",
@@ -203,12 +218,6 @@ impl Action {
             Self::Disarm => "DISARM",
             Self::Terminate => "TERMINATE",
         }
-    }
-
-    /// What a mode amounts to: a failsafe milder than that does not take its place.
-    pub fn of_mode(mode: FlightMode) -> Self {
-        let flown = [Self::Hold, Self::Return, Self::Land];
-        flown.into_iter().find(|action| action.mode() == Some(mode)).unwrap_or(Self::Nothing)
     }
 }
 
@@ -268,6 +277,7 @@ impl Settings {
             sticks: StickSettings::DEFAULT,
             stick_loss: Action::Return,
             manual: ManualSettings::DEFAULT,
+            injects_failures: false,
         }
     }
 
@@ -289,6 +299,7 @@ impl Settings {
             "COM_ACT_FAIL_ACT" => code(&MOTOR_FAILURE, self.health.motor_failure),
             "COM_TAKEOFF_ACT" => f64::from(u8::from(self.mission.follows_takeoff)),
             "MIS_TKO_LAND_REQ" => f64::from(self.mission.requirement as i32),
+            "SYS_FAILURE_EN" => f64::from(u8::from(self.injects_failures)),
             "COM_DISARM_LAND" => self.disarm_after_landing_s.unwrap_or(-1.0),
             "RTL_LAND_DELAY" => self.land_delay_s.unwrap_or(-1.0),
             // number() gives a place to write to: read it from a copy.
@@ -317,6 +328,7 @@ impl Settings {
                 [0.0, 1.0].contains(&value).then(|| self.mission.follows_takeoff = value == 1.0)
             }
             "MIS_TKO_LAND_REQ" => Requirement::from_code(value).map(|r| self.mission.requirement = r),
+            "SYS_FAILURE_EN" => bits(value, 1).map(|bits| self.injects_failures = bits == 1),
             "COM_DISARM_LAND" => {
                 self.disarm_after_landing_s = (value > 0.0).then_some(value);
                 Some(())
@@ -389,12 +401,28 @@ impl Settings {
     }
 }
 
-/// PX4's numbers of the actions that are flown.
-const SETPOINT_LOSS: [(i32, Action); 3] = [(3, Action::Return), (4, Action::Land), (5, Action::Hold)];
-const DATA_LINK_LOSS: [(i32, Action); 4] =
-    [(0, Action::Nothing), (1, Action::Hold), (2, Action::Return), (3, Action::Land)];
-const STICK_LOSS: [(i32, Action); 3] = [(1, Action::Hold), (2, Action::Return), (3, Action::Land)];
-const FENCE: [(i32, Action); 6] = [
+/// PX4's numbers of the actions.
+pub(super) const SETPOINT_LOSS: [(i32, Action); 8] = [
+    (0, Action::Position),
+    (1, Action::Altitude),
+    (2, Action::Stabilized),
+    (3, Action::Return),
+    (4, Action::Land),
+    (5, Action::Hold),
+    (6, Action::Terminate),
+    (7, Action::Disarm),
+];
+pub(super) const DATA_LINK_LOSS: [(i32, Action); 6] = [
+    (0, Action::Nothing),
+    (1, Action::Hold),
+    (2, Action::Return),
+    (3, Action::Land),
+    (5, Action::Terminate),
+    (6, Action::Disarm),
+];
+pub(super) const STICK_LOSS: [(i32, Action); 5] =
+    [(1, Action::Hold), (2, Action::Return), (3, Action::Land), (5, Action::Terminate), (6, Action::Disarm)];
+pub(super) const FENCE: [(i32, Action); 6] = [
     (0, Action::Nothing),
     (1, Action::Warn),
     (2, Action::Hold),
@@ -402,7 +430,7 @@ const FENCE: [(i32, Action); 6] = [
     (4, Action::Terminate),
     (5, Action::Land),
 ];
-const MOTOR_FAILURE: [(i32, Action); 5] =
+pub(super) const MOTOR_FAILURE: [(i32, Action); 5] =
     [(0, Action::Warn), (1, Action::Hold), (2, Action::Land), (3, Action::Return), (4, Action::Terminate)];
 
 /// A whole number of so many bits.
@@ -448,6 +476,7 @@ mod tests {
             ("COM_RCL_EXCEPT", 7.0),
             ("COM_RC_LOSS_T", 1.5),
             ("MPC_THR_CURVE", 1.0),
+            ("SYS_FAILURE_EN", 1.0),
             ("MPC_VEL_MAN_BACK", 2.0),
         ] {
             assert!(settings.set(name, value), "{name}");
@@ -455,8 +484,8 @@ mod tests {
         }
         let before = settings;
         for (name, value) in [
-            ("COM_OBL_RC_ACT", 0.0),
-            ("NAV_DLL_ACT", 5.0),
+            ("COM_OBL_RC_ACT", 8.0),
+            ("NAV_DLL_ACT", 4.0),
             ("NAV_RCL_ACT", 0.0),
             ("COM_RC_IN_MODE", 5.0),
             ("COM_RC_OVERRIDE", 4.0),

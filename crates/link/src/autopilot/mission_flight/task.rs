@@ -3,7 +3,7 @@
 
 use nalgebra::{Vector2, Vector3};
 
-use super::super::missions::Item;
+use super::super::missions::{Item, REGIONS_OF_INTEREST};
 use crate::frames::wrap_pi;
 use crate::model::Environment;
 use crate::model::environment::GeoPoint;
@@ -12,8 +12,7 @@ use crate::units::RAD_PER_DEG;
 /// `MAV_FRAME`s whose altitudes count from home (GLOBAL_RELATIVE_ALT and its old twin `_INT`).
 const RELATIVE_FRAMES: [u8; 2] = [3, 6];
 
-/// Commands for actuators, cameras and gimbals, and the mark of a landing. (A region of interest would turn
-/// the nose, and is not among them but for its end.)
+/// Commands for actuators, cameras and gimbals, the mark of a landing, and the end of a region of interest.
 const PASSED_OVER: [u16; 20] = [
     187, 189, 197, 200, 203, 204, 205, 206, 214, 260, 530, 531, 532, 1000, 1001, 2000, 2001, 2003, 2500, 2501,
 ];
@@ -156,7 +155,9 @@ impl Task {
             178 => Self::Speed(positive(second)),
             179 => Self::SetHome,
             211 => Self::Gripper,
-            command if PASSED_OVER.contains(&command) => Self::Nothing,
+            command if PASSED_OVER.contains(&command) || REGIONS_OF_INTEREST.contains(&command) => {
+                Self::Nothing
+            }
             _ => Self::Unsupported,
         }
     }

@@ -23,7 +23,7 @@ const NO_CHANNEL: Choices = &[(0, "Unassigned")];
 /// Parameters whose values are choices, each with the values that it takes here in PX4's words: ground
 /// stations offer them as a list (QGroundControl's safety page), and an empty one without them. A `#` stands
 /// for what follows. A fact has the one value that it has.
-const CHOICES: [(&str, Choices); 22] = [
+const CHOICES: [(&str, Choices); 23] = [
     ("BAT1_SOURCE", &[(-1, "Disabled")]),
     ("CA_AIRFRAME", &[(0, "Multirotor")]),
     (
@@ -40,7 +40,19 @@ const CHOICES: [(&str, Choices); 22] = [
             (3, "Return at critical level, land at emergency level"),
         ],
     ),
-    ("COM_OBL_RC_ACT", &[(3, "Return mode"), (4, "Land mode"), (5, "Hold mode")]),
+    (
+        "COM_OBL_RC_ACT",
+        &[
+            (0, "Position mode"),
+            (1, "Altitude mode"),
+            (2, "Manual"),
+            (3, "Return mode"),
+            (4, "Land mode"),
+            (5, "Hold mode"),
+            (6, "Terminate"),
+            (7, "Disarm"),
+        ],
+    ),
     (
         "COM_RC_IN_MODE",
         &[
@@ -78,13 +90,27 @@ const CHOICES: [(&str, Choices); 22] = [
     ),
     ("MPC_POS_MODE", &[(0, "Simple position control")]),
     ("MPC_THR_CURVE", &[(0, "Rescale to hover thrust"), (1, "No Rescale")]),
-    ("NAV_DLL_ACT", &[(0, "Disabled"), (1, "Hold mode"), (2, "Return mode"), (3, "Land mode")]),
-    ("NAV_RCL_ACT", &[(1, "Hold mode"), (2, "Return mode"), (3, "Land mode")]),
+    (
+        "NAV_DLL_ACT",
+        &[
+            (0, "Disabled"),
+            (1, "Hold mode"),
+            (2, "Return mode"),
+            (3, "Land mode"),
+            (5, "Terminate"),
+            (6, "Disarm"),
+        ],
+    ),
+    (
+        "NAV_RCL_ACT",
+        &[(1, "Hold mode"), (2, "Return mode"), (3, "Land mode"), (5, "Terminate"), (6, "Disarm")],
+    ),
     ("PD_GRIPPER_EN", &[(1, "Enabled")]),
     ("PD_GRIPPER_TYPE", &[(0, "Servo")]),
     ("RC_MAP_#", NO_CHANNEL),
     ("SYS_AUTOCONFIG", &[(0, "Keep parameters")]),
     ("SYS_AUTOSTART", &[(4001, "Generic Quadcopter")]),
+    ("SYS_FAILURE_EN", &[(0, "Disabled"), (1, "Enabled")]),
 ];
 
 /// Parameters that are made of bits, with PX4's words for them from bit 0 on.

@@ -116,7 +116,7 @@ fn regress_what_cannot_be_is_refused_in_words_and_changes_nothing() {
         ("COM_DL_LOSS_T", real(20.0), "COM_DL_LOSS_T refused: type 6 (INT32) expected"),
         ("MC_PITCH_P", real(f64::NAN), "MC_PITCH_P refused: NaN where 0 to 100 is expected"),
         ("MC_PITCH_P", real(-1.0), "MC_PITCH_P refused: -1 where 0 to 100 is expected"),
-        ("NAV_DLL_ACT", Value::Int(5), "NAV_DLL_ACT refused: 5 where 0 to 3 is expected"),
+        ("NAV_DLL_ACT", Value::Int(7), "NAV_DLL_ACT refused: 7 where 0 to 6 is expected"),
         ("MC_ROLL_P", real(4.0), "MC_ROLL_P refused: follows MC_PITCH_P: roll flies pitch's gains"),
         ("MAV_SYS_ID", Value::Int(9), "MAV_SYS_ID refused: read-only: from --instance"),
         ("CA_ROTOR2_PX", real(9.0), "CA_ROTOR2_PX refused: read-only: from the mission's vehicle"),
@@ -185,13 +185,13 @@ fn reference_hash_over_names_and_values_in_order() {
 #[test]
 fn regress_a_file_is_loaded_and_what_is_unknown_is_reported() {
     let (mut parameters, mut autopilot) = bench();
-    let text = "1\t1\tCOM_OF_LOSS_T\t3\t9\n1\t1\tMC_PITCH_P\t9\t9\n1\t1\tNAV_DLL_ACT\t6\t6\n\
+    let text = "1\t1\tCOM_OF_LOSS_T\t3\t9\n1\t1\tMC_PITCH_P\t9\t9\n1\t1\tNAV_DLL_ACT\t7\t6\n\
                 1\t1\tRTL_RETURN_ALT\t40\t9\n1\t1\tUAVCAN_ENABLE\t1\t6\n1\t42\tNO\t1\t6\n";
     let remarks = parameters.load(&ParameterFile::parse(text).unwrap(), &mut autopilot);
     assert_eq!(
         remarks,
         [
-            "line 3: NAV_DLL_ACT refused: 6 where 0 to 3 is expected",
+            "line 3: NAV_DLL_ACT refused: 7 where 0 to 6 is expected",
             "not parameters of samara's autopilot, ignored: UAVCAN_ENABLE"
         ]
     );

@@ -12,25 +12,24 @@ fn regress_wakes_up_disarmed_in_hold_with_motors_off() {
     assert_eq!(bench.run(1.0), OFF, "armed in HOLD, never in OFFBOARD: waits");
 }
 
+/// PX4 v1.14.3, UserModeIntention.cpp: disarmed every mode may be chosen; armed, and to arm, it needs
+/// setpoints.
 #[test]
-fn regress_offboard_needs_a_setpoint_of_the_last_second() {
+fn reference_offboard_needs_a_setpoint_of_the_last_second() {
     let mut bench = Bench::new();
     bench.step();
-    assert_eq!(
-        bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard),
-        Err(ModeRefusal::NoSetpoint { timeout_us: 1_000_000 })
-    );
-    assert_eq!(bench.said(), ["OFFBOARD refused: no setpoint in the last 1 s"]);
+    assert_eq!(bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard), Ok(()));
+    assert_eq!(bench.autopilot.arm(bench.now_us, false), Err(ArmingRefusal::NoSetpoint));
+    assert_eq!(bench.said(), ["mode OFFBOARD", "Arming denied: no offboard signal"]);
     bench.offer(level(0.0));
     bench.run(1.0);
-    assert_eq!(bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard), Ok(()));
-    assert_eq!(bench.autopilot.mode(), FlightMode::Offboard);
+    assert_eq!(bench.autopilot.arm(bench.now_us, false), Ok(()));
+    bench.autopilot.request_mode(bench.now_us, FlightMode::AutoLoiter).unwrap();
     bench.step();
+    let refused = Err(ModeRefusal::NoSetpoint { timeout_us: 1_000_000 });
+    assert_eq!(bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard), refused);
+    assert!(bench.said().contains(&"OFFBOARD refused: no setpoint in the last 1 s".to_owned()));
     assert_eq!(bench.autopilot.mode(), FlightMode::AutoLoiter, "a step later the setpoint is too old");
-    assert_eq!(
-        bench.autopilot.request_mode(bench.now_us, FlightMode::Offboard),
-        Err(ModeRefusal::NoSetpoint { timeout_us: 1_000_000 })
-    );
 }
 
 #[test]

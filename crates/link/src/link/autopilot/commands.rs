@@ -33,6 +33,10 @@ impl AutopilotSession {
             return;
         }
         let result = match known {
+            Some(MavCmd::MAV_CMD_INJECT_FAILURE) if !self.vehicle.autopilot.settings.injects_failures => {
+                let reason = "failure injection refused: SYS_FAILURE_EN is 0";
+                CommandResult::Denied.because(&mut self.vehicle.autopilot, reason.to_owned())
+            }
             Some(MavCmd::MAV_CMD_INJECT_FAILURE) => {
                 match self.pass_on(peer, command, SIMULATOR_COMPONENT, "failure injection") {
                     Some(result) => result,

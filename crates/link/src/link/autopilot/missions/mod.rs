@@ -1,12 +1,14 @@
 //! Missions, fences and rally points: uploaded, kept, given back, cleared. Missions are flown
 //! ([`crate::autopilot::mission_flight`]), fences are watched ([`crate::autopilot::fence`]).
 //!
-//! As PX4 does it: the vehicle asks for item after item and asks again after 250 ms; a peer that has been
-//! silent for 5 s has given up; a second peer that wants to upload meanwhile gets an error; a plan takes the
-//! place of the old one only once it is whole. Better than PX4: several peers may download at once, each what
-//! stood there when it began; a peer that starts its upload again is not refused for being busy with itself;
-//! an upload whose next item has not come for a second, or that has lasted for ten, gives way to another
-//! peer. Times are the vehicle's.
+//! As PX4 v1.14 does it: the vehicle asks for item after item, with MISSION_REQUEST first, with the other
+//! message after an answer of UNSUPPORTED or with the other kind of item, and asks again after 250 ms; a
+//! peer that has been silent for 5 s has given up; a second peer that wants to upload meanwhile gets an
+//! error; a plan takes the place of the old one only once it is whole. Better than PX4: a peer that answers
+//! neither way is asked in the other after two tries; several peers may download at once, each what stood
+//! there when it began; a peer that starts its upload again is not refused for being busy with itself; an
+//! upload whose next item has not come for a second, or that has lasted for ten, gives way to another peer.
+//! Times are the vehicle's.
 
 mod reports;
 #[cfg(test)]
@@ -30,6 +32,8 @@ use super::outbox::Peer;
 
 /// An item that has not come is asked for again after this [us].
 const RETRY_US: TimeUs = 250_000;
+/// So often an item is asked for in one way before the other is tried.
+const TRIES: u32 = 2;
 /// A peer that has said nothing for this long has given up [us].
 const TIMEOUT_US: TimeUs = 5_000_000;
 /// An upload without the item that is due for so long, or that has lasted so long, gives way to another peer
@@ -47,8 +51,10 @@ struct Upload {
     kind: Kind,
     count: usize,
     items: Vec<Item>,
-    /// By MISSION_ITEM_INT, unless the peer knows only the old messages.
+    /// Whether it is asked for with MISSION_REQUEST_INT.
     int: bool,
+    /// How often the item that is due was asked for.
+    asked: u32,
     asked_us: TimeUs,
     heard_us: TimeUs,
     /// When its peer began to upload, though it may have begun anew since; when an item came last.
@@ -165,6 +171,7 @@ impl Missions {
             self.upload = None;
             self.say(Severity::Critical, text);
         } else if now.saturating_sub(upload.asked_us) > RETRY_US {
+            upload.int ^= upload.asked.is_multiple_of(TRIES);
             self.ask(now);
         }
     }
@@ -226,9 +233,9 @@ impl Missions {
         // Who begins again and again does not get more time by it.
         let since_us = before.as_ref().map_or(now, |upload| upload.since_us);
         let advanced_us = before.map_or(now, |upload| upload.advanced_us);
-        let (int, asked_us, heard_us) = (true, now, now);
+        let (int, asked, asked_us, heard_us) = (false, 0, now, now);
         self.upload =
-            Some(Upload { peer, kind, count, items, int, asked_us, heard_us, since_us, advanced_us });
+            Some(Upload { peer, kind, count, items, int, asked, asked_us, heard_us, since_us, advanced_us });
         self.ask(now);
     }
 
@@ -242,7 +249,7 @@ impl Missions {
     /// Asks for the item that is due.
     fn ask(&mut self, now: TimeUs) {
         let Some(upload) = &mut self.upload else { return };
-        upload.asked_us = now;
+        (upload.asked, upload.asked_us) = (upload.asked + 1, now);
         let seq = upload.items.len() as u16;
         self.answers.push_back(Answer::request(upload.peer, upload.kind as u8, seq, upload.int));
     }
@@ -259,7 +266,7 @@ impl Missions {
             // The right one is asked for again in time.
             return;
         }
-        (upload.int, upload.advanced_us) = (int, now);
+        (upload.int, upload.asked, upload.advanced_us) = (int, 0, now);
         if let Err(result) = item.check(upload.kind) {
             let text = format!("{} refused: item {seq} (command {})", upload.kind.name(), item.command);
             self.upload = None;
@@ -306,8 +313,7 @@ impl Missions {
         if result == MissionResult::MAV_MISSION_OPERATION_CANCELLED as u8 {
             self.upload = None;
         } else if result == MissionResult::MAV_MISSION_UNSUPPORTED as u8 {
-            upload.int = !upload.int;
-            upload.heard_us = now;
+            (upload.int, upload.asked, upload.heard_us) = (!upload.int, 0, now);
             self.ask(now);
         }
     }
@@ -335,11 +341,9 @@ impl Missions {
             (self.new_mission, self.wanted) = (Some(start.map(|start| start as u16)), None);
         }
         let plan = Plan::new(items);
-        if kind == Kind::Fence {
-            self.fence_is_new = true;
-            if plan.has_return_point() {
-                self.say(Severity::Warning, "fence: the return point is kept, not flown to");
-            }
+        self.fence_is_new |= kind == Kind::Fence;
+        for remark in plan.remarks(kind) {
+            self.say(Severity::Warning, remark);
         }
         self.plans[kind as usize] = plan;
     }

@@ -62,7 +62,8 @@ fn upload(kind: u8, seq: u16, item: Item) -> Request {
 fn upload_all(missions: &mut Missions, now: TimeUs, peer: Peer, kind: u8, items: &[Item]) -> (u8, u32) {
     let mut answers = send(missions, now, peer, Request::Count { kind, count: items.len() as u16 });
     for (seq, item) in items.iter().enumerate() {
-        assert_eq!(asked(&answers, peer), (51, seq as u16));
+        // PX4's order: with the old message, until the peer answers with the new item.
+        assert_eq!(asked(&answers, peer), (if seq == 0 { 40 } else { 51 }, seq as u16));
         answers = send(missions, now, peer, upload(kind, seq as u16, *item));
     }
     ack(&answers, peer, kind)
@@ -154,7 +155,7 @@ fn regress_a_second_peer_is_refused_and_the_first_goes_on() {
     assert_eq!(texts(&mut missions).len(), 2);
     assert_eq!(asked(&send(&mut missions, 2, GROUND, upload(0, 0, waypoint(1.0))), GROUND), (51, 1));
     // The first one may start again.
-    assert_eq!(asked(&send(&mut missions, 3, GROUND, Request::Count { kind: 0, count: 1 }), GROUND), (51, 0));
+    assert_eq!(asked(&send(&mut missions, 3, GROUND, Request::Count { kind: 0, count: 1 }), GROUND), (40, 0));
     assert_eq!(ack(&send(&mut missions, 4, GROUND, upload(0, 0, waypoint(1.0))), GROUND, 0).0, 0);
     assert_eq!(upload_all(&mut missions, 5, SCRIPT, 1, &[vertex(); 3]).0, 0);
 }
@@ -175,7 +176,7 @@ fn regress_a_stranger_holds_no_upload() {
         send(&mut missions, 2_000_000 + k * 800_000, SCRIPT, upload(0, k as u16, waypoint(1.0)));
     }
     let late = send(&mut missions, 12_000_001, GROUND, Request::Count { kind: 0, count: 1 });
-    assert_eq!(asked(&late, GROUND), (51, 0));
+    assert_eq!(asked(&late, GROUND), (40, 0));
 }
 
 #[test]
@@ -192,16 +193,59 @@ fn regress_a_download_is_of_the_plan_it_began_with() {
     assert_eq!(height(&send(&mut missions, 3, SCRIPT, item(0))), 7.0);
 }
 
+/// mavlink_mission.h and .cpp of PX4 v1.14.3 (`_int_mode`): MISSION_REQUEST first, the other after
+/// UNSUPPORTED.
 #[test]
-fn regress_an_upload_is_cancelled_and_falls_back_to_the_old_messages() {
+fn reference_an_upload_is_asked_for_in_px4s_order_and_cancelled() {
     let mut missions = Missions::default();
-    send(&mut missions, 0, GROUND, Request::Count { kind: 0, count: 2 });
+    assert_eq!(asked(&send(&mut missions, 0, GROUND, Request::Count { kind: 0, count: 2 }), GROUND), (40, 0));
+    let new = send(&mut missions, 1, GROUND, Request::Ack { kind: 0, result: 3 });
+    assert_eq!(asked(&new, GROUND), (51, 0));
     let old = send(&mut missions, 1, GROUND, Request::Ack { kind: 0, result: 3 });
     assert_eq!(asked(&old, GROUND), (40, 0));
     assert!(send(&mut missions, 2, GROUND, Request::Ack { kind: 0, result: 15 }).is_empty());
     missions.handle_time(1_000_000);
     assert!(drain(&mut missions).is_empty());
     assert_eq!(upload_all(&mut missions, 3, SCRIPT, 0, &[waypoint(1.0)]).0, 0);
+}
+
+/// A peer that says nothing to the one message is asked with the other after two tries, and in the way in
+/// which it has answered from then on.
+#[test]
+fn regress_peers_that_know_one_of_the_two_messages_upload() {
+    for int in [false, true] {
+        let mut missions = Missions::default();
+        let mut answers = send(&mut missions, 0, GROUND, Request::Count { kind: 0, count: 3 });
+        let (mut now, mut seq) = (0, 0);
+        while seq < 3 {
+            let (id, wanted) = asked(&answers, GROUND);
+            assert_eq!(wanted, seq);
+            if (id == 51) == int {
+                let item = Request::Upload { kind: 0, seq, int, item: waypoint(1.0) };
+                (answers, seq) = (send(&mut missions, now, GROUND, item), seq + 1);
+            } else {
+                assert_eq!(seq, 0, "asked in the way that was answered");
+                now += 250_001;
+                missions.handle_time(now);
+                answers = drain(&mut missions);
+            }
+        }
+        assert_eq!((ack(&answers, GROUND, 0).0, now), (0, if int { 500_002 } else { 0 }));
+    }
+}
+
+/// PX4 takes both (mavlink_mission.cpp, `parse_mavlink_mission_item`, v1.14.3); that nothing comes of them is
+/// said.
+#[test]
+fn reference_what_comes_to_nothing_is_taken_with_a_remark() {
+    let mut missions = Missions::default();
+    let region = Item { command: 195, ..waypoint(0.0) };
+    assert_eq!(upload_all(&mut missions, 0, GROUND, 0, &[waypoint(1.0), region]).0, 0);
+    let circle = Item { command: 5003, params: [0.0; 4], ..vertex() };
+    assert_eq!(upload_all(&mut missions, 0, GROUND, 1, &[circle]).0, 0);
+    let said = texts(&mut missions);
+    assert_eq!(said[0], "mission: regions of interest are passed over, the nose does not turn to them");
+    assert_eq!(said[1], "fence: a circle of radius 0 holds no place");
 }
 
 #[test]
@@ -221,7 +265,7 @@ fn regress_what_cannot_be_kept_is_refused_and_the_old_plan_stays() {
         (0, Item { y: -180.1e7, ..waypoint(1.0) }, 11),
         (0, Item { z: f32::INFINITY, ..waypoint(1.0) }, 12),
         (1, Item { params: [2.0, 0.0, 0.0, 0.0], ..vertex() }, 6),
-        (1, Item { command: 5003, params: [0.0; 4], ..vertex() }, 6),
+        (1, Item { command: 5003, params: [-1.0; 4], ..vertex() }, 6),
         (1, Item { command: 5004, params: [f32::NAN; 4], ..vertex() }, 6),
     ] {
         assert_eq!(upload_all(&mut missions, 0, GROUND, kind, &[item]).0, result, "{item:?}");

@@ -93,10 +93,10 @@ pub(super) fn autopilot_version() -> MavMessage {
 }
 
 /// CURRENT_MODE, as MAVLink numbers standard modes.
-pub(super) fn current_mode(mode: FlightMode) -> MavMessage {
+pub(super) fn current_mode(mode: FlightMode, intended: FlightMode) -> MavMessage {
     MavMessage::CURRENT_MODE(CURRENT_MODE_DATA {
         custom_mode: mode.custom_mode(),
-        intended_custom_mode: mode.custom_mode(),
+        intended_custom_mode: intended.custom_mode(),
         standard_mode: standard_mode(mode),
     })
 }

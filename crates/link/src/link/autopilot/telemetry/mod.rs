@@ -72,7 +72,10 @@ pub(super) const TABLE: [(u32, f64, f64, Build); 30] = [
     (UTM_GLOBAL_POSITION_DATA::ID, 0.5, 1.0, |t| Some(t.utm_global_position(&t.state()?))),
     (PING_ID, 0.1, 1.0, |t| Some(t.ping())),
     (ODOMETRY_DATA::ID, 0.0, 30.0, |t| Some(t.odometry(&t.state()?))),
-    (CURRENT_MODE_DATA::ID, 0.5, 0.5, |t| Some(current_mode(t.vehicle.autopilot.mode()))),
+    (CURRENT_MODE_DATA::ID, 0.5, 0.5, |t| {
+        let autopilot = &t.vehicle.autopilot;
+        Some(current_mode(autopilot.mode(), autopilot.intended_mode()))
+    }),
     (AVAILABLE_MODES_MONITOR_DATA::ID, 0.3, 0.3, |_| Some(identity::available_modes_monitor())),
     (AUTOPILOT_VERSION_DATA::ID, 0.0, 0.0, |_| Some(autopilot_version())),
     (COMPONENT_METADATA_DATA::ID, 0.0, 0.0, |t| component_metadata(t.boot_ms(), t.files)),
