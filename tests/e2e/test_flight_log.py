@@ -20,6 +20,8 @@ REVIEW = os.environ.get("SAMARA_FLIGHT_REVIEW")
 # that the report of PyPI's ulogr 0.1.0 reads beside (cli.py).
 READ = {
     "actuator_motors": ["control[0]", "control[3]"],
+    "actuator_outputs": ["output[0]", "output[3]"],
+    "battery_status": ["voltage_v", "current_a", "discharged_mah", "remaining"],
     "estimator_status": ["health_flags", "timeout_flags", "innovation_check_flags", "time_slip", "mag_test_ratio", "hgt_test_ratio",
                          "gps_check_fail_flags", "filter_fault_flags"],
     "sensor_combined": ["accelerometer_m_s2[0]", "gyro_rad[2]"],
@@ -114,6 +116,21 @@ def test_the_log_has_what_flight_review_reads(log):
     # By which it knows the names of today's fields, and how long the vehicle has flown before.
     assert log.msg_info_dict["ver_data_format"] == 2
     assert [log.initial_parameters[f"LND_FLIGHT_T_{half}"] for half in ("HI", "LO")] == [0, 0]
+
+
+def test_what_identification_tools_read_is_of_every_control_step(log):
+    """sysid.tools and data-driven-dynamics: specific force, angular acceleration and outputs, beside the motors."""
+    force, rates, outputs = (log.get_dataset(name).data for name in ("vehicle_acceleration", "vehicle_angular_velocity", "actuator_outputs"))
+    for data in (force, rates, outputs):
+        assert set(np.diff(data["timestamp"].astype(np.int64))) == {4000}
+    imu, motors = log.get_dataset("sensor_combined").data, log.get_dataset("actuator_motors").data
+    assert np.array_equal(force["xyz[2]"], imu["accelerometer_m_s2[2]"])
+    assert np.array_equal(outputs["output[1]"], motors["control[1]"]) and set(outputs["noutputs"]) == {4}
+    # The rates are the sum of their slopes, but for the low pass.
+    turned = np.cumsum(rates["xyz_derivative[1]"]) * 0.004
+    assert np.abs(turned - (rates["xyz[1]"] - rates["xyz[1]"][0])).max() < 0.1 * np.abs(rates["xyz[1]"]).max()
+    battery = log.get_dataset("battery_status").data
+    assert set(np.diff(battery["timestamp"].astype(np.int64))) == {200_000} and battery["remaining"][-1] < battery["remaining"][0]
 
 
 def test_thrust_and_moments_are_those_of_the_rotors(log):

@@ -2,6 +2,7 @@
 //! QGroundControl are those of commit 00d5b5e018e5 (src/MissionManager/PlanManager.cc,
 //! src/FirmwarePlugin/PX4/PX4FirmwarePlugin.cc, src/Vehicle/Vehicle.cc); each is named by the function that
 //! sends it.
+#![expect(deprecated, reason = "what PX4 v1.14 asks with is deprecated in MAVLink")]
 
 use mavlink::Message as _;
 use mavlink::dialects::common::*;

@@ -78,6 +78,7 @@ pub fn derived(mission: &Mission) -> Derived {
         groups.push(of_the_wind(mission));
     }
     groups.extend(of_the_vortex_ring(mission));
+    groups.push(of_the_sensors(mission));
     groups.push(of_what_is_uncertain(mission));
     if !mission.release.standing {
         groups.push(of_the_release(mission));
@@ -256,6 +257,36 @@ fn of_the_vortex_ring(mission: &Mission) -> Option<DerivedGroup> {
         rows.push(row("frequency_2r_per_v_h", "the same, over v_h/(2 R)", "", &[relative], String::new()));
     }
     Some(DerivedGroup { name: "fluctuation in the vortex ring", rows })
+}
+
+/// The greatest readings of the inertial sensors; greater ones wrap in PX4, whose simulator hands them on as
+/// 16 bits of a range (SimulatorMavlink.cpp, PX4 #23469).
+fn of_the_sensors(mission: &Mission) -> DerivedGroup {
+    let sensors = &mission.sensors;
+    let ranged = |key, label, unit, range: Option<f64>, most: &str| {
+        let note = match range {
+            Some(_) => String::new(),
+            None => format!("no range: readings beyond {most} are sent, and wrap in PX4"),
+        };
+        row(key, label, unit, range.as_slice(), note)
+    };
+    let rows = vec![
+        ranged(
+            "accelerometer_range_m_s2",
+            "greatest reading, accelerometer",
+            "m/s^2",
+            sensors.accelerometer.range,
+            "16 g",
+        ),
+        ranged(
+            "gyroscope_range_rad_s",
+            "greatest reading, gyroscope",
+            "rad/s",
+            sensors.gyroscope.range,
+            "2000 deg/s",
+        ),
+    ];
+    DerivedGroup { name: "sensors", rows }
 }
 
 /// What may be off what is known, and how far: as mission and vehicle say, or what searches take where

@@ -71,6 +71,10 @@ const HANG_S: f64 = 15.0;
 const HOOK_S: f64 = 8.0;
 /// Noise of the magnetometer where PX4 may fly, which takes readings that do not change for a broken sensor's
 /// [gauss].
+/// 16 g, by standard gravity.
+const ACCELEROMETER_RANGE_M_S2: f64 = 156.9064;
+/// 2000 deg/s.
+const GYROSCOPE_RANGE_RAD_S: f64 = 34.90659;
 const MAGNETOMETER_NOISE_GAUSS: f64 = 0.002;
 /// How close to the target's velocity is steady, in the mean over 2 s: as of the missions that are shipped,
 /// which fly in wind and turbulence, too [m/s].
@@ -151,16 +155,28 @@ pub fn mission_draft_json(draft: &MissionDraft, vehicle: &Vehicle) -> Result<Str
         "Guesses: speed twice that of the fall without air, Table 1's pitch, PX4's pitch rate. Set them to what your vehicle bears.",
     );
     let [v_n, v_e, v_d] = target_v_ned;
-    let sensors = match planet {
+    let magnetometer = match planet {
         Planet::Earth => format!(
-            "  \"sensors\": {{\n    \"about\": {},\n    \"magnetometer\": {{ \"field\": \"world_magnetic_model\", \"rate_hz\": 50, \
-             \"noise_gauss\": {MAGNETOMETER_NOISE_GAUSS} }}\n  }},\n",
-            text(
-                "Perfect but for the magnetometer: PX4 takes readings that do not change for a broken sensor's."
-            ),
+            ",\n    \"magnetometer\": {{ \"field\": \"world_magnetic_model\", \"rate_hz\": 50, \
+             \"noise_gauss\": {MAGNETOMETER_NOISE_GAUSS} }}"
         ),
         Planet::Titan | Planet::Mars => String::new(),
     };
+    let without_errors = |unit: &str| {
+        format!(
+            "\"noise_{unit}_per_sqrt_hz\": 0, \"walk_{unit}_per_sqrt_s\": 0, \"turn_on_bias_{unit}\": 0, \"resolution_{unit}\": 0"
+        )
+    };
+    let sensors = format!(
+        "  \"sensors\": {{\n    \"about\": {},\n    \"accelerometer\": {{ {}, \"range_m_s2\": {ACCELEROMETER_RANGE_M_S2} }},\n    \
+         \"gyroscope\": {{ {}, \"range_rad_s\": {GYROSCOPE_RANGE_RAD_S} }}{magnetometer}\n  }},\n",
+        text(
+            "Perfect but for their ranges, 16 g and 2000 deg/s, beyond which PX4's readings wrap (SimulatorMavlink), and on Earth the \
+             magnetometer: PX4 takes readings that do not change for a broken sensor's."
+        ),
+        without_errors("m_s2"),
+        without_errors("rad_s"),
+    );
     let hook = match (planet, draft.from) {
         (Planet::Earth, ReleasedFrom::Parachute) => format!("\"hook_s\": {HOOK_S}, "),
         _ => String::new(),

@@ -16,7 +16,7 @@ pub mod ulog;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 
-pub use record::{LogEntry, Pose, SatelliteFix, Sensors, StepRecord};
+pub use record::{BatteryState, LogEntry, Pose, SatelliteFix, Sensors, StepRecord};
 use topics::TOPICS;
 use ulog::{Scalar, Ulog};
 

@@ -25,6 +25,8 @@ pub struct Pose {
     pub a_ned: Vector3<f64>,
     /// Body rates [rad/s].
     pub omega_body: Vector3<f64>,
+    /// Angular acceleration, body [rad/s^2]: differences of the rates through a low pass.
+    pub alpha_body: Vector3<f64>,
 }
 
 impl Default for Pose {
@@ -43,6 +45,7 @@ impl Pose {
             v_ned: nothing,
             a_ned: nothing,
             omega_body: nothing,
+            alpha_body: nothing,
         }
     };
 }
@@ -79,6 +82,19 @@ pub struct SatelliteFix {
     pub vertical_m: f64,
 }
 
+/// The battery, as the simulator reports it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BatteryState {
+    /// Voltage of its bus [V]; `None` where no bus is modelled.
+    pub bus_v: Option<f64>,
+    /// Current drawn from it [A]; `None` where no bus is modelled.
+    pub current_a: Option<f64>,
+    /// Charge drawn from it [mAh]; `None` where no bus is modelled.
+    pub drawn_mah: Option<f64>,
+    /// Share of the charge that is left, 0..1.
+    pub remaining: f64,
+}
+
 /// One control step.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StepRecord {
@@ -106,6 +122,8 @@ pub struct StepRecord {
     pub sensors: Sensors,
     /// Satellites; `None` before the first fix.
     pub fix: Option<SatelliteFix>,
+    /// Battery; `None` where none is reported.
+    pub battery: Option<BatteryState>,
     /// What the controller commanded, and the setpoints in between.
     pub output: ControlOutput,
     /// Collective over the greatest thrust of all rotors, 0..1.

@@ -15,6 +15,8 @@ use crate::model::MAX_ROTORS;
 
 /// PX4's `actuator_motors` has room for twelve.
 const MOTORS: usize = 12;
+/// PX4's `actuator_outputs` has room for sixteen.
+const OUTPUTS: usize = 16;
 /// Every control step.
 const EACH: u64 = 0;
 /// 50 Hz.
@@ -39,7 +41,7 @@ const fn topic(name: &'static str, period_us: u64, fields: Fields) -> Topic<Step
 }
 
 /// Everything that is logged.
-pub(super) const TOPICS: [Topic<StepRecord>; 22] = [
+pub(super) const TOPICS: [Topic<StepRecord>; 25] = [
     topic("vehicle_attitude", EACH, |r, row| attitude(r, &r.estimate, row)),
     topic("vehicle_attitude_setpoint", EACH, attitude_setpoint),
     topic("vehicle_angular_velocity", EACH, |r, row| rates(r, &r.estimate, row)),
@@ -47,6 +49,8 @@ pub(super) const TOPICS: [Topic<StepRecord>; 22] = [
     topic("vehicle_thrust_setpoint", EACH, thrust_setpoint),
     topic("vehicle_torque_setpoint", EACH, torque_setpoint),
     topic("actuator_motors", EACH, motors),
+    topic("actuator_outputs", EACH, outputs),
+    topic("vehicle_acceleration", EACH, acceleration),
     topic("sensor_combined", EACH, sensors),
     topic("vehicle_local_position", OFTEN, |r, row| position(r, &r.estimate, r.accuracy.as_ref(), row)),
     topic("vehicle_local_position_setpoint", OFTEN, position_setpoint),
@@ -56,6 +60,7 @@ pub(super) const TOPICS: [Topic<StepRecord>; 22] = [
     topic("estimator_status", SELDOM, estimator_status),
     topic("vehicle_air_data", OFTEN, air),
     topic("vehicle_magnetometer", OFTEN, magnetometer),
+    topic("battery_status", SELDOM, battery),
     topic("vehicle_status", SELDOM, status),
     topic("vehicle_land_detected", SELDOM, land_detected),
     topic("vehicle_attitude_groundtruth", EACH, |r, row| attitude(r, &r.truth, row)),
@@ -78,6 +83,13 @@ fn attitude_setpoint(r: &StepRecord, row: &mut Row) {
 fn rates(r: &StepRecord, pose: &Pose, row: &mut Row) {
     row.u64("timestamp_sample", r.at);
     row.f32s("xyz", pose.omega_body.as_slice());
+    row.f32s("xyz_derivative", pose.alpha_body.as_slice());
+}
+
+/// The accelerometer's reading: specific force, which PX4 calls the acceleration.
+fn acceleration(r: &StepRecord, row: &mut Row) {
+    row.u64("timestamp_sample", r.at);
+    row.f32s("xyz", r.sensors.specific_force_body.as_slice());
 }
 
 fn rates_setpoint(r: &StepRecord, row: &mut Row) {
@@ -133,6 +145,31 @@ fn motors(r: &StepRecord, row: &mut Row) {
     control[..n].copy_from_slice(&r.output.throttle[..n]);
     row.u64("timestamp_sample", r.at);
     row.f32s("control", &control);
+}
+
+/// As PX4 in simulation: throttles, 0 to 1 (PWMSim.cpp, v1.14).
+fn outputs(r: &StepRecord, row: &mut Row) {
+    let mut output = [0.0; OUTPUTS];
+    let n = r.rotors.min(MAX_ROTORS);
+    output[..n].copy_from_slice(&r.output.throttle[..n]);
+    row.u32("noutputs", n as u32);
+    row.f32s("output", &output);
+}
+
+/// What is not known has the number that PX4 gives it: 0 V, -1 A, -1.
+fn battery(r: &StepRecord, row: &mut Row) {
+    let bus_v = r.battery.and_then(|battery| battery.bus_v).unwrap_or(0.0);
+    let current_a = r.battery.and_then(|battery| battery.current_a).unwrap_or(-1.0);
+    row.bool("connected", r.battery.is_some());
+    row.f32("voltage_v", bus_v);
+    row.f32("voltage_filtered_v", bus_v);
+    row.f32("current_a", current_a);
+    row.f32("current_filtered_a", current_a.max(0.0));
+    row.f32("discharged_mah", r.battery.and_then(|battery| battery.drawn_mah).unwrap_or(-1.0));
+    row.f32("remaining", r.battery.map_or(-1.0, |battery| battery.remaining));
+    row.f32("scale", -1.0);
+    row.u8("cell_count", 0);
+    row.u8("id", 1);
 }
 
 fn sensors(r: &StepRecord, row: &mut Row) {

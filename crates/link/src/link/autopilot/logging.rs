@@ -2,16 +2,17 @@
 
 use std::collections::VecDeque;
 
-use mavlink::dialects::common::{HIL_GPS_DATA, HIL_SENSOR_DATA};
+use mavlink::dialects::common::{BATTERY_STATUS_DATA, HIL_GPS_DATA, HIL_SENSOR_DATA};
 use nalgebra::Vector3;
 
 use super::hil::VehicleState;
 use super::vehicle::Vehicle;
-use crate::autopilot::flight_log::{LogEntry, Pose, SatelliteFix, Sensors, StepRecord};
+use crate::autopilot::flight_log::{BatteryState, LogEntry, Pose, SatelliteFix, Sensors, StepRecord};
+use crate::control::px4::filter::Derivative;
 use crate::frames::rotate_ned_from_body;
 use crate::link::wire::vector;
 use crate::model::environment::GeoPoint;
-use crate::time::TimeUs;
+use crate::time::{TimeUs, seconds};
 
 /// Entries of a flight's log that wait to be fetched; before simulated time runs there is no flight. Bounded:
 /// when nobody fetches, the oldest go, and a gap stands for them. Beginnings of flights stay.
@@ -64,13 +65,51 @@ impl LogQueue {
     }
 }
 
-/// The record of the control step that was made on this state, with the simulator's truth beside it; `None`
-/// before the first sensors.
-pub(super) fn record(now: TimeUs, vehicle: &Vehicle, state: &VehicleState) -> Option<StepRecord> {
+/// Makes records of control steps.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Recorder {
+    before_us: TimeUs,
+    /// Of the rates that are flown by, and of the simulator's.
+    alpha_body: [Derivative; 2],
+}
+
+impl Recorder {
+    /// IMU_DGYRO_CUTOFF, PX4's default [Hz].
+    const CUTOFF_HZ: f64 = 30.0;
+
+    /// The record of the control step that was made on this state, with the simulator's truth beside it;
+    /// `None` before the first sensors.
+    pub(super) fn record(
+        &mut self,
+        now: TimeUs,
+        vehicle: &Vehicle,
+        state: &VehicleState,
+    ) -> Option<StepRecord> {
+        let truth = vehicle.hil.state(now);
+        let dt_s = seconds(now.saturating_sub(self.before_us));
+        self.before_us = now;
+        let states = [Some(state), truth.as_ref()];
+        let mut alphas_body = [Vector3::zeros(); 2];
+        for ((derivative, state), alpha_body) in self.alpha_body.iter_mut().zip(states).zip(&mut alphas_body)
+        {
+            if let Some(state) = state.filter(|_| dt_s > 0.0) {
+                *alpha_body = derivative.update(state.measurement.omega_body, Self::CUTOFF_HZ, dt_s);
+            }
+        }
+        record(now, vehicle, state, alphas_body)
+    }
+}
+
+fn record(
+    now: TimeUs,
+    vehicle: &Vehicle,
+    state: &VehicleState,
+    [estimated_alpha_body, true_alpha_body]: [Vector3<f64>; 2],
+) -> Option<StepRecord> {
     let Vehicle { autopilot, environment, facts, hil, .. } = vehicle;
     let sensors = sensors(hil.sensor.as_ref()?);
     let gravity_ned = environment.gravity_ned();
-    let pose = |state: &VehicleState| {
+    let pose = |state: &VehicleState, alpha_body| {
         let m = &state.measurement;
         Pose {
             p_ned: state.p_ned,
@@ -78,6 +117,7 @@ pub(super) fn record(now: TimeUs, vehicle: &Vehicle, state: &VehicleState) -> Op
             v_ned: m.v_ned,
             a_ned: rotate_ned_from_body(m.q_ned_from_body, sensors.specific_force_body) + gravity_ned,
             omega_body: m.omega_body,
+            alpha_body,
         }
     };
     let output = *autopilot.output();
@@ -87,13 +127,14 @@ pub(super) fn record(now: TimeUs, vehicle: &Vehicle, state: &VehicleState) -> Op
         origin: environment.anchor,
         gravity_m_s2: environment.gravity_m_s2,
         density_kg_m3: environment.density_kg_m3,
-        estimate: pose(state),
-        truth: hil.state(now).as_ref().map_or(Pose::UNKNOWN, pose),
+        estimate: pose(state, estimated_alpha_body),
+        truth: hil.state(now).map_or(Pose::UNKNOWN, |state| pose(&state, true_alpha_body)),
         accuracy: vehicle.estimator.as_ref().and_then(|estimator| estimator.accuracy()),
         ratios: vehicle.estimator.as_ref().and_then(|estimator| Some(estimator.filter()?.ratios)),
         vibration: [hil.vibration.gyroscope, hil.vibration.accelerometer].map(f64::from),
         sensors,
         fix: hil.gps.as_ref().map(satellite_fix),
+        battery: hil.battery.as_ref().map(|m| battery_state(m, hil.bus_v())),
         output,
         collective: output.collective_n / autopilot.control_settings().airframe.lift_max_n,
         moments: autopilot.control_settings().airframe.mixer.moment_shares(&output.thrust_n),
@@ -130,6 +171,18 @@ fn satellite_fix(m: &HIL_GPS_DATA) -> SatelliteFix {
         // Centimetres, as PX4 takes them.
         horizontal_m: f64::from(m.eph) * 0.01,
         vertical_m: f64::from(m.epv) * 0.01,
+    }
+}
+
+fn battery_state(m: &BATTERY_STATUS_DATA, bus_v: Option<f64>) -> BatteryState {
+    // Less than nothing is what is not known.
+    let known = |x: f64| (x >= 0.0).then_some(x);
+    BatteryState {
+        bus_v,
+        // Centiamperes.
+        current_a: known(f64::from(m.current_battery) * 0.01),
+        drawn_mah: known(f64::from(m.current_consumed)),
+        remaining: f64::from(m.battery_remaining) * 0.01,
     }
 }
 

@@ -56,7 +56,7 @@ use nalgebra::Vector3;
 use self::clock::Clock;
 use self::commanded::{PARAMETER, Standing, tell};
 use self::files::FileServer;
-use self::logging::record;
+use self::logging::Recorder;
 use self::missions::{Missions, Reports};
 use self::outbox::{LINKS, Outbox, Peer};
 use self::parameters::ParameterServer;
@@ -117,6 +117,7 @@ pub struct AutopilotSession {
     streams: Streams,
     relay: Relay,
     refusals: Refusals,
+    recorder: Recorder,
     outbox: Outbox,
     /// Whose sticks counted last.
     pilot: Option<Peer>,
@@ -149,6 +150,7 @@ impl AutopilotSession {
             streams: Streams::default(),
             relay: Relay::default(),
             refusals: Refusals::default(),
+            recorder: Recorder::default(),
             outbox: Outbox::new(system_id),
             pilot: None,
             told_parameters: 0,
@@ -250,6 +252,7 @@ impl AutopilotSession {
         self.vehicle.start_over(now, self.parameters.parameters.gps_delay_us());
         self.restart_services();
         self.refusals = Refusals::default();
+        self.recorder = Recorder::default();
         self.pilot = None;
         self.streams.restart();
     }
@@ -353,7 +356,7 @@ impl AutopilotSession {
         self.vehicle.take(sensor);
         self.feel(now, sensor);
         let (throttle, state) = self.vehicle.step(now);
-        if let Some(entry) = state.and_then(|state| record(now, &self.vehicle, &state)) {
+        if let Some(entry) = state.and_then(|state| self.recorder.record(now, &self.vehicle, &state)) {
             self.outbox.log.push(LogEntry::Step(Box::new(entry)));
         }
         self.send_actuators(now, &throttle);
