@@ -15,7 +15,7 @@ import pytest
 import router
 from drop import PARACHUTE, Vehicle
 from missions import over_ground
-from programs import MISSION, free_port
+from programs import MISSION, REPOSITORY, free_port
 from test_mavproxy import start_mavproxy
 
 CLIENTS = Path(__file__).parent / "clients"
@@ -50,6 +50,18 @@ def test_dronekit_flies_a_drop(samara, reference):
         reference.out / "trajectory.csv", MISSION,
     )
     flies_the_reference(samara, reference, client)
+
+
+def test_dronekit_uploads_a_mission(samara):
+    mission = REPOSITORY / "mission" / "x500_ground.json"
+    samara.sim("--speed", 5, mission)
+    autopilot = samara.autopilot("--once", mission)
+    autopilot.says("connected to simulator")
+    client = samara.other("dronekit", sys.executable, CLIENTS / "dronekit_mission.py", f"udp:127.0.0.1:{samara.ports.api}")
+    assert client.ends() == 0, client.transcript()
+    # Without the first, which it takes for home.
+    assert client.json() == [[16, 12.0], [21, 0.0]]
+    assert not autopilot.has_said("timed out")
 
 
 @pytest.mark.skipif(not (NODE_CLIENT / "node_modules").exists(), reason="node-mavlink is not installed there: scripts/test does it")

@@ -107,6 +107,10 @@ def test_on_the_estimator_the_truth_is_logged_beside_it(tmp_path):
         error = (estimate[field] - truth[field])[aligned]
         assert 0 < np.abs(error).max() < within, field
     assert (estimate["eph"][aligned] > 0).all() and not truth["eph"].any()
+    battery = log.get_dataset("battery_status").data
+    assert battery["connected"].all() and battery["remaining"][-1] < battery["remaining"][0] <= 1.0
+    loaded = battery["current_a"] > 5.0
+    assert loaded.any() and battery["voltage_v"][loaded].mean() < battery["voltage_v"][0]
 
 
 def test_the_log_has_what_flight_review_reads(log):
@@ -130,7 +134,8 @@ def test_what_identification_tools_read_is_of_every_control_step(log):
     turned = np.cumsum(rates["xyz_derivative[1]"]) * 0.004
     assert np.abs(turned - (rates["xyz[1]"] - rates["xyz[1]"][0])).max() < 0.1 * np.abs(rates["xyz[1]"]).max()
     battery = log.get_dataset("battery_status").data
-    assert set(np.diff(battery["timestamp"].astype(np.int64))) == {200_000} and battery["remaining"][-1] < battery["remaining"][0]
+    assert set(np.diff(battery["timestamp"].astype(np.int64))) == {200_000}
+    assert not battery["connected"].any() and set(battery["remaining"]) == {-1.0}, "titan_drop has none"
 
 
 def test_thrust_and_moments_are_those_of_the_rotors(log):
