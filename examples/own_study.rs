@@ -11,6 +11,7 @@ use samara::assess::outcome::J_TPF;
 use samara::config::{Mission, load_mission};
 use samara::plan::SolverOptions;
 use samara::report::document::{Document, Grid, Passage};
+use samara::study::feature::Feature;
 use samara::study::jobs::{HereAndNow, Jobs};
 use samara::study::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished};
 use samara::study::own::{fly_points, trial_space};
@@ -48,6 +49,7 @@ impl Kind for Swing {
             settings: SwingSettings::TABLE,
             judges: Ok("every swing stays below J_TPF 1"),
             alone: Err("a swing flown alone is `samara drop --set`"),
+            refuses: &[(Feature::Card, "a card is of what is drawn, and this is of one quantity")],
         }
     }
 

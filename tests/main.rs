@@ -18,6 +18,7 @@ mod command_long;
 mod design;
 mod drop_campaigns;
 mod examples;
+mod features;
 mod fidelity;
 mod free_fall;
 mod fuzz;

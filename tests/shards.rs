@@ -9,9 +9,12 @@ use std::process::{Command, Output, Stdio};
 
 use samara::assess::{BLOCK_TRIALS, BlockNode, BlockSummary, Histogram, Outcome, Share, Summary};
 use samara::config::Mission;
+use samara::study::asked::Asked;
 use samara::study::campaign::campaign_csv::write_row;
-use samara::study::campaign::{CampaignSummary, Keep, SHOWN, TrialRecord};
+use samara::study::campaign::settings::{CampaignSettings, OWN};
+use samara::study::campaign::{CampaignSummary, SHOWN, TrialRecord};
 use samara::study::cut::Cut;
+use samara::study::settings::Values;
 use samara::study::shard::rows::study_table;
 use samara::study::shard::summary::{StudyPart, SummaryRecord};
 use samara::study::shard::{ShardHead, ShardWriter};
@@ -250,8 +253,8 @@ fn what_is_not_one_campaign_is_refused() {
         (&["--seed", "7"][..], "seed 1, expected 7"),
         (&["--gains", "x500_hover"], "hash of the inputs"),
         (&["--bound", "0.9"], "bound 1, expected 0.9"),
-        (&["--keep", "summary"], "rows that are kept all, expected summary"),
-        (&["--trials", "41"], "number of trials 40, expected 41"),
+        (&["--keep", "summary"], "keep all, expected summary"),
+        (&["--trials", "41"], "trials 40, expected 41"),
     ] {
         let before = fs::read(file(out, 3, 5)).unwrap();
         let args = ["assess", QUICK, "--shard", "3/5", "--out", text(out)];
@@ -457,6 +460,9 @@ fn closed_form_a_thousand_summaries_of_a_hundred_million_trials() {
     let mission = Mission::shipped("x500_drop").unwrap();
     let releases = mission.releases();
     let outcome = Outcome { j_tpf: 0.5, steady_after_s: Some(1.0), ..Outcome::default() };
+    let mut values = Values::usual(OWN);
+    values.put(OWN, "trials", &trials.to_string()).unwrap();
+    let (_, values) = CampaignSettings::of_mission(&values, &mission).unwrap();
     for cut in (0..of).map(|part| Cut { part, of }) {
         let range = cut.range(trials);
         let mut summary = made(range.start, range.end);
@@ -470,20 +476,12 @@ fn closed_form_a_thousand_summaries_of_a_hundred_million_trials() {
         };
         let shown: Vec<String> = shown.iter().map(line).collect();
         let head = ShardHead {
+            asked: Asked { mission: "x500_drop".into(), ..Asked::of("own", OWN, &values, &mission) },
             mission: mission.name.clone(),
-            version: env!("CARGO_PKG_VERSION").to_owned(),
-            seed: mission.seed,
-            input_hash: mission.inputs.hash.clone(),
             autopilot: None,
             autopilot_version: None,
-            trials,
-            bound: 1.0,
-            keep: Keep::Summary,
             first: range.start,
             end: range.end,
-            arguments: ["x500_drop", "--trials", "100000000", "--keep", "summary"]
-                .map(str::to_owned)
-                .to_vec(),
         };
         let part = |name: &str| StudyPart {
             name: name.to_owned(),

@@ -116,6 +116,20 @@ fn prop_a_study_in_shards_ends_in_the_same_bytes() {
         ("tests/calm_x500.json", &["envelope", "--pairs", "wind:delay", "--rays", "4"][..]),
         ("tests/calm_x500.json", &["sobol", "--points", "64"]),
         ("x500_drop", &["effects", "--trials", "8", "--set", "limits.pitch_deg=44"]),
+        (
+            "tests/calm_x500.json",
+            &[
+                "replan",
+                "--when",
+                "release",
+                "--trials",
+                "2",
+                "--autopilot",
+                "reference",
+                "--estimator",
+                "ekf",
+            ],
+        ),
     ] {
         let out = tempfile::tempdir().unwrap();
         let [whole, apart] = ["whole", "apart"].map(|name| out.path().join(name));

@@ -106,9 +106,8 @@ def plan(
 def drop(given: Given, *, trajectory: str | PathLike[str] | None = None, on_estimator: bool = False, replan: str | None = None) -> Dropped: ...
 def assess(
     given: Given,
+    settings: list[tuple[str, str]],
     *,
-    trials: int | None = None,
-    bound: float = 1.0,
     threads: int | None = None,
 ) -> Assessed: ...
 def studies() -> list[tuple[str, str, list[tuple[str, str, str, str]]]]: ...

@@ -136,9 +136,7 @@ def assess(
 
     ``MissionError`` and ``PlanError`` as for ``drop``.
     """
-    _in_range("trials", trials, 2, 1_000_000_000)
     _in_range("threads", threads, 1, 256)
-    _positive("bound", bound)
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
     if replan is not None:
         if bound != 1.0:
@@ -149,7 +147,8 @@ def assess(
         found = study("replan", mission, when=list(replan), trials=trials or 300, **asked)  # type: ignore[arg-type]
         assert isinstance(found, Renewals)
         return found
-    return Assessment(_samara.assess(chosen, trials=trials, bound=bound, threads=threads))
+    settings = [("bound", _text(bound)), *([] if trials is None else [("trials", _text(trials))])]
+    return Assessment(_samara.assess(chosen, settings, threads=threads))
 
 
 def studies() -> dict[str, dict[str, str]]:

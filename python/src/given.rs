@@ -5,6 +5,10 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use samara::config::shipped::is_built_in;
 use samara::config::{Mission, MissionText, load_mission, mission_path, parse_mission};
+use samara::study::asked::Asked;
+use samara::study::campaign::settings::OWN;
+use samara::study::own;
+use samara::study::settings::Values;
 
 use crate::fault::{Fault, OrGiven as _};
 
@@ -83,21 +87,15 @@ impl Given {
         }
     }
 
-    /// The program's command for campaigns of this mission, up to the number of trials. What is on no disk
-    /// stands in it as in messages.
-    pub fn command(&self, mission: &Mission) -> String {
-        let file = match &self.name {
-            Some(name) if is_built_in(&mission.file) => name,
-            _ => &mission.file,
-        };
-        let mut text = format!("samara assess {}", file.display());
-        if let Some(gains) = self.gains.as_deref().or(self.gains_text.as_deref().and(Some(GAINS_TEXT))) {
-            text += &format!(" --gains {gains}");
+    /// Campaigns of this mission with these settings, as the program is asked for them. What is on no disk
+    /// stands there as in messages.
+    pub fn asked(&self, mission: &Mission, values: &Values) -> Asked {
+        let gains = self.gains.as_deref().or(self.gains_text.as_deref().and(Some(GAINS_TEXT)));
+        let mut asked = Asked::of(own::ABOUT.name, OWN, values, mission);
+        if let Some(name) = self.name.as_ref().filter(|_| is_built_in(&mission.file)) {
+            asked.mission = name.into();
         }
-        if let Some(params) = &self.params {
-            text += &format!(" --params {}", params.display());
-        }
-        text + &format!(" --seed {}", mission.seed)
+        Asked { gains: gains.map(str::to_owned), params: self.params.clone(), ..asked }
     }
 
     /// A parameter file that the autopilot loads besides.

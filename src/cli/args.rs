@@ -42,9 +42,8 @@ pub struct MissionArgs {
 
 impl MissionArgs {
     /// How the mission is named in a command: a built-in one by its name, which means it anywhere else, too.
-    pub fn named(&self, mission: &Mission) -> String {
-        let file = if is_built_in(&mission.file) { &self.mission } else { &mission.file };
-        file.display().to_string()
+    pub fn named(&self, mission: &Mission) -> PathBuf {
+        if is_built_in(&mission.file) { self.mission.clone() } else { mission.file.clone() }
     }
 }
 
@@ -171,6 +170,12 @@ pub struct PatienceArgs {
 /// Patience unless it is said otherwise [s].
 const PATIENCE_S: f64 = 60.0;
 
+impl Default for PatienceArgs {
+    fn default() -> Self {
+        Self { seconds: PATIENCE_S }
+    }
+}
+
 impl PatienceArgs {
     /// Whether another than the usual patience is asked for.
     pub fn asked(&self) -> bool {
@@ -245,19 +250,6 @@ pub fn is_parameter_file(gains: &str) -> bool {
 pub const PX4_DEFAULT: &str = "px4_default";
 
 impl ChoiceArgs {
-    /// The choices as options, the seed spelt out.
-    pub fn words(&self, mission: &Mission) -> Vec<String> {
-        let option = |option: &str, value: Option<String>| {
-            value.into_iter().flat_map(move |value| [option.to_owned(), value]).collect::<Vec<_>>()
-        };
-        let mut words: Vec<String> = self.set.words().collect();
-        words.extend(option("--gains", self.gains.clone()));
-        words.extend(option("--params", self.params.as_ref().map(|path| path.display().to_string())));
-        words.extend(option("--case", self.case.clone()));
-        words.extend(option("--seed", Some(mission.seed.to_string())));
-        words
-    }
-
     /// Whether PX4 is to keep the gains that it has.
     pub fn px4s_own_gains(&self) -> bool {
         self.gains.as_deref() == Some(PX4_DEFAULT)

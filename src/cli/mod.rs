@@ -81,10 +81,10 @@ pub fn run() -> ExitCode {
         Verb::Tune(args) => tune::run(&args),
         Verb::Design(args) => design::run(&args),
         Verb::Evaluate(args) => search::evaluate::run(&args),
-        Verb::Assess(args) => assess::run(args),
+        Verb::Assess(args) => assess::run(*args),
         Verb::Study(args) => study::run(&args),
         #[cfg(feature = "shards")]
-        Verb::Merge(args) => assess::shards::merge::run(&args),
+        Verb::Merge(args) => assess::shards::merge::run(args),
         Verb::Fidelity(args) => fidelity::run(&args),
         Verb::Sim(args) => sim::run(&args),
         Verb::Autopilot(args) => autopilot::run(&args),

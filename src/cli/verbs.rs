@@ -61,23 +61,23 @@ pub enum Verb {
     #[command(after_long_help = include_str!("help/evaluate.txt"))]
     Evaluate(EvaluateArgs),
     /// Fly campaigns: from random releases, of whole drops, the paper's study.
-    #[command(after_long_help = include_str!("help/assess.txt"))]
-    Assess(AssessArgs),
+    #[command(after_long_help = samara::study::campaign::HELP)]
+    Assess(Box<AssessArgs>),
     /// Study effects, the envelope, rare failures, what decides, renewed plans, ..
     #[command(after_long_help = include_str!("help/study.txt"))]
-    Study(StudyVerbArgs),
+    Study(Box<StudyVerbArgs>),
     /// Make the release card of a mission: all evidence on one page, and whether to go.
     #[command(after_long_help = include_str!("help/card.txt"))]
     Card(CardArgs),
     /// Hold two runs, or two missions, against each other: trial by trial, key by key.
     #[command(after_long_help = include_str!("help/compare.txt"))]
     Compare(CompareArgs),
-    /// Put the shards of a campaign together: the tables and the page of all its trials.
+    /// Put the shards of a campaign or a study together, or say which are missing.
     #[cfg(feature = "shards")]
     #[command(after_long_help = include_str!("help/merge.txt"))]
     Merge(MergeArgs),
-    /// Hold campaigns of the same trials, flown in several ways, against each other: study fidelity.
-    #[command(hide = true, after_long_help = include_str!("help/fidelity.txt"))]
+    /// Hold campaigns of the same trials, flown in several ways, against each other.
+    #[command(after_long_help = include_str!("help/fidelity.txt"))]
     Fidelity(FidelityArgs),
     /// Run the simulator alone: a HIL server for the reference autopilot or PX4.
     #[command(after_long_help = include_str!("help/sim.txt"))]
@@ -85,7 +85,7 @@ pub enum Verb {
     /// Run the reference autopilot alone: HIL client, links for ground stations and companions.
     #[command(after_long_help = include_str!("help/autopilot.txt"))]
     Autopilot(AutopilotArgs),
-    /// Run the offboard streamer alone: plans, arms, commands the release, streams the velocity.
+    /// Run the offboard streamer alone: arms, commands the release, streams the plan.
     #[command(after_long_help = include_str!("help/stream.txt"))]
     Stream(StreamArgs),
     /// Fly a recorded drop again from its actuators, and say whether it is the same.

@@ -1114,7 +1114,6 @@ const LINES: &[(&str, &[&str])] = &[
     ("assess --rare 1e-3 --feed-forward", &["--feed-forward: --autopilot is expected with it"]),
     ("assess --autopilot reference --repeat 3", &["--repeat: --only K is expected with it"]),
     ("assess --paper --instance 3", &["--instance: --autopilot is expected with it"]),
-    ("assess --sobol --describe", &["cannot be used with"]),
     ("card --chosen-among 0", &["a whole number from 1"]),
     ("assess x500_ground --sobol", &["sobol is about drops, and this mission begins on the ground"]),
     ("assess --sobol=7", &["a whole number from 64 to 1000000"]),
@@ -1122,10 +1121,6 @@ const LINES: &[(&str, &[&str])] = &[
     ("study", &["Usage: samara study <COMMAND>"]),
     ("study rare --least 2", &["a probability from 1e-12 to 0.1"]),
     ("study envelope --pairs wind", &["pairs of different quantities", "found `wind`"]),
-    (
-        "study replan x500_drop --autopilot reference --shard 0/2 --out OUT",
-        &["drops without a wire are expected"],
-    ),
     ("study sobol x500_drop --only 3", &["--only: an index is of all flights together"]),
     ("study sobol x500_ground", &["sobol is about drops, and this mission begins on the ground"]),
     ("study rare --only a.json --resume", &["cannot be used with"]),

@@ -13,6 +13,7 @@ use samara_report::html::Html;
 use samara_report::json::VERSION;
 use serde_json::{Map, Value, json};
 
+use crate::feature::{Feature, Refusals};
 use crate::jobs::{Jobs, Stopped};
 use crate::settings::{Setting, Values};
 
@@ -37,6 +38,8 @@ pub struct About {
     pub judges: Result<&'static str, &'static str>,
     /// How one of its flights alone is named, or why there is none.
     pub alone: Result<&'static str, &'static str>,
+    /// What else it has not, each with the reason.
+    pub refuses: Refusals,
 }
 
 impl About {
@@ -53,6 +56,15 @@ impl About {
         let words =
             format!("{} is about drops, and this mission begins on the ground", self.name.replace('_', "-"));
         if mission.release.standing { Err(Refused(words)) } else { Ok(()) }
+    }
+
+    /// Why a study of this kind has not this; `None` where it has it.
+    pub fn refusal(&self, feature: Feature) -> Option<&'static str> {
+        match feature {
+            Feature::Only => self.alone.err(),
+            Feature::Junit => self.judges.err(),
+            _ => self.refuses.iter().find(|(of, _)| *of == feature).map(|(_, why)| *why),
+        }
     }
 
     /// The first line of the rows of a study of this kind, which stands for everything that they hang on.

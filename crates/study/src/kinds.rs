@@ -1,15 +1,27 @@
-//! All kinds of studies. Who adds one adds its folder, its module in `lib.rs`, and its line here.
+//! All kinds of studies, and campaigns. Who adds one adds its folder, its module in `lib.rs`, and its line
+//! here.
 
 use crate::effects::Effects;
 use crate::envelope::Envelope;
 use crate::free_fall::FreeFall;
-use crate::kind::Kind;
+use crate::kind::{About, Kind};
 use crate::rare::Rare;
 use crate::replan::Replan;
 use crate::sobol::Sobol;
+use crate::{drops, own, paper};
 
 /// The kinds, in the order in which they are offered.
 pub const KINDS: [&dyn Kind; 6] = [&Effects, &Envelope, &Rare, &Sobol, &Replan, &FreeFall];
+
+/// Campaigns, which `samara assess` flies: their lines are files of their own, that grow.
+pub const CAMPAIGNS: [&About; 3] = [&own::ABOUT, &paper::ABOUT, &drops::ABOUT];
+
+/// All kinds with what they have: the rows of the table, whose columns are
+/// [`Feature::ALL`](crate::feature::Feature::ALL).
+pub fn table() -> Vec<About> {
+    let campaigns = CAMPAIGNS.into_iter().copied();
+    campaigns.chain(KINDS.iter().map(|kind| kind.about())).collect()
+}
 
 /// The kind of this name, as it is typed or as its files begin.
 ///

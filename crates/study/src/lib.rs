@@ -5,11 +5,14 @@
 //! |---|---|
 //! | [`jobs`] | jobs out, rows in: who flies what a study asks for |
 //! | [`kind`], [`settings`], [`kinds`] | what a kind of study is, its settings, all kinds |
+//! | [`feature`] | what kinds have, and why one has not what it has not |
+//! | [`asked`] | what was asked of a study or a campaign, as it was typed |
 //! | [`controller`] | the mission's controller, made in this one place |
 //! | [`checking`] | what a mission amounts to, with its plan and its loops |
 //! | [`own`] | campaigns of the mission's own gains, release cases, trials by their coordinates |
 //! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`paper`] | the paper's study: tables, claims, page |
+//! | [`distributions`] | the figure of how quantities of campaigns are distributed |
 //! | [`drops`] | campaigns of whole drops: lines and tables |
 //! | [`fidelity`] | one campaign by several ways to fly it: means, bounds |
 //! | [`compare`] | two runs or two missions held against each other |
@@ -30,6 +33,7 @@
 //! | [`card`] | the release card: all evidence on one page |
 //! | [`schema`] | schemas of the results' objects |
 
+pub mod asked;
 pub mod campaign;
 pub mod card;
 pub mod checking;
@@ -37,9 +41,11 @@ pub mod compare;
 pub mod controller;
 pub mod cut;
 pub mod designing;
+pub mod distributions;
 pub mod drops;
 pub mod effects;
 pub mod envelope;
+pub mod feature;
 pub mod fidelity;
 pub mod first_gains;
 pub mod free_fall;

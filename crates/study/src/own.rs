@@ -2,10 +2,11 @@
 
 use super::controller::along_plan;
 use super::jobs::{Jobs, Round, Stopped};
-use super::kind::Slow;
+use super::kind::{About, Flies, Slow};
 use super::uncertain::uncertain_or_usual;
 use crate::campaign::campaign_csv::file_name;
-use crate::campaign::{CampaignSummary, Keep, NamedCampaign};
+use crate::campaign::settings::OWN;
+use crate::campaign::{CampaignSummary, HELP, Keep, NamedCampaign};
 use samara_core::assess::coordinates::TrialSpace;
 use samara_core::assess::{Outcome, SafetyStudy, StudyEntry, StudyReference};
 use samara_core::control::ControlError;
@@ -14,6 +15,19 @@ use samara_core::trajectory::Trajectory;
 use samara_core::tune::ReleaseCase;
 use samara_mission::Mission;
 
+/// Campaigns of a mission's own gains, for people.
+pub const ABOUT: About = About {
+    name: "own",
+    manifest: "assess",
+    title: "How safe a mission's own gains are from random releases",
+    help: HELP,
+    unit: "flights",
+    flies: Flies::FromT0,
+    settings: OWN,
+    judges: Ok("no trial along the plan fails"),
+    alone: Ok("K"),
+    refuses: &[],
+};
 /// Name of the campaign that is judged: along the plan.
 pub const OPTIMAL: &str = "optimal";
 /// Name of the campaign beside it: the target velocity as a step.

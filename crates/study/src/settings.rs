@@ -122,6 +122,11 @@ pub fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<
     text.parse().ok().filter(|x| fits(*x)).ok_or_else(|| expected.to_owned())
 }
 
+/// A bound on J_TPF.
+pub fn bound(text: &str) -> Result<f64, String> {
+    number(text, |x| x > 0.0 && x <= 1e6, "a number above 0, up to 1e6, is expected")
+}
+
 /// On or off.
 pub fn switch(text: &str) -> Result<bool, String> {
     text.parse().map_err(|_| "`true` or `false` is expected".to_owned())

@@ -8,9 +8,11 @@ use samara::host::Threads;
 use samara::study::campaign::campaign_csv::trial_columns;
 use samara::study::campaign::document::{Beside, document};
 use samara::study::campaign::exact::MeasureValues;
+use samara::study::campaign::settings::{CampaignSettings, OWN, options};
 use samara::study::campaign::{CampaignReport, CampaignSummary, CaseRecord, Keep, TrialRecord, json};
 use samara::study::own::named;
 use samara::study::own::{FLOWN_BY, fly_case, own_entries};
+use samara::study::settings::Values;
 
 use super::plan::converged;
 use crate::arrays::columns;
@@ -69,30 +71,29 @@ impl Assessed {
     }
 }
 
-/// Plans, and flies random releases along the plan and with the target velocity as a step.
+/// Plans, and flies random releases along the plan and with the target velocity as a step, with these
+/// settings, names and texts.
 #[pyfunction]
-#[pyo3(signature = (given, *, trials=None, bound=1.0, threads=None))]
+#[pyo3(signature = (given, settings, *, threads=None))]
 pub fn assess(
     py: Python<'_>,
     given: Given,
-    trials: Option<u64>,
-    bound: f64,
+    settings: Vec<(String, String)>,
     threads: Option<usize>,
 ) -> PyResult<Assessed> {
     work(py, move |stop| {
         let mission = given.mission()?;
-        let trials = trials.unwrap_or(mission.study.monte_carlo.trials as u64);
-        let bounded = if bound == 1.0 { String::new() } else { format!(" --bound {bound}") };
-        let begin = given.command(&mission);
-        let commands = [format!("{begin} --trials {trials}{bounded}"), format!("{begin}{bounded}")];
-        fly_all(
-            &mission,
-            trials,
-            Limits { j_tpf_below: bound, ..mission.limits },
-            &pool(threads)?,
-            commands,
-            stop,
-        )
+        let mut values = Values::usual(OWN);
+        for (name, text) in settings {
+            values.put(OWN, &name, &text).map_err(|e| Fault::in_words(format!("{name}: {e}")))?;
+        }
+        let (settings, values) = CampaignSettings::of_mission(&values, &mission).map_err(Fault::in_words)?;
+        let mut asked = given.asked(&mission, &values);
+        let command = asked.command(&["assess"], options(OWN, &asked));
+        asked.settings.retain(|(name, _)| name == "bound");
+        let commands = [command, asked.command(&["assess"], options(OWN, &asked))];
+        let limits = Limits { j_tpf_below: settings.bound, ..mission.limits };
+        fly_all(&mission, settings.trials, limits, &pool(threads)?, commands, stop)
     })
 }
 

@@ -115,7 +115,7 @@ impl TrialRunner<'_> {
 pub struct FlownCampaign {
     /// The controller that is judged, and what it follows.
     pub entry: StudyEntry,
-    /// The statistics of J_TPF.
+    /// The statistics of J_TPF of the trials whose lines are kept, or were flown here.
     pub tally: Tally,
     /// All that the page of a mission's own campaigns shows.
     pub summary: CampaignSummary,
@@ -160,9 +160,10 @@ impl FlownCampaign {
         self.summary.append(part)
     }
 
-    /// Takes the number of a trial that was flown elsewhere, for the quantiles; its line.
+    /// Takes the numbers of a trial that was flown elsewhere and whose line is kept; its line.
     #[cfg(feature = "shards")]
     pub fn line(&mut self, release: &RandomRelease, outcome: &Outcome, runner: &TrialRunner<'_>) -> String {
+        self.tally.push(outcome.j_tpf, runner.limits.j_tpf_below);
         if runner.sorts() {
             self.values.push(&TrialRecord::of_flight(release.trial, outcome, &runner.limits));
         }

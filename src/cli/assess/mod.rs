@@ -4,6 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `args` | what can be typed |
+//! | `asked` | campaigns as they were asked for |
 //! | `study` | the plan, and what flies the trials |
 //! | `command` | the command that makes campaigns again |
 //! | `own` | campaigns of the mission's own gains: tables, figures, footprint, one page |
@@ -15,6 +16,7 @@
 //! | `drops` | `--autopilot`: a campaign of whole drops |
 
 mod args;
+mod asked;
 mod campaign;
 mod command;
 mod drops;
@@ -29,38 +31,60 @@ mod study;
 use super::answer::{Answer, Failure};
 use std::sync::atomic::AtomicBool;
 
-use super::study::args::{WireArgs, now_spelt};
+use super::study::args::now_spelt;
 use super::study::asked::StudyOf;
 use super::system::interrupt_flag;
 pub use args::AssessArgs;
 use args::Only;
+use asked::CampaignOf;
+use samara::study::feature::Feature;
+use samara::study::kind::About;
 use samara::study::kinds::kind;
 use samara::study::settings::Values;
 
 /// Flies the study, or drops by an autopilot.
 pub fn run(args: AssessArgs) -> Result<Answer, Failure> {
-    let args = &args;
     args.refuse_idle()?;
     let stop = interrupt_flag()?;
-    args.parent.watch(&stop)?;
-    #[cfg(feature = "shards")]
-    if args.part.describe {
-        refuse_options(args)?;
-        return shards::describe(args);
-    }
-    #[cfg(feature = "shards")]
-    if let Some(shard) = args.part.shard {
-        refuse_options(args)?;
-        return shards::run(args, shard, &stop);
-    }
-    if let Some(old) = old_spelling(args, &stop)? {
+    args.study.parent.watch(&stop)?;
+    if let Some(old) = old_spelling(&args, &stop)? {
         return Ok(old);
     }
-    if let Some(autopilot) = &args.autopilot {
-        return drops::run(args, autopilot, &stop);
+    let only = match &args.only {
+        None => None,
+        Some(Only::Trial(trial)) => Some(*trial),
+        Some(Only::Failure(file)) => {
+            let why =
+                "a failure of --rare flies without --autopilot; the number of a trial is expected with it";
+            return Err(Failure::input(format!("--only {}: {why}", file.display())));
+        }
+    };
+    let typed = args.settings.typed.clone();
+    let campaign = &CampaignOf::typed(args, only);
+    refuse_settings(campaign.about, &typed)?;
+    #[cfg(feature = "shards")]
+    if campaign.args.part.asks() {
+        return shards::run(campaign, &stop);
     }
-    refuse_options(args)?;
-    study::run(args, &stop)
+    match &campaign.wire.autopilot {
+        Some(autopilot) => drops::run(campaign, autopilot, &stop),
+        None => study::run(campaign, &stop),
+    }
+}
+
+/// Refuses settings that were typed of campaigns that have them not.
+fn refuse_settings(about: &About, typed: &[&str]) -> Result<(), Failure> {
+    let names: Vec<&str> = about.settings.iter().map(|setting| setting.name).collect();
+    match typed.iter().find(|name| !names.contains(name)) {
+        None => Ok(()),
+        Some(name) => {
+            let feature = Feature::ALL.into_iter().find(|feature| feature.name() == **name);
+            let usual =
+                format!("{} has no such setting; expected one of --{}", about.name, names.join(", --"));
+            let why = feature.and_then(|feature| about.refusal(feature)).map_or(usual, str::to_owned);
+            Err(Failure::input(format!("--{name}: {why}")))
+        }
+    }
 }
 
 /// Flies the study that an old spelling asks for, and says the new one.
@@ -70,21 +94,20 @@ fn old_spelling(args: &AssessArgs, stop: &AtomicBool) -> Result<Option<Answer>, 
     let kind = kind(old.kind).map_err(Failure::input)?;
     let table = kind.about().settings;
     let mut values = Values::usual(table);
-    let trials = args.trials.filter(|_| table.iter().any(|setting| setting.name == "trials"));
-    let given = old.settings.into_iter().chain(trials.map(|trials| ("trials", trials.to_string())));
+    let has_trials = table.iter().any(|setting| setting.name == "trials");
+    let trials = Some(args.settings.values.text("trials")).filter(|text| has_trials && !text.is_empty());
+    let given = old.settings.into_iter().chain(trials.map(|text| ("trials", text.to_owned())));
     for (name, text) in given {
         values.put(table, name, &text).map_err(|e| Failure::input(format!("--{name}: {e}")))?;
     }
-    let AssessArgs { autopilot, state, instance, patience, .. } = args;
-    let (autopilot, state, patience) = (autopilot.clone(), state.clone(), patience.clone());
-    let wire = WireArgs { autopilot, state, instance: *instance, patience };
     let study = StudyOf {
         kind,
-        args: args.study(),
+        args: args.study.clone(),
         values,
         only: old.only,
+        keep: false,
         page: args.page.clone(),
-        wire: args.replan.is_some().then_some(wire),
+        wire: args.replan.is_some().then(|| args.wire.clone()),
     };
     super::study::fly(&study, stop).map(Some)
 }
@@ -127,27 +150,19 @@ impl Old {
                 let why = "--only FILE: a failure of --rare is expected without --paper";
                 return Err(Failure::input(why.to_owned()));
             }
-            Some(Only::Failure(file)) if args.autopilot.is_none() => Some(file.display().to_string()),
+            Some(Only::Failure(file)) if args.wire.autopilot.is_none() => Some(file.display().to_string()),
             _ => None,
         };
         if args.rare.is_none() && file.is_none() {
             return Ok(None);
         }
-        let settings = [("bound", args.bound.to_string()), ("unknowns", args.unknowns.to_string())];
+        let settings = [
+            ("bound", args.settings.values.text("bound").to_owned()),
+            ("unknowns", args.unknowns.to_string()),
+        ];
         let more = of("least", &args.rare).into_iter().chain(of("per_level", &args.per_level));
         let spelt = if file.is_some() { "--only" } else { "--least" };
         let rare = old("--rare", "rare", spelt, settings.into_iter().chain(more).collect());
         Ok(rare.map(|rare| Self { only: file, ..rare }))
-    }
-}
-
-/// The study has no autopilot on a wire: refuses options that are one's.
-fn refuse_options(args: &AssessArgs) -> Result<(), Failure> {
-    match args.asked().first().filter(|_| args.autopilot.is_none()) {
-        Some(option) => {
-            let (option, _) = option.text();
-            Err(Failure::input(format!("{option}: --autopilot is expected with it")))
-        }
-        None => Ok(()),
     }
 }

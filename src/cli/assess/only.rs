@@ -1,6 +1,6 @@
 //! `samara assess --only K`: one trial of each campaign again.
 
-use super::args::AssessArgs;
+use super::asked::CampaignOf;
 use super::campaign::TrialRunner;
 use crate::cli::alone_flight::write_flight;
 use crate::cli::answer::{Answer, Failure};
@@ -19,7 +19,7 @@ pub fn run(
     runner: &TrialRunner<'_>,
     entries: &[StudyEntry],
     trial: u64,
-    args: &AssessArgs,
+    of: &CampaignOf,
 ) -> Result<Answer, Failure> {
     let TrialRunner { mission, folder, ref limits, .. } = *runner;
     let release = runner.draw(trial);
@@ -31,7 +31,7 @@ pub fn run(
         entries.iter().zip(results).filter_map(|(entry, outcome)| Some((entry, outcome?))).collect();
     let mut rows = Vec::new();
     for (entry, outcome) in &flown {
-        write(runner, entry, &release, args)?;
+        write(runner, entry, &release, of)?;
         let mut row = String::new();
         write_row(&mut row, &release, outcome);
         rows.push((*entry, *outcome, row));
@@ -39,7 +39,7 @@ pub fn run(
     // Beside the manifest of the campaigns, which may be in the same folder.
     let circumstances = [("only", trial.to_string()), ("bound", limits.j_tpf_below.to_string())];
     folder.write_manifest("assess_only", mission, &circumstances)?;
-    if args.mission.json {
+    if of.args.mission.json {
         print(&only::only_json(mission, &release, &rows))?;
     } else {
         print(&only::only_text(mission, &release, &rows))?;
@@ -49,7 +49,7 @@ pub fn run(
         .iter()
         .filter(|(entry, _)| [OURS, OPTIMAL].contains(&entry.name))
         .find_map(|(_, outcome)| words(&judge_trial(outcome, limits)));
-    if let (false, Some(why)) = (args.mission.json, &failure) {
+    if let (false, Some(why)) = (of.args.mission.json, &failure) {
         print(&format!("FAILED: {why}\n"))?;
     }
     Ok(Answer::from(failure.is_none()))
@@ -59,7 +59,7 @@ fn write(
     runner: &TrialRunner<'_>,
     entry: &StudyEntry,
     release: &RandomRelease,
-    args: &AssessArgs,
+    of: &CampaignOf,
 ) -> Result<(), Failure> {
     let TrialRunner { mission, folder, .. } = *runner;
     let name = format!("trial_{}_{}", release.trial, entry.name);
@@ -73,5 +73,5 @@ fn write(
         limits: runner.limits,
         way_to_t0_ned_m: study.way_to_t0(&release.state),
     };
-    write_flight(folder, mission, &flight, &args.page)
+    write_flight(folder, mission, &flight, &of.page)
 }

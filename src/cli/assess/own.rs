@@ -3,9 +3,9 @@
 
 use anyhow::Context as _;
 
-use super::args::AssessArgs;
+use super::asked::CampaignOf;
 use super::campaign::{self, FlownCampaign, TrialRunner};
-use super::command::{self, Command, finish, stopped};
+use super::command::{self, alone, command, finish, stopped};
 use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
@@ -15,17 +15,17 @@ use samara::assess::outcome::COUNTED;
 use samara::assess::{StudyEntry, tracking};
 use samara::plan::Plan;
 use samara::report::document::Figure;
-use samara::report::figure::{Distribution, FigureError, distribution_figure};
 use samara::report::uncertain::uncertain_csv;
 use samara::study::campaign::document::{Beside, document};
 use samara::study::campaign::{CampaignReport, CaseRecord, NamedCampaign, footprint, json};
+use samara::study::distributions::distributions as draw;
 use samara::study::own::named;
 use samara::study::own::{FLOWN_BY, fly_case, own_entries};
 use samara::tune::ReleaseCase;
 
 /// Flies the campaigns, writes and reports them.
 pub fn run(
-    args: &AssessArgs,
+    of: &CampaignOf,
     plan: &Plan,
     runner: &TrialRunner<'_>,
     narrator: &Narrator,
@@ -33,17 +33,17 @@ pub fn run(
     let mission = runner.mission;
     let entries = own_entries(mission).bad_input()?;
     let watch = Stopwatch::start();
-    let Some(mut campaigns) = campaign::run_all(runner, &entries, args.resume, narrator)? else {
-        return stopped(args, mission);
+    let Some(mut campaigns) = campaign::run_all(runner, &entries, of.args.resume, narrator)? else {
+        return stopped(of, mission);
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
     campaigns.iter_mut().try_for_each(|campaign| campaign.find_quantiles(runner))?;
-    report(args, plan, runner, &campaigns, Some((flown, &watch)))
+    report(of, plan, runner, &campaigns, Some((flown, &watch)))
 }
 
 /// Flies the release cases, writes the campaigns and reports them: with their pace where they were flown now.
 pub fn report(
-    args: &AssessArgs,
+    of: &CampaignOf,
     plan: &Plan,
     runner: &TrialRunner<'_>,
     campaigns: &[FlownCampaign; 2],
@@ -53,8 +53,8 @@ pub fn report(
     let report = CampaignReport {
         mission,
         flown_by: FLOWN_BY.to_owned(),
-        command: Command::of(args, mission).with_trials(runner.trials),
-        alone: Command::of(args, mission).alone(),
+        command: command(of, mission)?,
+        alone: alone(of, mission)?,
         limits: runner.limits,
         plan_j_tpf: mission.integrated(&plan.trajectory).j_tpf,
         cases: cases(runner, &campaigns[0].entry),
@@ -69,8 +69,8 @@ pub fn report(
     runner.folder.write_text("assess.json", &json::json(&report, None))?;
     let beside = ["assess.txt", "assess.json", "trajectory.csv", "plan.json", "plan.svg"].map(str::to_owned);
     write_page(runner.folder, &report, ["assess", ""], drawn, &[&files[..], &beside].concat())?;
-    finish(args, runner)?;
-    command::report(args, runner, flown, |pace| json::json(&report, pace), texts)?;
+    finish(of, runner)?;
+    command::report(of, runner, flown, |pace| json::json(&report, pace), texts)?;
     Ok(Answer::from(report.safe()))
 }
 
@@ -116,28 +116,14 @@ pub fn write_page(
 /// The figure of what the campaigns are about; none where no trial has a number.
 fn distributions(report: &CampaignReport<'_>, file: &str) -> Result<Option<Figure>, Failure> {
     let shown = report.judged().map_or(0, |campaign| campaign.summary.shown.len());
-    let of = |place: usize| {
-        let quantity = &COUNTED[place];
-        let values = |campaign: &NamedCampaign| {
-            let shown = &campaign.summary.shown;
-            let values: Vec<f64> = shown.iter().filter_map(|trial| quantity.of(&trial.outcome)).collect();
-            (campaign.label.clone(), values, shown.len())
-        };
-        Distribution {
-            name: quantity.head(),
-            limit: (quantity.limit)(&report.limits),
-            controllers: report.campaigns.iter().map(values).collect(),
-        }
+    let quantities: Vec<_> = report.telling().into_iter().take(4).map(|place| &COUNTED[place]).collect();
+    let outcomes = |campaign: &NamedCampaign| {
+        (campaign.label.clone(), campaign.summary.shown.iter().map(|trial| trial.outcome).collect())
     };
-    let measures: Vec<Distribution> = report.telling().into_iter().take(4).map(of).collect();
-    let title = format!("Distributions: {}", report.mission.name);
+    let campaigns: Vec<_> = report.campaigns.iter().map(outcomes).collect();
     let remark = format!(
-        "Share of the first {shown} trials at or below a value; what tells the trials apart best comes first. A line that ends \
-         below 100 % has trials without a value."
+        "Share of the first {shown} trials at or below a value; what tells the trials apart best comes first."
     );
-    match distribution_figure(&report.mission.stamp().csv_comment(), &title, &remark, &measures) {
-        Ok(svg) => Ok(Some(Figure { file: file.to_owned(), caption: format!("{title}. {remark}"), svg })),
-        Err(FigureError::Empty) => Ok(None),
-        Err(e) => Err(e).context("the figure of the distributions")?,
-    }
+    let of = (report.mission, &report.limits);
+    Ok(draw(of, (file, &remark), &quantities, &campaigns).context("the figure of the distributions")?)
 }

@@ -1,9 +1,9 @@
 //! `samara assess --paper`: the study of the paper's section V - release cases, campaigns of four
 //! controllers, tables, figures, one page - beside what the paper prints.
 
-use super::args::AssessArgs;
+use super::asked::CampaignOf;
 use super::campaign::{self, FlownCampaign, TrialRunner};
-use super::command::{self, Command, finish, stopped};
+use super::command::{self, alone, command, finish, stopped};
 use super::figures;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
@@ -18,7 +18,7 @@ use samara::study::paper::{Assessed, Assessment, CaseResult, OURS, records};
 
 /// Flies the study.
 pub fn run(
-    args: &AssessArgs,
+    of: &CampaignOf,
     plan: &Plan,
     runner: &TrialRunner<'_>,
     narrator: &Narrator,
@@ -26,22 +26,27 @@ pub fn run(
     let mission = runner.mission;
     let entries = entries_of(mission)?;
     let watch = Stopwatch::start();
-    let Some(campaigns) = campaign::run_all(runner, &entries, args.resume, narrator)? else {
-        return stopped(args, mission);
+    let Some(campaigns) = campaign::run_all(runner, &entries, of.args.resume, narrator)? else {
+        return stopped(of, mission);
     };
     let flown: u64 = campaigns.iter().map(|c| c.flown_now).sum();
-    let assessment = assessment(args, plan, runner, &campaigns)?;
-    write(&assessment, runner, &campaigns)?;
-    finish(args, runner)?;
+    report(of, plan, runner, &campaigns, Some((flown, &watch)))
+}
+
+/// Flies the release cases, writes the study and reports it: with its pace where it was flown now.
+pub fn report(
+    of: &CampaignOf,
+    plan: &Plan,
+    runner: &TrialRunner<'_>,
+    campaigns: &[FlownCampaign; 4],
+    flown: Option<(u64, &Stopwatch)>,
+) -> Result<Answer, Failure> {
+    let assessment = assessment(of, plan, runner, campaigns)?;
+    write(&assessment, runner, campaigns)?;
+    finish(of, runner)?;
     let document = document(&assessment, &[]);
     let texts = [document.text(), document.sentence().to_owned()];
-    command::report(
-        args,
-        runner,
-        Some((flown, &watch)),
-        |pace| records::assess_json(&assessment, pace),
-        texts,
-    )?;
+    command::report(of, runner, flown, |pace| records::assess_json(&assessment, pace), texts)?;
     Ok(Answer::from(assessment.safe()))
 }
 
@@ -65,7 +70,7 @@ pub fn entries_of(mission: &Mission) -> Result<[StudyEntry; 4], Failure> {
 
 /// Flies the release cases and puts the study together.
 fn assessment<'a>(
-    args: &AssessArgs,
+    of: &CampaignOf,
     plan: &Plan,
     runner: &TrialRunner<'a>,
     campaigns: &[FlownCampaign; 4],
@@ -92,8 +97,8 @@ fn assessment<'a>(
     };
     Ok(Assessment {
         mission,
-        command: Command::of(args, mission).with_trials(runner.trials),
-        alone: Command::of(args, mission).alone(),
+        command: command(of, mission)?,
+        alone: alone(of, mission)?,
         plan: mission.integrated(&plan.trajectory),
         plan_end_v_ned: plan.trajectory.nodes().last().map_or_else(Default::default, |node| node.v_ned),
         plan_objective: plan.objective,
@@ -120,6 +125,7 @@ fn write(
         ("table5.csv", records::table_5_csv(assessment)),
         ("campaigns.csv", records::campaigns_csv(assessment)),
         ("assess.html", document.page()),
+        ("junit.xml", document.junit(&assessment.mission.name)),
     ];
     for (name, text) in &files {
         runner.folder.write_text(name, text)?;

@@ -5,13 +5,14 @@ use clap::Args;
 use crate::cli::args::{
     AutopilotArg, ChoiceArgs, MissionArgs, ParentArgs, PatienceArgs, StateArgs, autopilot, instance, whole,
 };
+use crate::cli::pilot::px4::{Cpu, Patience};
+use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
 use crate::cli::terminal::print_err;
-use samara::config::Mission;
 #[cfg(feature = "shards")]
 use samara::study::cut::Cut;
 
 /// What every study has.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct StudyArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
@@ -34,16 +35,6 @@ pub struct StudyArgs {
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
-}
-
-impl StudyArgs {
-    /// The command that flies a trial of these choices again, up to what is to be flown.
-    pub fn command(&self, verb: &[&str], mission: &Mission) -> Vec<String> {
-        let mut words: Vec<String> = ["samara"].iter().chain(verb).map(|word| (*word).to_owned()).collect();
-        words.push(self.mission.named(mission));
-        words.extend(self.choice.words(mission));
-        words
-    }
 }
 
 /// A part of a study.
@@ -91,6 +82,36 @@ pub struct WireArgs {
     /// How long PX4 may keep a flight waiting.
     #[command(flatten)]
     pub patience: PatienceArgs,
+    /// Whether the plan's acceleration is sent with its velocity.
+    #[arg(skip)]
+    pub feed_forward: bool,
+}
+
+impl WireArgs {
+    /// What is asked of the autopilot, which renews its plans where `replan` says so. `answers`: PX4 is
+    /// waited for no longer than its patience for an answer, too.
+    pub fn pilot<'a>(
+        &'a self,
+        autopilot: &'a AutopilotArg,
+        args: &'a StudyArgs,
+        (replan, answers): (bool, bool),
+    ) -> PilotRequest<'a> {
+        let patience = Patience { limit: self.patience.limit(), answers };
+        PilotRequest {
+            autopilot,
+            mission: &args.mission.mission,
+            choice: &args.choice,
+            state: &self.state,
+            feed_forward: self.feed_forward,
+            settings: Px4Settings { cpu: Cpu::Together, patience },
+            options: PilotOption::asked([
+                (PilotOption::Replan, replan),
+                (PilotOption::Estimator, self.state.asked()),
+                (PilotOption::Patience, self.patience.asked()),
+                (PilotOption::Px4sOwnGains, args.choice.px4s_own_gains()),
+            ]),
+        }
+    }
 }
 
 /// The choices, but for gains in place of the mission's own.

@@ -1,10 +1,14 @@
 //! A study as it was asked for: its mission, its plan, and the study itself.
 
+use std::sync::atomic::AtomicBool;
+
 use super::args::{StudyArgs, WireArgs, without_gains};
+use super::wire::{self, Scratch};
 use crate::cli::answer::Failure;
 use crate::cli::args::PageArgs;
 use crate::cli::mission::{chosen_mission, mission_from_t0, origin};
 use crate::cli::narrator::Narrator;
+use crate::cli::pilot::Pilot;
 use crate::cli::planning::{TimedPlan, plan_to_fly};
 use crate::cli::results::OutputFolder;
 use samara::config::Mission;
@@ -22,10 +26,20 @@ pub struct StudyOf {
     pub values: Values,
     /// The one flight that is flown again.
     pub only: Option<String>,
+    /// Whether the rows that were flown stay.
+    pub keep: bool,
     /// Pages of flights.
     pub page: PageArgs,
     /// The autopilot that flies.
     pub wire: Option<WireArgs>,
+}
+
+/// What a study flies.
+pub struct Flown {
+    /// The mission.
+    pub mission: Mission,
+    /// The autopilot that flies it over a wire; `None`: the study itself, without one.
+    pub pilot: Option<Box<dyn Pilot>>,
 }
 
 /// The plan that a study flies along, if it needs one.
@@ -53,23 +67,35 @@ impl StudyOf {
         })
     }
 
-    /// Begins the study, and goes on with it.
+    /// Begins the study, and goes on with it, on so many threads where not every one is to fly.
     pub fn begin<T>(
         &self,
-        mission: &Mission,
+        flown: &Flown,
         plan: Option<&Plan>,
-        go_on: impl FnOnce(&dyn Study) -> Result<T, Failure>,
+        at: (Scratch<'_>, &AtomicBool),
+        go_on: impl FnOnce(&dyn Study, Option<u16>) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let own = self.own_mission()?;
+        let (own, mission) = (self.own_mission()?, &flown.mission);
         let given = Given { mission, own: own.as_ref(), plan };
+        if let (Some(wire), Some(pilot)) = (&self.wire, &flown.pilot) {
+            let study = (given, &self.values, self.args.threads);
+            return wire::begin((wire, pilot.as_ref()), study, at, go_on);
+        }
         let refused = |why| Failure::input(format!("{}: {why}", mission.file.display()));
         let study = self.kind.begin(given, &self.values).map_err(refused)?;
-        go_on(&*study)
+        go_on(&*study, self.args.threads)
     }
 
-    /// The mission, which must be one of drops, and of such as this kind flies.
-    pub fn mission(&self, narrator: &Narrator) -> Result<Mission, Failure> {
+    /// What is flown: a mission, which must be one of drops, and of such as this kind flies.
+    pub fn flown(&self, narrator: &Narrator) -> Result<Flown, Failure> {
         let (about, args) = (self.kind.about(), &self.args);
+        if let Some((wire, autopilot)) =
+            self.wire.as_ref().and_then(|wire| Some((wire, wire.autopilot.as_ref()?)))
+        {
+            let (pilot, mission) = wire::pilot_of((wire, autopilot), args)?;
+            narrator.say(&origin(&args.mission.mission, &mission));
+            return Ok(Flown { mission, pilot: Some(pilot) });
+        }
         let mission = match about.flies {
             Flies::FromT0 => mission_from_t0(&args.mission, &args.choice, narrator)?,
             Flies::WholeDrops | Flies::WithoutAPlan => {
@@ -79,7 +105,7 @@ impl StudyOf {
             }
         };
         about.suits(&mission).map_err(|why| Failure::input(format!("{}: {why}", mission.file.display())))?;
-        Ok(mission)
+        Ok(Flown { mission, pilot: None })
     }
 
     /// The mission with its own gains, where others were chosen.

@@ -111,9 +111,12 @@ impl<'a> Hosted<'a> {
     }
 
     /// Ends a study whose results are written: with its manifest, and without its rows, which are needed
-    /// until then.
+    /// until then, unless they are kept.
     pub fn finish(&self) -> Result<(), Failure> {
         self.write_manifest()?;
+        if self.of.keep {
+            return Ok(());
+        }
         self.folder.clear(&rows_of(self.about.name)).map(|_| ())
     }
 

@@ -6,6 +6,8 @@
 //! | `args` | what can be typed of any study |
 //! | `verb` | the kinds as verbs of the command line |
 //! | `asked` | a study as it was asked for |
+//! | `options` | settings as options |
+//! | `noted` | what was typed, as shards hold it |
 //! | `hosted` | a study with its threads, progress and rows that are kept |
 //! | `results` | files and words of one |
 //! | `whole` | a study flown by one process |
@@ -15,6 +17,8 @@
 pub mod args;
 pub mod asked;
 mod hosted;
+pub mod noted;
+pub mod options;
 mod results;
 #[cfg(feature = "shards")]
 pub mod shards;
@@ -25,35 +29,25 @@ mod wire;
 use std::sync::atomic::AtomicBool;
 
 use super::answer::{Answer, Failure};
-use super::fidelity;
 use super::system::interrupt_flag;
 use asked::StudyOf;
+use samara::study::feature::Feature;
 pub use verb::StudyVerbArgs;
-use verb::Typed;
 
 /// Flies what was typed.
-pub fn run(typed: &StudyVerbArgs) -> Result<Answer, Failure> {
+pub fn run(StudyVerbArgs { study }: &StudyVerbArgs) -> Result<Answer, Failure> {
     let stop = interrupt_flag()?;
-    match &typed.kind {
-        Typed::Fidelity(args) => fidelity::run(args),
-        Typed::Study(study) => {
-            study.args.parent.watch(&stop)?;
-            fly(study, &stop)
-        }
-    }
+    study.args.parent.watch(&stop)?;
+    fly(study, &stop)
 }
 
 /// Flies a study, or a part of it.
 pub fn fly(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
-    if let Some((wire, autopilot)) =
-        study.wire.as_ref().and_then(|wire| Some((wire, wire.autopilot.as_ref()?)))
-    {
-        #[cfg(feature = "shards")]
-        if study.args.part.asks() {
-            let why = "--autopilot: drops without a wire are expected in shards (samara assess flies an autopilot's)";
-            return Err(Failure::input(why.to_owned()));
+    let about = study.kind.about();
+    for (feature, asked) in [(Feature::Only, study.only.is_some()), (Feature::Keep, study.keep)] {
+        if let Some(why) = about.refusal(feature).filter(|_| asked) {
+            return Err(Failure::input(format!("--{}: {why}", feature.name())));
         }
-        return wire::run(study, (wire, autopilot), stop);
     }
     #[cfg(feature = "shards")]
     if study.args.part.asks() {

@@ -1,13 +1,13 @@
 //! What is written and printed of a study.
 
 use super::asked::StudyOf;
+use super::noted;
 use crate::cli::alone_flight::write_flight;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::PageArgs;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::print;
 use samara::config::Mission;
-use samara::report::shell::command_line;
 use samara::study::kind::{About, Results};
 use samara::study::settings::Values;
 
@@ -44,9 +44,11 @@ pub fn report(
 ) -> Result<Answer, Failure> {
     let place = folder.path();
     let again = results.again.as_ref().map_or_else(String::new, |file| {
-        let mut words = of.args.command(&["study", &of.kind.about().name.replace('_', "-")], mission);
-        words.extend(["--only".to_owned(), place.join(file).display().to_string()]);
-        format!("again: {}\n", command_line(words))
+        let about = of.kind.about();
+        let mut asked = noted::asked((about.name, about.settings), &of.values, (&of.args, None), mission);
+        asked.mission = of.args.mission.named(mission);
+        let only = ["--only".to_owned(), place.join(file).display().to_string()];
+        format!("again: {}\n", asked.command(&["study", &about.name.replace('_', "-")], only))
     });
     let text = || format!("\n{}\n{again}results in {}\n", results.document.text(), place.display());
     print(&if of.args.mission.json { results.json.clone() } else { text() })?;

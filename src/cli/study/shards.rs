@@ -7,15 +7,13 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
-use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
-use super::args::{PartArgs, StudyArgs};
 use super::asked::{PlanOf, StudyOf};
 use super::hosted::Hosted;
+use super::noted::{self, Merge, typed};
 use super::results;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::{ChoiceArgs, MissionArgs, PageArgs, ParentArgs, SetArgs};
+use crate::cli::args::PageArgs;
 use crate::cli::aside::Aside;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_mission;
@@ -25,83 +23,23 @@ use samara::config::Mission;
 use samara::host::shards::{Ended, ShardFiles, Shards};
 use samara::plan::Status;
 use samara::report::json::VERSION;
+use samara::study::asked::{Asked, sha256_hex};
 use samara::study::cut::ranges;
 use samara::study::kind::Flies;
 use samara::study::kinds::kind;
-use samara::study::settings::Values;
 
 /// Folder of the parts within a study's.
 const FOLDER: &str = "shards";
 /// What a study in shards was asked, beside its parts.
 const ASKED: &str = "study.json";
 
-/// A study in shards as it was asked, for whoever puts it together.
-#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
-#[serde(deny_unknown_fields)]
-struct Asked {
-    /// Name of the kind.
-    study: String,
-    /// Version of samara that flies it.
-    version: String,
-    /// The mission, as it was typed.
-    mission: PathBuf,
-    /// SHA-256 of all inputs, hexadecimal.
-    input_hash: String,
-    gains: Option<String>,
-    params: Option<PathBuf>,
-    seed: u64,
-    case: Option<String>,
-    /// Other values of keys, as `--set` takes them.
-    set: Vec<String>,
-    /// Names and texts of the settings.
-    settings: Vec<(String, String)>,
-}
-
-impl Asked {
-    fn of(study: &StudyOf, mission: &Mission) -> Self {
-        let ChoiceArgs { gains, params, case, set, .. } = &study.args.choice;
-        let settings = study.values.in_order(study.kind.about().settings);
-        Self {
-            study: study.kind.about().name.to_owned(),
-            version: VERSION.to_owned(),
-            mission: study.args.mission.mission.clone(),
-            input_hash: mission.inputs.hash.clone(),
-            gains: gains.clone(),
-            params: params.clone(),
-            seed: mission.seed,
-            case: case.clone(),
-            set: set.set.iter().map(ToString::to_string).collect(),
-            settings: settings.into_iter().map(|(name, text)| (name.to_owned(), text)).collect(),
-        }
-    }
-
-    /// The study that was asked for, in a folder.
-    fn study(self, folder: &Path, mission: Option<&Path>, json: bool) -> Result<StudyOf, String> {
-        let kind = kind(&self.study)?;
-        let table = kind.about().settings;
-        let mut values = Values::usual(table);
-        for (name, text) in &self.settings {
-            values.put(table, name, text).map_err(|e| format!("settings.{name}: {e}"))?;
-        }
-        let set = self.set.iter().map(|text| text.parse()).collect::<Result<_, String>>();
-        let choice = ChoiceArgs {
-            gains: self.gains,
-            params: self.params,
-            seed: Some(self.seed),
-            set: SetArgs { set: set.map_err(|e| format!("set: {e}"))? },
-            case: self.case,
-        };
-        let mission = mission.map_or(self.mission, Path::to_owned);
-        let args = StudyArgs {
-            mission: MissionArgs { mission, out: Some(folder.to_owned()), json },
-            resume: false,
-            part: PartArgs::default(),
-            threads: None,
-            parent: ParentArgs::default(),
-            choice,
-        };
-        Ok(StudyOf { kind, args, values, only: None, page: PageArgs::NONE, wire: None })
-    }
+/// The study that was asked for, to be put together.
+fn study_of(asked: &Asked, merge: &Merge) -> Result<StudyOf, String> {
+    let kind = kind(&asked.study)?;
+    let values = asked.values(kind.about().settings)?;
+    let (args, wire) = typed(asked, merge)?;
+    let wire = Some(wire).filter(|wire| wire.autopilot.is_some());
+    Ok(StudyOf { kind, args, values, only: None, keep: false, page: PageArgs::NONE, wire })
 }
 
 /// The folder of the parts.
@@ -169,18 +107,16 @@ pub fn is_study(dir: &Path) -> bool {
     dir.join(FOLDER).join(ASKED).exists()
 }
 
-/// SHA-256 of what a study is, hexadecimal.
-fn id_of(head: &str) -> String {
-    Sha256::digest(head.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
-}
-
 /// Flies a part of the jobs at hand, or says which study it would be of.
 pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     let (about, args) = (study.kind.about(), &study.args);
     let narrator = Narrator::alone(true);
-    let mission = study.mission(&narrator)?;
-    let head = about.head(&mission, &study.values);
-    let (id, asked) = (id_of(&head), Asked::of(study, &mission));
+    let flown = study.flown(&narrator)?;
+    let mission = &flown.mission;
+    let head = about.head(mission, &study.values);
+    let id = sha256_hex(&head);
+    let asked =
+        noted::asked((about.name, about.settings), &study.values, (args, study.wire.as_ref()), mission);
     let Some(cut) = args.part.shard else {
         // Whoever asks in a folder has it noted there, for the merge.
         if let Some(out) = &args.mission.out {
@@ -199,9 +135,12 @@ pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     let out = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
     let folder = Folder::made(out.path())?;
     folder.note(&asked)?;
-    let Some(planned) = planned(study, &mission)? else { return Ok(Answer::No) };
-    let ended = study.begin(&mission, planned.plan(), |of| {
-        let hosted = Hosted::new(study, (&mission, &out), (args.threads, stop), of)?;
+    let Some(planned) = planned(study, mission)? else { return Ok(Answer::No) };
+    // Where drops over a wire keep their files while they fly.
+    let aside = flown.pilot.as_ref().map(|_| Aside::begin(&folder.0.join("drops"))).transpose()?;
+    let scratch = aside.as_ref().map(Aside::scratch);
+    let ended = study.begin(&flown, planned.plan(), (scratch, stop), |of, threads| {
+        let hosted = Hosted::new(study, (mission, &out), (threads, stop), of)?;
         hosted.run_in_shards(of, Shards::new(&folder, &head, Some(cut)))
     })?;
     match ended {
@@ -249,11 +188,8 @@ fn planned(study: &StudyOf, mission: &Mission) -> Result<Option<PlanOf>, Failure
 }
 
 /// Puts the shards of a study together, or says which are missing of the round at hand.
-pub fn merge(
-    dir: &Path,
-    (mission, threads): (Option<&Path>, Option<u16>),
-    (only_missing, json): (bool, bool),
-) -> Result<Answer, Failure> {
+pub fn merge(merge: &Merge, only_missing: bool) -> Result<Answer, Failure> {
+    let (dir, json) = (&merge.dir, merge.json);
     let folder = Folder(dir.join(FOLDER));
     let path = folder.0.join(ASKED);
     let place = || path.display().to_string();
@@ -266,14 +202,13 @@ pub fn merge(
             place()
         )));
     }
-    let expected = asked.input_hash.clone();
-    let mut study =
-        asked.study(dir, mission, json).map_err(|e| Failure::input(format!("{}: {e}", place())))?;
-    study.args.threads = threads;
+    let expected = &asked.input_hash;
+    let study = study_of(&asked, merge).map_err(|e| Failure::input(format!("{}: {e}", place())))?;
     let about = study.kind.about();
     let narrator = Narrator::alone(json || only_missing);
-    let mission = study.mission(&narrator)?;
-    if mission.inputs.hash != expected {
+    let flown = study.flown(&narrator)?;
+    let mission = &flown.mission;
+    if mission.inputs.hash != *expected {
         let (file, found) = (mission.file.display(), &mission.inputs.hash);
         return Err(Failure::input(format!(
             "{file}: hash of the inputs {expected} is expected, as in the shards, found {found}: the mission that was flown is \
@@ -285,20 +220,20 @@ pub fn merge(
         false => OutputFolder::merged(about.manifest, Some(dir), &mission.name)?,
     };
     let planned = match only_missing {
-        true => planned(&study, &mission)?,
-        false => study.planned(&mission, &out, &narrator)?,
+        true => planned(&study, mission)?,
+        false => study.planned(mission, &out, &narrator)?,
     };
     let Some(planned) = planned else { return Ok(Answer::No) };
-    let head = about.head(&mission, &study.values);
+    let head = about.head(mission, &study.values);
     let stop = AtomicBool::new(false);
-    study.begin(&mission, planned.plan(), |of| {
-        let hosted = Hosted::new(&study, (&mission, &out), (threads, &stop), of)?;
+    study.begin(&flown, planned.plan(), (None, &stop), |of, threads| {
+        let hosted = Hosted::new(&study, (mission, &out), (threads, &stop), of)?;
         match hosted.run_in_shards(of, Shards::new(&folder, &head, None))? {
             Ok(_) if only_missing => said(json, &serde_json::json!({ "missing": "" }), "").map(|()| Answer::Yes),
             Ok(found) => {
-                results::write(&out, (&mission, &about, &study.values), &found, &study.page)?;
+                results::write(&out, (mission, &about, &study.values), &found, &study.page)?;
                 hosted.write_manifest()?;
-                results::report(&study, (&mission, &out), &found)
+                results::report(&study, (mission, &out), &found)
             }
             Err(Some(Ended::Missing { after, jobs, of, parts })) if only_missing => {
                 if of.is_none() && !json {

@@ -5,76 +5,49 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::args::{StudyArgs, WireArgs};
-use super::asked::StudyOf;
-use super::hosted;
-use super::whole;
-use crate::cli::answer::{Answer, Failure};
+use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
-use crate::cli::mission::origin;
 use crate::cli::narrator::Narrator;
-use crate::cli::pilot::px4::{Cpu, Patience};
-use crate::cli::pilot::{
-    Pilot, PilotOption, PilotRequest, PilotedDrop, Places, Px4Settings, pilot_and_mission,
-};
-use crate::cli::planning::{Planned, plan_to_fly};
+use crate::cli::pilot::{Pilot, PilotedDrop, Places, pilot_and_mission};
+use crate::cli::planning::Planned;
 use crate::cli::results::{OutputFolder, remove_folder};
 use samara::config::Mission;
 use samara::host::Threads;
 use samara::link::shell::{Speed, Wiring};
-use samara::study::kind::Given;
+use samara::study::kind::{Given, Study};
 use samara::study::replan::{FlyRenewed, Renewals, ReplanDrop, ReplanRow};
+use samara::study::settings::Values;
 
-/// What is asked of the autopilot.
-fn pilot_of<'a>(wire: &'a WireArgs, args: &'a StudyArgs, autopilot: &'a AutopilotArg) -> PilotRequest<'a> {
-    PilotRequest {
-        autopilot,
-        mission: &args.mission.mission,
-        choice: &args.choice,
-        state: &wire.state,
-        feed_forward: false,
-        settings: Px4Settings {
-            cpu: Cpu::Together,
-            patience: Patience { limit: wire.patience.limit(), answers: true },
-        },
-        options: PilotOption::asked([
-            (PilotOption::Replan, true),
-            (PilotOption::Estimator, wire.state.asked()),
-            (PilotOption::Patience, wire.patience.asked()),
-            (PilotOption::Px4sOwnGains, args.choice.px4s_own_gains()),
-        ]),
-    }
-}
+/// Folder of the files of drops that are being flown; `None` where none are.
+pub type Scratch<'a> = Option<&'a Path>;
 
-/// Flies the campaigns of a study of renewed plans over the wire, writes and reports them.
-pub fn run(
-    study: &StudyOf,
+/// The autopilot of a study, and the mission for it.
+pub fn pilot_of(
     (wire, autopilot): (&WireArgs, &AutopilotArg),
-    stop: &AtomicBool,
-) -> Result<Answer, Failure> {
-    let (about, args) = (study.kind.about(), &study.args);
+    args: &StudyArgs,
+) -> Result<(Box<dyn Pilot>, Mission), Failure> {
     if args.choice.params.is_some() {
         // The autopilot would load them in each row, the first of which flies the mission's own gains.
         let text = "--params: --gains is expected with --autopilot";
         return Err(Failure::input(text.to_owned()));
     }
-    let own = study.own_mission()?;
-    let (pilot, mission) = pilot_and_mission(&pilot_of(wire, args, autopilot))?;
-    let narrator = Narrator::alone(args.mission.json);
-    narrator.say(&origin(&args.mission.mission, &mission));
-    let given = Given { mission: &mission, own: own.as_ref(), plan: None };
+    pilot_and_mission(&wire.pilot(autopilot, args, (true, true)))
+}
+
+/// Begins a study of renewed plans whose drops are flown over the wire, on so many threads, and goes on with
+/// it.
+pub fn begin<T>(
+    (wire, pilot): (&WireArgs, &dyn Pilot),
+    (given, values, threads): (Given<'_>, &Values, Option<u16>),
+    (scratch, stop): (Scratch<'_>, &AtomicBool),
+    go_on: impl FnOnce(&dyn Study, Option<u16>) -> Result<T, Failure>,
+) -> Result<T, Failure> {
+    let (mission, plan) = (given.mission, given.plan().bad_input()?);
     let refused = |why| Failure::input(format!("{}: {why}", mission.file.display()));
-    let (mut rows, trials) = Renewals::rows(given, &study.values).map_err(refused)?;
-    let folder = OutputFolder::create(about.manifest, args.mission.out.as_deref(), &mission.name)?;
-    if args.resume {
-        folder.resume([hosted::rows_of(about.name)]);
-    }
-    let Some(timed) = plan_to_fly(&mission, &folder, &narrator, args.mission.json)? else {
-        return Ok(Answer::No);
-    };
-    let trajectory = timed.plan.trajectory.clone();
-    let planned = Planned { trajectory, source: "planned", solve_ms: None, plan: Some(timed.plan) };
-    pilot.check(&mission, &planned.trajectory, wire.instance)?;
+    let (mut rows, trials) = Renewals::rows(given, values).map_err(refused)?;
+    let trajectory = plan.trajectory.clone();
+    let planned = Planned { trajectory, source: "planned", solve_ms: None, plan: Some(plan.clone()) };
     if let Some(gains) = mission.replan.gains.as_ref().filter(|_| pilot.takes_ports()) {
         let text = format!(
             "PX4 flies one parameter file in each row; a mission without `replan.gains` is expected, found {}",
@@ -85,13 +58,16 @@ pub fn run(
     if pilot.takes_ports() {
         rows.iter_mut().for_each(|row| row.gains_name.clone_from(&mission.control.gains_name));
     }
-    let places = Places { threads: args.threads, first: wire.instance };
-    let count = places.count(pilot.as_ref());
-    (0..count).try_for_each(|place| pilot.check_instance(places.instance(pilot.as_ref(), place)))?;
-    let over_the_wire = OverTheWire { pilot: pilot.as_ref(), places, folder: folder.path() };
+    let places = Places { threads, first: wire.instance };
+    let count = places.count(pilot);
+    if scratch.is_some() {
+        pilot.check(mission, &planned.trajectory, wire.instance)?;
+        (0..count).try_for_each(|place| pilot.check_instance(places.instance(pilot, place)))?;
+    }
+    let over_the_wire = OverTheWire { pilot, places, folder: scratch.unwrap_or(Path::new("")) };
     let failure = Mutex::new(None);
     let fly_row = |row: &ReplanRow| -> Box<FlyRenewed<'_>> {
-        let (row, flown_so) = (row.clone(), flown_so(&mission, row));
+        let (row, flown_so) = (row.clone(), flown_so(mission, row));
         let (wire, planned, failure) = (&over_the_wire, &planned, &failure);
         Box::new(move |trial, _| match wire.fly(&flown_so, planned, &row, trial, stop) {
             Ok(drop) => drop,
@@ -104,10 +80,12 @@ pub fn run(
         })
     };
     let fly = rows.iter().map(fly_row).collect();
-    let renewals = Renewals { mission: &mission, autopilot: Some(pilot.name()), rows, fly, trials };
-    let answer = whole::fly((study, &renewals), (&mission, &folder), (Some(count), stop), &narrator);
+    let renewals = Renewals { mission, autopilot: Some(pilot.name()), rows, fly, trials };
+    let answer = go_on(&renewals, Some(count));
     drop(renewals);
-    (0..usize::from(count)).try_for_each(|place| remove_folder(&over_the_wire.place(place)))?;
+    if scratch.is_some() {
+        (0..usize::from(count)).try_for_each(|place| remove_folder(&over_the_wire.place(place)))?;
+    }
     match failure.into_inner().ok().flatten() {
         Some(failure) => Err(failure),
         None => answer,

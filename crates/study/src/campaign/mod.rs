@@ -10,6 +10,7 @@
 //! | [`document`] | all that is said of them, for terminal, page and continuous integration |
 //! | [`footprint`] | where the vehicles were when the plan ended, as GeoJSON and as KML |
 //! | [`exact`] | exact quantiles, where every trial is kept |
+//! | [`settings`] | what is asked of campaigns |
 
 pub mod campaign_csv;
 pub mod document;
@@ -17,7 +18,11 @@ pub mod exact;
 pub mod footprint;
 pub mod json;
 pub mod only;
+pub mod settings;
 pub mod tables;
+
+use std::fmt;
+use std::str::FromStr;
 
 use serde::{Deserialize, Serialize};
 
@@ -30,6 +35,8 @@ use samara_core::assess::{
 use samara_core::tune::ReleaseCase;
 use samara_mission::Mission;
 
+/// Help of campaigns, which are one verb.
+pub const HELP: &str = include_str!("help.txt");
 /// Trials that a campaign keeps for its figures: the first ones.
 pub const SHOWN: usize = 1000;
 /// The worst trials that a campaign keeps.
@@ -87,6 +94,26 @@ impl Keep {
             Self::Failures => failed,
             Self::Summary => false,
         }
+    }
+}
+
+impl fmt::Display for Keep {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::All => "all",
+            Self::Failures => "failures",
+            Self::Summary => "summary",
+        })
+    }
+}
+
+impl FromStr for Keep {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let all = [Self::All, Self::Failures, Self::Summary];
+        let named = all.into_iter().find(|keep| keep.to_string() == text);
+        named.ok_or_else(|| "`all`, `failures` or `summary` is expected".to_owned())
     }
 }
 

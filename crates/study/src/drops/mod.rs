@@ -8,6 +8,9 @@
 pub mod repeats;
 pub mod trial;
 
+use crate::campaign::HELP;
+use crate::campaign::settings::DROPS;
+use crate::kind::{About, Flies};
 use samara_core::assess::outcome::{QUANTITIES, Quantity, STEADY_RMS, TALLIED};
 use samara_core::assess::{BlockError, BlockSummary};
 use samara_core::units::DEG_PER_RAD;
@@ -16,6 +19,20 @@ use samara_report::document::{Document, Grid, Passage};
 use samara_report::json::{Head, object, text};
 use samara_report::rows::Columns;
 pub use trial::{DropTrial, TrialFile, TrialFileError};
+
+/// Campaigns of whole drops by an autopilot, for people.
+pub const ABOUT: About = About {
+    name: "drops",
+    manifest: "drops",
+    title: "How safe whole drops by an autopilot are",
+    help: HELP,
+    unit: "drops",
+    flies: Flies::WholeDrops,
+    settings: DROPS,
+    judges: Ok("no drop fails"),
+    alone: Ok("K"),
+    refuses: &[],
+};
 
 /// What was drawn for a drop, the columns that all its tables begin with.
 pub(crate) fn drawn_columns() -> Columns<DropTrial> {

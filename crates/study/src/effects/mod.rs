@@ -12,6 +12,7 @@ pub mod report;
 use samara_core::sim::ABREAST;
 use samara_mission::{Effect, Mission};
 
+use crate::feature::{COMPARES, Feature};
 use crate::jobs::Jobs;
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished};
 use crate::settings;
@@ -40,10 +41,11 @@ impl Kind for Effects {
             unit: "drops",
             flies: Flies::WholeDrops,
             settings: EffectsSettings::TABLE,
-            judges: Err("it compares, and judges nothing"),
+            judges: Err(COMPARES),
             alone: Err(
                 "an effect is how the same drops differ with it and without, and no single one shows it",
             ),
+            refuses: &[(Feature::Card, COMPARES)],
         }
     }
 
@@ -88,6 +90,7 @@ impl Study for Comparison<'_> {
         let campaigns = self.flights.iter().zip(drops).map(of).collect();
         let report = EffectReport { mission: self.mission, effects: self.effects.clone(), campaigns };
         Ok(Results {
+            figures: report.figure()?.into_iter().collect(),
             document: report.document(),
             json: report.json(),
             files: vec![("effects.csv".to_owned(), report.csv())],

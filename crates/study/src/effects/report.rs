@@ -1,10 +1,12 @@
 //! What each effect of a mission does to its drops: tables, JSON and rows of [`crate::effects::report`].
 
+use crate::distributions::distributions;
 use crate::effects::{EffectsOn, JudgedDrop};
 use samara_core::assess::outcome::{COMPARED, J_TPF};
-use samara_core::assess::{Quantity, Summary};
+use samara_core::assess::{Outcome, Quantity, Summary};
 use samara_mission::{Effect, Mission};
-use samara_report::document::{Document, Grid, Passage};
+use samara_report::document::{Document, Figure, Grid, Passage};
+use samara_report::figure::FigureError;
 use samara_report::json::{Head, finite, result_objects, text};
 use samara_report::rows::Columns;
 
@@ -75,6 +77,21 @@ pub(crate) fn change(drops: &[JudgedDrop], from: &[JudgedDrop], quantity: &Quant
     summary
 }
 
+/// What drops came to.
+pub(crate) fn outcomes(drops: &[JudgedDrop]) -> Vec<Outcome> {
+    drops.iter().map(|drop| drop.outcome).collect()
+}
+
+/// The figure of what campaigns are compared by.
+pub(crate) fn compared_figure(
+    mission: &Mission,
+    file: &str,
+    campaigns: &[(String, Vec<Outcome>)],
+) -> Result<Option<Figure>, FigureError> {
+    let remark = "Share of the drops at or below a value.";
+    distributions((mission, &mission.limits), (file, remark), &COMPARED.each_ref(), campaigns)
+}
+
 pub(crate) fn number(x: f64, decimals: usize) -> String {
     if x.is_finite() { format!("{x:.decimals$}") } else { "-".to_owned() }
 }
@@ -110,6 +127,16 @@ impl EffectReport<'_> {
             EffectsOn::Alone(_) | EffectsOn::All => self.campaign(EffectsOn::Plain),
             EffectsOn::Without(_) => self.campaign(EffectsOn::All),
         }
+    }
+
+    /// How the drops with none of the effects, and those with all, are distributed.
+    ///
+    /// # Errors
+    /// [`FigureError`] when the backend fails.
+    pub fn figure(&self) -> Result<Option<Figure>, FigureError> {
+        let shown = [EffectsOn::Plain, EffectsOn::All].into_iter().filter_map(|on| self.campaign(on));
+        let campaigns: Vec<_> = shown.map(|of| (of.on.name(), outcomes(&of.drops))).collect();
+        compared_figure(self.mission, "effects.svg", &campaigns)
     }
 
     /// What each effect does alone, and what its absence does where all others are.

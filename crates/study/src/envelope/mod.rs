@@ -98,6 +98,7 @@ impl Kind for Envelope {
             settings: EnvelopeSettings::TABLE,
             judges: Ok("the nominal release stays below J_state 1"),
             alone: Err("an edge is where a share of many flights stays safe, and no single one shows it"),
+            refuses: &[],
         }
     }
 

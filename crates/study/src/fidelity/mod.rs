@@ -1,5 +1,6 @@
 //! One campaign by several ways to fly it, from the most faithful to the cheapest: means in the most faithful
 //! one by the help of the others, the bound from the next one's value, and what its own trials say alone.
+//! It is no kind of study: it has no jobs, and reads what campaigns have flown.
 //!
 //! | file | holds |
 //! |---|---|

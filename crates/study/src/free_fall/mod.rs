@@ -15,6 +15,7 @@ use samara_core::assess::free_fall::FreeFallStudy;
 use samara_mission::Mission;
 use samara_report::document::Figure;
 
+use crate::feature::Feature;
 use crate::jobs::{Jobs, Round};
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished};
 use crate::settings;
@@ -50,6 +51,10 @@ impl Kind for FreeFall {
             alone: Err(
                 "a rate of alarms is of all hours together; one release with the detector is `samara drop`",
             ),
+            refuses: &[(
+                Feature::Card,
+                "it judges what finds the release, and a card what comes of the drop",
+            )],
         }
     }
 

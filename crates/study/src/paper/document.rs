@@ -6,13 +6,13 @@ use std::fmt::Write as _;
 use super::findings::{Finding, findings};
 use super::readings::{OTHER_READINGS, SLIPS, choices};
 use super::tables::{campaigns, reproduction, table_4, table_5, verdict};
-use super::{Assessment, OURS};
+use super::{Assessment, CaseResult, OURS};
 use crate::campaign::campaign_csv;
 use crate::campaign::document::origin;
 use crate::campaign::tables::{INTERVALS, tracking_note};
 use samara_core::assess::paper;
 use samara_core::control::ControlLimits;
-use samara_report::document::{Document, Figure, Passage, Section};
+use samara_report::document::{Check, Document, Figure, Passage, Section};
 use samara_report::html::{Html, el, paragraph};
 
 /// The document of a study with its figures.
@@ -53,8 +53,25 @@ pub fn document(a: &Assessment<'_>, figures: &[Figure]) -> Document {
         verdict: Some((a.safe(), verdict(a))),
         lead: vec![Passage::OnPage(about), Passage::OnTerminal(plan)],
         sections,
-        checks: Vec::new(),
+        checks: checks(a),
     }
+}
+
+/// The flights that decide, as test cases: release cases and trials of the chosen gains.
+fn checks(a: &Assessment<'_>) -> Vec<Check> {
+    let ours = a.ours();
+    let case = |case: &CaseResult| Check {
+        group: "release case".to_owned(),
+        name: case.case.clone(),
+        failure: (!(case.j_tpf < a.bound)).then(|| format!("J_TPF {:.4}", case.j_tpf)),
+    };
+    let (trials, unsafe_trials) = (ours.tally.safe.trials(), ours.tally.safe.misses());
+    let campaign = Check {
+        group: OURS.to_owned(),
+        name: format!("{trials} trials"),
+        failure: (unsafe_trials > 0).then(|| format!("{unsafe_trials} of {trials} trials failed")),
+    };
+    ours.cases.iter().map(case).chain([campaign]).collect()
 }
 
 fn of_campaigns(a: &Assessment<'_>) -> Vec<Passage> {

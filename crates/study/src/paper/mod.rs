@@ -19,6 +19,31 @@ use nalgebra::Vector3;
 use samara_core::assess::{IntegratedPlan, ReleaseTrends, StudyEntry, Summary, Tally};
 use samara_mission::Mission;
 
+use crate::campaign::HELP;
+use crate::campaign::settings::PAPER;
+use crate::feature::Feature;
+use crate::kind::{About, Flies};
+
+/// Why it is nothing for a card.
+pub const IS_THE_PAPERS: &str =
+    "it is the paper's study, which judges J_TPF alone: a campaign of the mission's own gains is expected";
+
+/// The paper's study, for people.
+pub const ABOUT: About = About {
+    name: "paper",
+    manifest: "assess",
+    title: "The study of the paper's section V, with its results beside ours",
+    help: HELP,
+    unit: "flights",
+    flies: Flies::FromT0,
+    settings: PAPER,
+    judges: Ok("no trial of the chosen gains fails"),
+    alone: Ok("K"),
+    refuses: &[
+        (Feature::Keep, "its campaigns are compared line by line, and need all lines"),
+        (Feature::Card, IS_THE_PAPERS),
+    ],
+};
 /// Name of the campaign with the chosen gains.
 pub const OURS: &str = "ours";
 

@@ -23,7 +23,7 @@ use crate::jobs::Jobs;
 use crate::kind::{About, Flies, FlightFiles, Given, Kind, Refused, Results, Slow, Study, Unfinished};
 use crate::own::{fly_points, slow_points, trial_space};
 use crate::settings;
-use crate::settings::{Values, number, switch, whole};
+use crate::settings::{Values, bound, number, switch, whole};
 use figure::rare_figure;
 use report::RareReport;
 
@@ -56,11 +56,6 @@ fn least(text: &str) -> Result<f64, String> {
     number(text, fits, &format!("a probability from {PROBABILITY_LEAST:e} to 0.1 is expected, such as 1e-6"))
 }
 
-/// A bound on J_TPF.
-pub fn bound(text: &str) -> Result<f64, String> {
-    number(text, |x| x > 0.0 && x <= 1e6, "a number above 0, up to 1e6, is expected")
-}
-
 /// How probable it is that J_TPF reaches a bound, by subset simulation over everything that is drawn.
 pub struct Rare;
 
@@ -76,6 +71,7 @@ impl Kind for Rare {
             settings: RareSettings::TABLE,
             judges: Ok("failures are rarer than asked, with 95 % confidence"),
             alone: Ok("FILE"),
+            refuses: &[],
         }
     }
 

@@ -15,6 +15,7 @@ use std::sync::Arc;
 use samara_core::replan::Cadence;
 use samara_mission::Mission;
 
+use crate::feature::{COMPARES, Feature};
 use crate::jobs::{Jobs, Stop};
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished};
 use crate::settings;
@@ -68,8 +69,9 @@ impl Kind for Replan {
             unit: "drops",
             flies: Flies::WholeDrops,
             settings: ReplanSettings::TABLE,
-            judges: Err("it compares, and judges nothing"),
+            judges: Err(COMPARES),
             alone: Err("a drop whose plan is renewed alone is `samara drop --replan`"),
+            refuses: &[(Feature::Card, COMPARES)],
         }
     }
 
@@ -135,6 +137,7 @@ impl Study for Renewals<'_> {
         let campaigns = self.rows.iter().zip(drops).map(of).collect();
         let report = ReplanReport { mission: self.mission, autopilot: self.autopilot, campaigns };
         Ok(Results {
+            figures: report.figure()?.into_iter().collect(),
             document: report.document(),
             json: report.json(),
             files: vec![("replan.csv".to_owned(), report.csv())],

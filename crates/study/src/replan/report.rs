@@ -1,11 +1,14 @@
 //! Drops along one plan and along plans that are renewed: table, JSON and rows of [`crate::replan::report`].
 
 use crate::effects::JudgedDrop;
-use crate::effects::report::{ComparedObject, change, compared, failed, number, numbered, p99, summary};
+use crate::effects::report::{
+    ComparedObject, change, compared, compared_figure, failed, number, numbered, outcomes, p99, summary,
+};
 use crate::replan::{ReplanDrop, ReplanRow};
 use samara_core::assess::outcome::{ALTITUDE_LOST, COMPARED, J_TPF, STEADY_AFTER};
 use samara_mission::Mission;
-use samara_report::document::{Document, Grid, Passage};
+use samara_report::document::{Document, Figure, Grid, Passage};
+use samara_report::figure::FigureError;
 use samara_report::json::{Head, result_objects, text};
 use samara_report::rows::Columns;
 
@@ -62,6 +65,16 @@ pub(crate) fn columns<'a>() -> Columns<(u64, &'a ReplanCampaign, &'a ReplanDrop)
 }
 
 impl ReplanReport<'_> {
+    /// How the drops of each campaign are distributed.
+    ///
+    /// # Errors
+    /// [`FigureError`] when the backend fails.
+    pub fn figure(&self) -> Result<Option<Figure>, FigureError> {
+        let of = |campaign: &ReplanCampaign| (campaign.row.words(), outcomes(&campaign.flown()));
+        let campaigns: Vec<_> = self.campaigns.iter().map(of).collect();
+        compared_figure(self.mission, "replan.svg", &campaigns)
+    }
+
     /// The table.
     pub fn document(&self) -> Document {
         let mission = self.mission;

@@ -19,39 +19,27 @@ pub mod table;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
-use sha2::{Digest as _, Sha256};
 
-use crate::campaign::Keep;
+use crate::asked::{Asked, sha256_hex};
+use crate::campaign::settings::CampaignSettings;
 pub use table::{ShardReader, ShardWriter, Table, Values};
 
 /// What a part belongs to.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ShardHead {
+    /// The campaign as it was asked for.
+    pub asked: Asked,
     /// Name of the mission.
     pub mission: String,
-    /// Version of samara.
-    pub version: String,
-    /// Seed of everything random.
-    pub seed: u64,
-    /// SHA-256 of all inputs, hexadecimal.
-    pub input_hash: String,
     /// Name of the autopilot that flew whole drops; `None`: flights from t = 0 by the mission's own gains.
     pub autopilot: Option<String>,
     /// Version of the autopilot, where it reports one.
     pub autopilot_version: Option<String>,
-    /// Trials of the whole campaign.
-    pub trials: u64,
-    /// J_TPF that a safe trial stays below.
-    pub bound: f64,
-    /// Rows that are kept.
-    pub keep: Keep,
     /// First trial of the part.
     pub first: u64,
     /// Trial after the last of the part.
     pub end: u64,
-    /// Arguments of `samara assess` that fly the campaign.
-    pub arguments: Vec<String>,
 }
 
 /// A part is of another campaign.
@@ -59,7 +47,7 @@ pub struct ShardHead {
 #[error("this shard is of another campaign: {what} {found}, expected {expected}")]
 pub struct OtherCampaign {
     /// What differs.
-    pub what: &'static str,
+    pub what: String,
     /// The value of the part.
     pub found: String,
     /// The value of the campaign.
@@ -72,13 +60,34 @@ impl ShardHead {
         self.first..self.end
     }
 
+    /// What is asked of the campaign.
+    ///
+    /// # Errors
+    /// [`ShardError`] where the settings are none of a campaign.
+    pub fn settings(&self) -> Result<CampaignSettings, ShardError> {
+        let settings = self.asked.values(CampaignSettings::TABLE);
+        settings.and_then(|values| CampaignSettings::of(&values)).map_err(ShardError::NotAShard)
+    }
+
+    /// All that makes two parts parts of one campaign: what it is called, and its text.
+    fn told(&self) -> Vec<(String, String)> {
+        let Asked { study, version, input_hash, seed, settings, .. } = &self.asked;
+        let told = [
+            ("mission", self.mission.clone()),
+            ("kind", study.clone()),
+            ("version of samara", version.clone()),
+            ("seed", seed.to_string()),
+            ("hash of the inputs", input_hash.clone()),
+            ("autopilot", self.autopilot.clone().unwrap_or_else(|| "none".to_owned())),
+        ];
+        let told = told.map(|(what, text)| (what.to_owned(), text));
+        told.into_iter().chain(settings.iter().cloned()).collect()
+    }
+
     /// SHA-256 of all that makes two parts parts of one campaign, hexadecimal; the version of an autopilot,
     /// which is not known before it flies, is left out.
     pub fn campaign_id(&self) -> String {
-        let Self { mission, version, seed, input_hash, autopilot, trials, bound, keep, .. } = self;
-        let told = serde_json::json!([mission, version, seed, input_hash, autopilot, trials, bound, keep]);
-        let digest = Sha256::digest(told.to_string().as_bytes());
-        digest.iter().map(|byte| format!("{byte:02x}")).collect()
+        sha256_hex(&serde_json::json!(self.told()).to_string())
     }
 
     /// Refuses a part of another campaign than that of `self`; versions of an autopilot are compared where
@@ -87,28 +96,19 @@ impl ShardHead {
     /// # Errors
     /// [`OtherCampaign`] with the first difference.
     pub fn check_same_campaign(&self, part: &Self) -> Result<(), OtherCampaign> {
-        let words = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
-        let keep = |keep: Keep| format!("{keep:?}").to_lowercase();
-        let version = |head: &Self| match (&self.autopilot_version, &part.autopilot_version) {
-            (Some(_), Some(_)) => words(&head.autopilot_version),
-            _ => String::new(),
-        };
-        let differs = |what, of: &dyn Fn(&Self) -> String| {
-            let (found, expected) = (of(part), of(self));
-            (found != expected).then_some(OtherCampaign { what, found, expected })
-        };
-        let differences = [
-            differs("mission", &|head| head.mission.clone()),
-            differs("version of samara", &|head| head.version.clone()),
-            differs("seed", &|head| head.seed.to_string()),
-            differs("hash of the inputs", &|head| head.input_hash.clone()),
-            differs("autopilot", &|head| words(&head.autopilot)),
-            differs("version of the autopilot", &version),
-            differs("number of trials", &|head| head.trials.to_string()),
-            differs("bound", &|head| head.bound.to_string()),
-            differs("rows that are kept", &|head| keep(head.keep)),
-        ];
-        differences.into_iter().flatten().next().map_or(Ok(()), Err)
+        let (ours, theirs) = (self.told(), part.told());
+        let differs = ours.into_iter().zip(theirs).find(|(ours, theirs)| ours != theirs);
+        if let Some(((what, expected), (_, found))) = differs {
+            return Err(OtherCampaign { what, found, expected });
+        }
+        match (&self.autopilot_version, &part.autopilot_version) {
+            (Some(expected), Some(found)) if expected != found => Err(OtherCampaign {
+                what: "version of the autopilot".to_owned(),
+                found: found.clone(),
+                expected: expected.clone(),
+            }),
+            _ => Ok(()),
+        }
     }
 }
 

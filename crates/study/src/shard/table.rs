@@ -176,7 +176,8 @@ impl ShardWriter {
     /// # Errors
     /// [`ShardError`] when they cannot be written.
     pub fn finish(mut self, head: &ShardHead, summary: &impl Serialize) -> Result<File, ShardError> {
-        let plain = [head.version.clone(), head.seed.to_string(), head.input_hash.clone()];
+        let asked = &head.asked;
+        let plain = [asked.version.clone(), asked.seed.to_string(), asked.input_hash.clone()];
         let texts = [
             (HEAD, serde_json::to_string(head)?),
             (SUMMARY, serde_json::to_string(summary)?),
@@ -216,7 +217,7 @@ impl ShardReader {
     pub fn new(file: File) -> Result<Self, ShardError> {
         let file = undamaged(|| Ok(SerializedFileReader::new(file)?))?;
         let head: ShardHead = serde_json::from_str(metadata(&file, HEAD)?)?;
-        if head.first > head.end || head.end > head.trials {
+        if head.first > head.end || head.end > head.settings()?.trials {
             return Err(ShardError::NotAShard("trials of the campaign".into()));
         }
         Ok(Self { file, head })

@@ -7,25 +7,25 @@ use proptest::prelude::*;
 use super::rows::{StudyRow, drop_rows, drop_table, study_rows, study_table};
 use super::summary::SummaryRecord;
 use super::*;
+use crate::campaign::settings::OWN;
 use crate::campaign::{CampaignSummary, TrialRecord};
 use crate::drops::DropTrial;
+use crate::settings::Values;
 use samara_core::assess::Outcome;
 use samara_mission::Mission;
 
 fn head() -> ShardHead {
+    let mission = Mission::shipped("x500_drop").unwrap();
+    let mut values = Values::usual(OWN);
+    values.put(OWN, "trials", "100").unwrap();
+    let (_, values) = CampaignSettings::of_mission(&values, &mission).unwrap();
     ShardHead {
+        asked: Asked { seed: u64::MAX, ..Asked::of("own", OWN, &values, &mission) },
         mission: "x500_drop".to_owned(),
-        version: "0.1.0".to_owned(),
-        seed: u64::MAX,
-        input_hash: "ab".repeat(32),
         autopilot: None,
         autopilot_version: None,
-        trials: 100,
-        bound: 1.0,
-        keep: Keep::All,
         first: 10,
         end: 20,
-        arguments: vec!["x500_drop".to_owned()],
     }
 }
 
@@ -34,14 +34,18 @@ fn another_campaign_says_what_differs() {
     let campaign = head();
     assert_eq!(campaign.check_same_campaign(&ShardHead { first: 0, end: 5, ..head() }), Ok(()));
     let why = |part: ShardHead| campaign.check_same_campaign(&part).unwrap_err().to_string();
-    let text = why(ShardHead { seed: 2, ..head() });
+    let asked = |asked: Asked| why(ShardHead { asked, ..head() });
+    let text = asked(Asked { seed: 2, ..head().asked });
     assert_eq!(text, "this shard is of another campaign: seed 2, expected 18446744073709551615");
-    assert!(why(ShardHead { version: "0.2.0".to_owned(), ..head() }).contains("version of samara 0.2.0"));
+    let text = asked(Asked { version: "0.0.2".to_owned(), ..head().asked });
+    assert!(text.contains("version of samara 0.0.2"), "{text}");
     assert!(
         why(ShardHead { autopilot: Some("px4".to_owned()), ..head() })
             .contains("autopilot px4, expected none")
     );
-    assert!(why(ShardHead { keep: Keep::Summary, ..head() }).contains("kept summary, expected all"));
+    let settings = [("trials", "100"), ("keep", "summary"), ("bound", "1")];
+    let settings = settings.map(|(name, text)| (name.to_owned(), text.to_owned())).to_vec();
+    assert!(asked(Asked { settings, ..head().asked }).contains("keep summary, expected all"));
     // A part that holds no drop knows no version.
     let of = |version: Option<&str>| ShardHead { autopilot_version: version.map(str::to_owned), ..head() };
     assert_eq!(of(None).check_same_campaign(&of(Some("v1.16.0"))), Ok(()));

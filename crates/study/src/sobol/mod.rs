@@ -14,6 +14,7 @@ use samara_core::assess::sobol::SobolStudy;
 use samara_mission::Mission;
 use samara_report::document::Figure;
 
+use crate::feature::Feature;
 use crate::jobs::Jobs;
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Slow, Study, Unfinished};
 use crate::own::{fly_points, slow_points, trial_space};
@@ -30,6 +31,9 @@ settings! {
     }
 }
 
+/// Why it is no test, and nothing for a card.
+const SHARES_OUT: &str = "it shares out a variance, and judges nothing";
+
 /// What of all that is drawn decides J_TPF, the time to steady flight and the altitude lost.
 pub struct Sobol;
 
@@ -43,8 +47,9 @@ impl Kind for Sobol {
             unit: "flights",
             flies: Flies::FromT0,
             settings: SobolSettings::TABLE,
-            judges: Err("it shares out a variance, and judges nothing"),
+            judges: Err(SHARES_OUT),
             alone: Err("an index is of all flights together, and no single one shows it"),
+            refuses: &[(Feature::Card, SHARES_OUT)],
         }
     }
 

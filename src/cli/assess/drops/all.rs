@@ -13,7 +13,7 @@ use anyhow::Context as _;
 use super::DropCampaign;
 use super::kept::{KeptDrops, Over};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::assess::command::Command;
+use crate::cli::assess::command::{alone, command};
 use crate::cli::assess::own::write_page;
 use crate::cli::conclusion::Conclusion;
 use crate::cli::narrator::Narrator;
@@ -22,6 +22,7 @@ use crate::cli::results::remove_folder;
 use crate::cli::terminal::{print, print_err};
 use samara::assess::tracking;
 use samara::study::campaign::exact::MeasureValues;
+use samara::study::campaign::settings::CampaignSettings;
 use samara::study::campaign::{CampaignReport, CampaignSummary, Keep, NamedCampaign, TrialRecord, json};
 use samara::study::drops::{DropTally, DropTrial, document, drops_json, header, row};
 
@@ -36,11 +37,11 @@ pub struct Files<'a> {
 impl DropCampaign<'_> {
     /// Flies what is missing of the campaign, writes and reports it.
     pub(super) fn fly_all(&self, folder: &OutputFolder, stop: &AtomicBool) -> Result<Answer, Failure> {
-        let trials = self.args.trials_of(&self.mission);
-        let (mut kept, there) = KeptDrops::open(self, folder, self.args.resume)?;
+        let (CampaignSettings { trials, keep, .. }, _) = self.of.settings(&self.mission)?;
+        let (mut kept, there) = KeptDrops::open(self, folder, self.of.args.resume)?;
         kept.refuse_beyond(trials, &there)?;
         let done: BTreeSet<u64> = there.keys().copied().collect();
-        let (keep, csv) = (self.args.rows_kept(trials), self.csv());
+        let csv = self.csv();
         let mut file = (keep != Keep::Summary).then(|| folder.continued(&csv, 0)).transpose()?;
         let mut write = |text: &str| match &mut file {
             Some(file) => file.write_all(text.as_bytes()).context(csv.clone()).bad_input(),
@@ -78,7 +79,7 @@ impl DropCampaign<'_> {
             take_those_in_order(&mut early)
         })?;
         summary.exact = (keep == Keep::All).then(|| values.quantiles());
-        self.finish(folder, kept.version(), (trials, keep), (&tally, summary))?;
+        self.finish(folder, kept.version(), keep, (&tally, summary))?;
         let complete = tally.flown() == trials;
         if !complete {
             print_err(&format!(
@@ -131,22 +132,22 @@ impl DropCampaign<'_> {
         &self,
         folder: &OutputFolder,
         version: Option<&str>,
-        (trials, keep): (u64, Keep),
+        keep: Keep,
         (tally, summary): (&DropTally, CampaignSummary),
     ) -> Result<(), Failure> {
         let csv = (keep != Keep::Summary).then(|| self.csv());
-        let mut circumstances =
-            vec![("trials", trials.to_string()), ("autopilot", self.pilot.name().to_owned())];
+        let mut circumstances = self.of.circumstances(&self.mission)?;
+        circumstances.push(("autopilot", self.pilot.name().to_owned()));
         circumstances.extend(version.map(|version| ("autopilot_version", version.to_owned())));
         if let Some(text) = self.pilot.parameters(&self.mission, &self.planned.trajectory)? {
             folder.write_text(&format!("{}.params", self.name()), &text)?;
         }
         let page = format!("{}.html", self.name());
         if tally.flown() > 0 {
-            self.write_page(folder, trials, summary, csv.clone())?;
+            self.write_page(folder, summary, csv.clone())?;
         }
         folder.write_manifest(&self.name(), &self.mission, &circumstances)?;
-        print(&if self.args.mission.json {
+        print(&if self.of.args.mission.json {
             drops_json(&self.mission, self.pilot.name(), tally)
         } else {
             let table = document(&self.mission, self.pilot.name(), tally).text();
@@ -171,21 +172,16 @@ impl DropCampaign<'_> {
     fn write_page(
         &self,
         folder: &OutputFolder,
-        trials: u64,
         summary: CampaignSummary,
         csv: Option<String>,
     ) -> Result<(), Failure> {
         let (mission, name) = (&self.mission, self.name());
-        let mut command = Command::of(self.args, mission);
-        if let Some(autopilot) = &self.args.autopilot {
-            command = command.by(autopilot);
-        }
         let by = self.pilot.name();
         let report = CampaignReport {
             mission,
             flown_by: format!("{by}, whole drops from the hang to the end, with wind and sensor noise drawn"),
-            command: command.with_trials(trials),
-            alone: command.alone(),
+            command: command(self.of, mission)?,
+            alone: alone(self.of, mission)?,
             limits: mission.limits,
             plan_j_tpf: mission.integrated(&self.planned.trajectory).j_tpf,
             campaigns: vec![NamedCampaign {
@@ -237,7 +233,7 @@ impl DropCampaign<'_> {
         let (mut trial, conclusion) = match &flown {
             Ok(flown) => {
                 let conclusion =
-                    Conclusion::new(&mission, Some(&self.planned), flown).with_page(&self.args.page);
+                    Conclusion::new(&mission, Some(&self.planned), flown).with_page(&self.of.page);
                 (self.judge(&drawn, &conclusion), Some(conclusion))
             }
             Err(why) => (failed(why), None),

@@ -14,7 +14,7 @@ mod one;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use super::args::{AssessArgs, Only};
+use super::asked::CampaignOf;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
 use crate::cli::conclusion::Conclusion;
@@ -34,7 +34,7 @@ use samara::study::drops::DropTrial;
 
 /// What every trial shares.
 pub struct DropCampaign<'a> {
-    args: &'a AssessArgs,
+    of: &'a CampaignOf,
     pub pilot: Box<dyn Pilot>,
     pub mission: Mission,
     planned: Planned,
@@ -42,17 +42,13 @@ pub struct DropCampaign<'a> {
 }
 
 /// Flies the campaign, or one trial of it.
-pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
-    if let Some(Only::Failure(file)) = &args.only {
-        let message =
-            "a failure of --rare flies without --autopilot; the number of a trial is expected with it";
-        return Err(Failure::input(format!("--only {}: {message}", file.display())));
-    }
-    let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
+pub fn run(of: &CampaignOf, autopilot: &AutopilotArg, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let args = &of.args;
+    let (pilot, mission) = pilot_and_mission(&of.pilot(autopilot))?;
     print_origin(&args.mission, &mission)?;
     let name = campaign_name(pilot.as_ref(), &mission);
-    let verb = match (&args.only, args.repeat) {
-        (Some(Only::Trial(trial)), Some(_)) => repeats_name(pilot.as_ref(), *trial),
+    let verb = match (of.only, of.repeat) {
+        (Some(trial), Some(_)) => repeats_name(pilot.as_ref(), trial),
         (Some(_), None) => "assess_only".to_owned(),
         _ => name.clone(),
     };
@@ -62,14 +58,14 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, stop: &AtomicBool) -> Re
     }
     let timed = plan_mission(&mission, false)?;
     if timed.plan.status == Status::Converged {
-        pilot.check(&mission, &timed.plan.trajectory, args.instance)?;
+        pilot.check(&mission, &timed.plan.trajectory, of.wire.instance)?;
     }
     write_plan(&folder, &mission, &timed.plan)?;
-    let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
-    let campaign = DropCampaign { args, pilot, mission, planned, folder: folder.path() };
-    match (&args.only, args.repeat) {
-        (Some(Only::Trial(trial)), Some(times)) => campaign.repeat(*trial, times, &folder, stop),
-        (Some(Only::Trial(trial)), None) => campaign.only(*trial, &folder, stop),
+    let Some(planned) = planned(of, &mission, timed)? else { return Ok(Answer::No) };
+    let campaign = DropCampaign { of, pilot, mission, planned, folder: folder.path() };
+    match (of.only, of.repeat) {
+        (Some(trial), Some(times)) => campaign.repeat(trial, times, &folder, stop),
+        (Some(trial), None) => campaign.only(trial, &folder, stop),
         _ => {
             campaign.check_places()?;
             campaign.fly_all(&folder, stop)
@@ -88,10 +84,10 @@ fn repeats_name(pilot: &dyn Pilot, trial: u64) -> String {
 }
 
 /// The plan as it is flown, if it is one; else says why there is none.
-pub fn planned(args: &AssessArgs, mission: &Mission, timed: TimedPlan) -> Result<Option<Planned>, Failure> {
+pub fn planned(of: &CampaignOf, mission: &Mission, timed: TimedPlan) -> Result<Option<Planned>, Failure> {
     if timed.plan.status != Status::Converged {
         print_err(&format!("no plan to fly: {}", plan_text(mission, &timed.plan, None)));
-        if args.mission.json {
+        if of.args.mission.json {
             print(&plan_json(mission, &timed.plan, Some(timed.solve_ms), None))?;
         }
         return Ok(None);
@@ -104,12 +100,12 @@ impl<'a> DropCampaign<'a> {
     /// What trials in a folder share.
     #[cfg(feature = "shards")]
     pub fn new(
-        args: &'a AssessArgs,
+        of: &'a CampaignOf,
         (pilot, mission): (Box<dyn Pilot>, Mission),
         planned: Planned,
         folder: &'a Path,
     ) -> Self {
-        Self { args, pilot, mission, planned, folder }
+        Self { of, pilot, mission, planned, folder }
     }
 
     /// Refuses vehicles side by side whose numbers or ports are taken.
@@ -121,7 +117,7 @@ impl<'a> DropCampaign<'a> {
     /// Refuses what would be wrong for each trial.
     #[cfg(feature = "shards")]
     pub fn check(&self) -> Result<(), Failure> {
-        self.pilot.check(&self.mission, &self.planned.trajectory, self.args.instance)?;
+        self.pilot.check(&self.mission, &self.planned.trajectory, self.of.wire.instance)?;
         self.check_places()
     }
 
@@ -143,7 +139,7 @@ impl<'a> DropCampaign<'a> {
     }
 
     fn places(&self) -> Places {
-        Places { threads: self.args.threads, first: self.args.instance }
+        Places { threads: self.of.args.threads, first: self.of.wire.instance }
     }
 
     /// The number of drops that are flown side by side.

@@ -26,15 +26,15 @@ impl DropCampaign<'_> {
     ) -> Result<Answer, Failure> {
         let drawn = self.mission.draw_drop(trial);
         let folder = results.part("drop", format!("trial_{trial}"))?;
-        let narrator = Narrator::together(self.args.mission.json);
+        let narrator = Narrator::together(self.of.args.mission.json);
         let mission = self.mission.with_drop(&drawn);
-        let flown = self.fly(&mission, self.args.instance, &folder, &narrator, stop)?;
-        let conclusion = Conclusion::new(&mission, Some(&self.planned), &flown).with_page(&self.args.page);
+        let flown = self.fly(&mission, self.of.wire.instance, &folder, &narrator, stop)?;
+        let conclusion = Conclusion::new(&mission, Some(&self.planned), &flown).with_page(&self.of.page);
         let trial = self.judge(&drawn, &conclusion);
         self.write(&drawn, conclusion, &folder, &narrator)?;
         let mut tally = DropTally::default();
         tally.push(&trial);
-        print(&if self.args.mission.json {
+        print(&if self.of.args.mission.json {
             drops_json(&self.mission, self.pilot.name(), &tally)
         } else {
             let outcome = trial.failure.as_ref().map_or("ok".to_owned(), |why| format!("FAILED: {why}"));
@@ -51,7 +51,7 @@ impl DropCampaign<'_> {
         folder: &OutputFolder,
         stop: &AtomicBool,
     ) -> Result<Answer, Failure> {
-        self.pilot.check_instance(self.args.instance)?;
+        self.pilot.check_instance(self.of.wire.instance)?;
         let name = repeats_name(self.pilot.as_ref(), trial);
         let csv = format!("{name}.csv");
         let mut file = folder.continued(&csv, 0)?;
@@ -63,7 +63,7 @@ impl DropCampaign<'_> {
         for number in 1..=times {
             remove_folder(&scratch)?;
             let place = OutputFolder::plain(&scratch)?;
-            let flown = self.fly(&mission, self.args.instance, &place, &Narrator::of_trial(trial), stop);
+            let flown = self.fly(&mission, self.of.wire.instance, &place, &Narrator::of_trial(trial), stop);
             if stop.load(Ordering::Relaxed) {
                 break;
             }
@@ -91,7 +91,7 @@ impl DropCampaign<'_> {
         let spread = RepeatSpread::of(&flights);
         let circumstances = [("trial", trial.to_string()), ("flights", flown_times.to_string())];
         folder.write_manifest(&name, &self.mission, &circumstances)?;
-        print(&if self.args.mission.json {
+        print(&if self.of.args.mission.json {
             repeats_json(&self.mission, self.pilot.name(), trial, failed, &spread)
         } else {
             let table = document(&self.mission, self.pilot.name(), trial, &spread).text();

@@ -7,7 +7,7 @@ use super::part::{GROUP_ROWS, check_campaign, head_of, report, stopped};
 use super::place::PartPlace;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
-use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::asked::CampaignOf;
 use crate::cli::assess::drops::all::Files;
 use crate::cli::assess::drops::{DropCampaign, planned};
 use crate::cli::pilot::pilot_and_mission;
@@ -23,23 +23,24 @@ use samara::study::shard::summary::{DropTallyRecord, DropsPart, SummaryRecord};
 
 /// Flies the part, unless it is there.
 pub fn run(
-    args: &AssessArgs,
+    of: &CampaignOf,
     autopilot: &AutopilotArg,
     shard: Cut,
     stop: &AtomicBool,
 ) -> Result<Answer, Failure> {
-    let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
-    let mut head = head_of(args, &mission, Some(pilot.name()), shard);
-    check_campaign(args, &head)?;
-    let folder = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
+    let (pilot, mission) = pilot_and_mission(&of.pilot(autopilot))?;
+    let mut head = head_of(of, &mission, Some(pilot.name()), shard)?;
+    let keep = of.settings(&mission)?.0.keep;
+    check_campaign(of, &head)?;
+    let folder = OutputFolder::plain(&place_of(of.args.mission.out.as_deref(), &mission.name))?;
     let place = PartPlace::new(folder.path(), shard)?;
     if place.is_whole(&head)? {
-        return report(args, shard, &head, &place, false);
+        return report(of, shard, &head, &place, false);
     }
-    let Some(planned) = planned(args, &mission, plan_mission(&mission, false)?)? else {
+    let Some(planned) = planned(of, &mission, plan_mission(&mission, false)?)? else {
         return Ok(Answer::No);
     };
-    let campaign = DropCampaign::new(args, (pilot, mission), planned, folder.path());
+    let campaign = DropCampaign::new(of, (pilot, mission), planned, folder.path());
     campaign.check()?;
     let aside = place.begin()?;
     let mut writer = aside.named(ShardWriter::new(aside.file()?, &drop_table(&[])))?;
@@ -68,7 +69,7 @@ pub fn run(
         while let Some(trial) = early.remove(&(head.first + tally.flown())) {
             tally.push(&trial);
             summary.push(&TrialRecord::of_drop(&trial));
-            if head.keep.keeps(trial.failure.is_some()) {
+            if keep.keeps(trial.failure.is_some()) {
                 rows.push(trial);
             }
             if rows.len() >= GROUP_ROWS {
@@ -88,5 +89,5 @@ pub fn run(
     let part = DropsPart { summary: SummaryRecord::of(&summary), tally: DropTallyRecord::of(&tally) };
     aside.named(writer.finish(&head, &part))?;
     aside.finish()?;
-    report(args, shard, &head, &place, true)
+    report(of, shard, &head, &place, true)
 }

@@ -4,17 +4,17 @@
 use std::path::PathBuf;
 
 use anyhow::Context as _;
-use clap::{Args, Command, FromArgMatches as _};
+use clap::Args;
 
 use super::parts::{Parts, files, missing};
 use super::{merge_drops, merge_study};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::whole;
-use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::asked::CampaignOf;
+use crate::cli::study::noted::Merge;
 use crate::cli::study::shards;
 use crate::cli::terminal::print;
 use samara::config::{mission_path, mission_text};
-use samara::study::shard::ShardHead;
 
 /// `samara merge`.
 #[derive(Args, Debug)]
@@ -41,44 +41,31 @@ pub struct MergeArgs {
 }
 
 /// Merges the parts, or says which are missing.
-pub fn run(args: &MergeArgs) -> Result<Answer, Failure> {
-    if shards::is_study(&args.dir) {
-        return shards::merge(&args.dir, (args.mission.as_deref(), args.threads), (args.missing, args.json));
+pub fn run(args: MergeArgs) -> Result<Answer, Failure> {
+    let MergeArgs { dir, mission, missing: only_missing, json, threads } = args;
+    let merge = Merge { dir, mission, json, threads };
+    if shards::is_study(&merge.dir) {
+        return shards::merge(&merge, only_missing);
     }
-    let files = files(&args.dir)?;
-    if args.missing {
+    let files = files(&merge.dir)?;
+    if only_missing {
         let missing = missing(&files)?;
-        print(&if args.json {
+        print(&if json {
             format!("{:#}\n", serde_json::json!({ "missing": missing }))
         } else {
             missing + "\n"
         })?;
         return Ok(Answer::Yes);
     }
-    let parts = Parts::of(files, &args.dir)?;
-    let assess = typed(args, &parts.head)?;
-    mission_path(&assess.mission.mission)
+    let parts = Parts::of(files, &merge.dir)?;
+    let refused = |why| Failure::input(format!("{}: {why}", merge.dir.display()));
+    let campaign = CampaignOf::noted(&parts.head.asked, &merge).map_err(refused)?;
+    mission_path(&campaign.args.mission.mission)
         .and_then(|path| mission_text(&path))
         .context("the mission that was flown is expected where it was flown from, or as --mission")
         .bad_input()?;
-    match &assess.autopilot {
-        None => merge_study::run(&assess, &parts),
-        Some(autopilot) => merge_drops::run(&assess, autopilot, &parts),
+    match &campaign.wire.autopilot {
+        None => merge_study::run(&campaign, &parts),
+        Some(autopilot) => merge_drops::run(&campaign, autopilot, &parts),
     }
-}
-
-/// The arguments that flew the campaign.
-fn typed(args: &MergeArgs, head: &ShardHead) -> Result<AssessArgs, Failure> {
-    let mut words = vec!["samara assess".to_owned()];
-    words.extend(head.arguments.iter().cloned());
-    if let (Some(mission), Some(word)) = (&args.mission, words.get_mut(1)) {
-        *word = mission.display().to_string();
-    }
-    let typed = AssessArgs::augment_args(Command::new("samara assess")).try_get_matches_from(words);
-    let assess = typed.and_then(|typed| AssessArgs::from_arg_matches(&typed));
-    let mut assess = assess.context("the arguments in the shards' metadata").bad_input()?;
-    assess.mission.out = Some(args.dir.clone());
-    assess.mission.json = args.json;
-    assess.threads = args.threads;
-    Ok(assess)
 }

@@ -5,7 +5,7 @@ use std::io::{BufWriter, Write as _};
 use super::parts::Parts;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::AutopilotArg;
-use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::asked::CampaignOf;
 use crate::cli::assess::drops::{DropCampaign, campaign_name, planned};
 use crate::cli::mission::print_origin;
 use crate::cli::pilot::pilot_and_mission;
@@ -14,21 +14,22 @@ use crate::cli::results::OutputFolder;
 use samara::study::campaign::exact::MeasureValues;
 use samara::study::campaign::{CampaignSummary, Keep, TrialRecord};
 use samara::study::drops::{DropTally, header, row};
+use samara::study::shard::ShardError;
 use samara::study::shard::rows::drop_rows;
 use samara::study::shard::summary::DropsPart;
-use samara::study::shard::{ShardError, ShardHead};
 
 /// Merges the drops.
-pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result<Answer, Failure> {
-    let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
+pub fn run(of: &CampaignOf, autopilot: &AutopilotArg, parts: &Parts) -> Result<Answer, Failure> {
+    let args = &of.args;
+    let (pilot, mission) = pilot_and_mission(&of.pilot(autopilot))?;
     print_origin(&args.mission, &mission)?;
     parts.check_mission(&mission)?;
     let name = campaign_name(pilot.as_ref(), &mission);
     let folder = OutputFolder::merged(&name, args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
-    let Some(planned) = planned(args, &mission, timed)? else { return Ok(Answer::No) };
-    let campaign = DropCampaign::new(args, (pilot, mission), planned, folder.path());
+    let Some(planned) = planned(of, &mission, timed)? else { return Ok(Answer::No) };
+    let campaign = DropCampaign::new(of, (pilot, mission), planned, folder.path());
     let (mut tally, mut summary) = (DropTally::default(), CampaignSummary::default());
     for part in &parts.parts {
         let record: DropsPart = part.summary()?;
@@ -38,13 +39,13 @@ pub fn run(args: &AssessArgs, autopilot: &AutopilotArg, parts: &Parts) -> Result
         part.take(summary.append(&of_page).map_err(ShardError::from))?;
         part.take(tally.append(&of_table).map_err(ShardError::from))?;
     }
-    let ShardHead { keep, trials, .. } = parts.head;
+    let keep = parts.settings.keep;
     if keep != Keep::Summary {
         let values = lines(&campaign, parts, &folder)?;
         summary.exact = (keep == Keep::All).then(|| values.quantiles());
     }
     let all_safe = !tally.any_failed();
-    campaign.finish(&folder, parts.head.autopilot_version.as_deref(), (trials, keep), (&tally, summary))?;
+    campaign.finish(&folder, parts.head.autopilot_version.as_deref(), keep, (&tally, summary))?;
     Ok(Answer::from(all_safe))
 }
 
@@ -73,7 +74,7 @@ fn lines(
                 write(&row(mission, &trial))
             },
         )?;
-        let expected = match parts.head.keep {
+        let expected = match parts.settings.keep {
             Keep::All => part.head.end - part.head.first,
             _ => part.summary::<DropsPart>()?.tally.failed(),
         };

@@ -1,4 +1,4 @@
-//! The parts of the campaigns of a mission's own gains, put together.
+//! The parts of campaigns of flights from t = 0, put together.
 
 use std::io::{BufWriter, Write as _};
 use std::sync::atomic::AtomicBool;
@@ -6,15 +6,15 @@ use std::sync::atomic::AtomicBool;
 use super::parts::{Part, Parts};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::aside::Aside;
-use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::asked::CampaignOf;
 use crate::cli::assess::campaign::{FlownCampaign, TrialRunner};
-use crate::cli::assess::own;
 use crate::cli::assess::study::{converged, runner};
+use crate::cli::assess::{own, paper};
 use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::{plan_mission, write_plan};
 use crate::cli::results::OutputFolder;
-use samara::assess::{Outcome, RandomRelease};
+use samara::assess::{Outcome, RandomRelease, StudyEntry};
 use samara::study::campaign::Keep;
 use samara::study::campaign::campaign_csv::{file_name, header, parse_row};
 use samara::study::own::own_entries;
@@ -22,39 +22,54 @@ use samara::study::shard::ShardError;
 use samara::study::shard::rows::study_rows;
 use samara::study::shard::summary::StudyPart;
 
-/// Merges the campaigns of a mission's own gains.
-pub fn run(args: &AssessArgs, parts: &Parts) -> Result<Answer, Failure> {
+/// Merges the campaigns.
+pub fn run(of: &CampaignOf, parts: &Parts) -> Result<Answer, Failure> {
+    let args = &of.args;
     let narrator = &Narrator::alone(args.mission.json);
     let mission = mission_from_t0(&args.mission, &args.choice, narrator)?;
     parts.check_mission(&mission)?;
-    let folder = OutputFolder::merged("assess", args.mission.out.as_deref(), &mission.name)?;
+    let folder = OutputFolder::merged(of.about.manifest, args.mission.out.as_deref(), &mission.name)?;
     let timed = plan_mission(&mission, false)?;
     write_plan(&folder, &mission, &timed.plan)?;
-    let Some(plan) = converged(args, &mission, timed, narrator)? else { return Ok(Answer::No) };
+    let Some(plan) = converged(of, &mission, timed, narrator)? else { return Ok(Answer::No) };
     let stop = AtomicBool::new(false);
-    let runner = runner(args, &mission, &plan, &folder, &stop)?;
-    let mut campaigns = own_entries(&mission).bad_input()?.map(FlownCampaign::new);
+    let runner = runner(of, &mission, &plan, &folder, &stop)?;
+    if of.is_paper() {
+        let campaigns = campaigns(parts, paper::entries_of(&mission)?, &runner)?;
+        return paper::report(of, &plan, &runner, &campaigns, None);
+    }
+    let mut campaigns = campaigns(parts, own_entries(&mission).bad_input()?, &runner)?;
+    campaigns.iter_mut().try_for_each(|campaign| campaign.find_quantiles(&runner))?;
+    own::report(of, &plan, &runner, &campaigns, None)
+}
+
+/// The campaigns of the parts, with the files of their lines.
+fn campaigns<const N: usize>(
+    parts: &Parts,
+    entries: [StudyEntry; N],
+    runner: &TrialRunner<'_>,
+) -> Result<[FlownCampaign; N], Failure> {
+    let mut campaigns = entries.map(FlownCampaign::new);
     for part in &parts.parts {
         let summaries: Vec<StudyPart> = part.summary()?;
         for (campaign, summary) in campaigns.iter_mut().zip(&summaries) {
-            let all_there = summaries.len() == 2 && summary.name == campaign.entry.name;
+            let all_there = summaries.len() == N && summary.name == campaign.entry.name;
             let named =
                 if all_there { Ok(()) } else { Err(ShardError::NotAShard("the mission's campaigns".into())) };
             part.take(named)?;
-            let shown = part.take(shown(summary, part, &runner))?;
+            let shown = part.take(shown(summary, part, runner))?;
             let taken = part.take(summary.summary.summary(&part.head.range()))?;
             part.take(campaign.append(&taken, shown).map_err(ShardError::from))?;
         }
     }
     if runner.keep != Keep::Summary {
-        let written = campaigns.each_mut().map(|campaign| lines(campaign, &parts.parts, &runner));
+        let written = campaigns.each_mut().map(|campaign| lines(campaign, &parts.parts, runner));
         // Nothing that was there is replaced before all lines are right.
         for aside in written.into_iter().collect::<Result<Vec<_>, _>>()? {
             runner.folder.finish(aside)?;
         }
     }
-    campaigns.iter_mut().try_for_each(|campaign| campaign.find_quantiles(&runner))?;
-    own::report(args, &plan, &runner, &campaigns, None)
+    Ok(campaigns)
 }
 
 /// The first trials of the campaign, where they are of this part.

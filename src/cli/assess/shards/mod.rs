@@ -22,35 +22,26 @@ mod study;
 
 use std::sync::atomic::AtomicBool;
 
-use super::args::AssessArgs;
+use super::asked::CampaignOf;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::pilot::pilot_and_mission;
 use samara::study::cut::Cut;
 
-/// Reports which campaign the arguments make, and flies nothing.
-pub fn describe(args: &AssessArgs) -> Result<Answer, Failure> {
-    let whole = Cut::WHOLE;
-    let head = match &args.autopilot {
-        Some(autopilot) => {
-            let (pilot, mission) = pilot_and_mission(&args.pilot(autopilot))?;
-            part::head_of(args, &mission, Some(pilot.name()), whole)
+/// Flies a part of the campaign, unless it is there, or reports which campaign it would be of.
+pub fn run(of: &CampaignOf, stop: &AtomicBool) -> Result<Answer, Failure> {
+    match (&of.wire.autopilot, of.args.part.shard) {
+        (Some(autopilot), Some(shard)) => drops::run(of, autopilot, shard, stop),
+        (None, Some(shard)) => study::run(of, shard, stop),
+        (Some(autopilot), None) => {
+            let (pilot, mission) = pilot_and_mission(&of.pilot(autopilot))?;
+            part::describe(of, &part::head_of(of, &mission, Some(pilot.name()), Cut::WHOLE)?)
         }
-        None => part::head_of(
-            args,
-            &mission_from_t0(&args.mission, &args.choice, &Narrator::alone(true))?,
-            None,
-            whole,
-        ),
-    };
-    part::describe(&head)
-}
-
-/// Flies a part of the campaign, unless it is there.
-pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, Failure> {
-    match &args.autopilot {
-        Some(autopilot) => drops::run(args, autopilot, shard, stop),
-        None => study::run(args, shard, stop),
+        (None, None) => {
+            let (mission, choice) = (&of.args.mission, &of.args.choice);
+            let mission = mission_from_t0(mission, choice, &Narrator::alone(true))?;
+            part::describe(of, &part::head_of(of, &mission, None, Cut::WHOLE)?)
+        }
     }
 }

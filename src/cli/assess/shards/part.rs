@@ -1,12 +1,13 @@
 //! What a part of a campaign belongs to, and how it is reported.
 
 use super::place::PartPlace;
-use crate::cli::answer::{Answer, Failure};
-use crate::cli::assess::args::AssessArgs;
+use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::assess::asked::CampaignOf;
 use crate::cli::assess::command::arguments;
 use crate::cli::terminal::{print, print_err};
 use samara::config::Mission;
-use samara::report::json::VERSION;
+use samara::study::asked::Asked;
+use samara::study::campaign::settings::CampaignSettings;
 use samara::study::cut::Cut;
 use samara::study::shard::ShardHead;
 
@@ -14,45 +15,53 @@ use samara::study::shard::ShardHead;
 pub const GROUP_ROWS: usize = 1 << 16;
 
 /// What a part of the campaign belongs to.
-pub fn head_of(args: &AssessArgs, mission: &Mission, autopilot: Option<&str>, shard: Cut) -> ShardHead {
-    let trials = args.trials_of(mission);
-    let keep = args.rows_kept(trials);
-    let part = shard.range(trials);
-    ShardHead {
+pub fn head_of(
+    of: &CampaignOf,
+    mission: &Mission,
+    autopilot: Option<&str>,
+    shard: Cut,
+) -> Result<ShardHead, Failure> {
+    let part = shard.range(of.settings(mission)?.0.trials);
+    Ok(ShardHead {
+        asked: of.asked(mission)?,
         mission: mission.name.clone(),
-        version: VERSION.to_owned(),
-        seed: mission.seed,
-        input_hash: mission.inputs.hash.clone(),
         autopilot: autopilot.map(str::to_owned),
         autopilot_version: None,
-        trials,
-        bound: args.bound,
-        keep,
         first: part.start,
         end: part.end,
-        arguments: arguments(args, mission, trials, keep),
-    }
+    })
 }
 
 /// Refuses a part of another campaign than the one of `--campaign`.
-pub fn check_campaign(args: &AssessArgs, head: &ShardHead) -> Result<(), Failure> {
+pub fn check_campaign(of: &CampaignOf, head: &ShardHead) -> Result<(), Failure> {
     let found = head.campaign_id();
-    match args.part.campaign.as_ref().filter(|expected| **expected != found) {
+    match of.args.part.campaign.as_ref().filter(|expected| **expected != found) {
         None => Ok(()),
         Some(expected) => Err(Failure::input(format!(
-            "campaign {expected} is expected, this is {found}: mission {}, samara {}, seed {}, inputs {}, {} trials; \
+            "campaign {expected} is expected, this is {found}: mission {}, samara {}, seed {}, inputs {}, {}; \
              `--describe` has the rest",
-            head.mission, head.version, head.seed, head.input_hash, head.trials
+            head.mission,
+            head.asked.version,
+            head.asked.seed,
+            head.asked.input_hash,
+            head.asked
+                .settings
+                .iter()
+                .map(|(name, text)| format!("{name} {text}"))
+                .collect::<Vec<_>>()
+                .join(", ")
         ))),
     }
 }
 
 /// Reports which campaign a part would belong to.
-pub fn describe(head: &ShardHead) -> Result<Answer, Failure> {
+pub fn describe(of: &CampaignOf, head: &ShardHead) -> Result<Answer, Failure> {
+    let CampaignSettings { trials, bound, keep } = head.settings().bad_input()?;
+    let Asked { version, seed, input_hash, .. } = &head.asked;
     let object = serde_json::json!({
-        "campaign": head.campaign_id(), "mission": head.mission, "version": head.version, "seed": head.seed,
-        "input_hash": head.input_hash, "autopilot": head.autopilot, "trials": head.trials,
-        "bound": head.bound, "keep": head.keep, "arguments": head.arguments,
+        "campaign": head.campaign_id(), "mission": head.mission, "version": version, "seed": seed,
+        "input_hash": input_hash, "autopilot": head.autopilot, "trials": trials, "bound": bound, "keep": keep,
+        "asked": head.asked, "arguments": arguments(of.about, &head.asked),
     });
     print(&format!("{object:#}\n"))?;
     Ok(Answer::Yes)
@@ -60,17 +69,17 @@ pub fn describe(head: &ShardHead) -> Result<Answer, Failure> {
 
 /// Reports a part that is there: flown now, or before.
 pub fn report(
-    args: &AssessArgs,
+    of: &CampaignOf,
     shard: Cut,
     head: &ShardHead,
     place: &PartPlace,
     flown: bool,
 ) -> Result<Answer, Failure> {
-    let (first, count, path) = (head.first, head.end - head.first, place.path());
+    let (asked, first, count, path) = (&head.asked, head.first, head.end - head.first, place.path());
     let file = path.display();
-    print(&if args.mission.json {
+    print(&if of.args.mission.json {
         let object = serde_json::json!({
-            "mission": head.mission, "version": head.version, "seed": head.seed, "input_hash": head.input_hash,
+            "mission": head.mission, "version": asked.version, "seed": asked.seed, "input_hash": asked.input_hash,
             "shard": shard.part, "of": shard.of, "first": first, "trials": count,
             "file": file.to_string(), "flown": flown,
         });

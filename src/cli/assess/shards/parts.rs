@@ -11,6 +11,7 @@ use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::terminal::print_err;
 use samara::config::Mission;
 use samara::report::json::VERSION;
+use samara::study::campaign::settings::CampaignSettings;
 use samara::study::cut::{Cut, ranges};
 use samara::study::shard::{ShardError, ShardHead, ShardReader, Table};
 
@@ -20,6 +21,8 @@ pub struct Parts {
     pub parts: Vec<Part>,
     /// What they belong to, all trials.
     pub head: ShardHead,
+    /// What was asked of the campaign.
+    pub settings: CampaignSettings,
 }
 
 impl Parts {
@@ -34,15 +37,16 @@ impl Parts {
             parts.push(Part { head: reader.bad_input()?.head().clone(), path });
         }
         parts.sort_by_key(|part| (part.head.first, part.head.end));
-        let head = check(&parts, dir)?;
-        Ok(Self { parts, head })
+        let (head, settings) = check(&parts, dir)?;
+        Ok(Self { parts, head, settings })
     }
 
     /// Refuses a mission that is not the one that was flown.
     pub fn check_mission(&self, mission: &Mission) -> Result<(), Failure> {
+        let asked = &self.head.asked;
         let pairs = [
-            ("seed", mission.seed.to_string(), self.head.seed.to_string()),
-            ("hash of the inputs", mission.inputs.hash.clone(), self.head.input_hash.clone()),
+            ("seed", mission.seed.to_string(), asked.seed.to_string()),
+            ("hash of the inputs", mission.inputs.hash.clone(), asked.input_hash.clone()),
         ];
         match pairs.into_iter().find(|(_, found, expected)| found != expected) {
             None => Ok(()),
@@ -129,17 +133,17 @@ pub fn files(dir: &Path) -> Result<Vec<PathBuf>, Failure> {
 }
 
 /// What the campaign is, of parts that are each trial once.
-fn check(parts: &[Part], dir: &Path) -> Result<ShardHead, Failure> {
+fn check(parts: &[Part], dir: &Path) -> Result<(ShardHead, CampaignSettings), Failure> {
     let Some(first) = parts.first() else {
         return Err(Failure::input(format!("{}: no shard is there yet", dir.display())));
     };
     let mut head = first.head.clone();
-    if head.version != VERSION {
+    if head.asked.version != VERSION {
         return Err(Failure::input(format!(
             "{}: a shard by samara {} is expected, found one by {}",
             first.path.display(),
             VERSION,
-            head.version
+            head.asked.version
         )));
     }
     let mut before: Option<&Part> = None;
@@ -172,12 +176,12 @@ fn check(parts: &[Part], dir: &Path) -> Result<ShardHead, Failure> {
         }
     }
     let end = before.map_or(0, |before| before.head.end);
-    if end < head.trials {
-        return Err(gap(end, head.trials));
+    let settings = first.take(head.settings())?;
+    if end < settings.trials {
+        return Err(gap(end, settings.trials));
     }
-    head.first = 0;
-    head.end = head.trials;
-    Ok(head)
+    (head.first, head.end) = (0, settings.trials);
+    Ok((head, settings))
 }
 
 /// Numbers of the parts that are not there, or not whole, as `0-3,17`.
@@ -211,7 +215,8 @@ pub fn missing(files: &[PathBuf]) -> Result<String, Failure> {
         if let Some(campaign) = &campaign {
             campaign.check_same_campaign(&head).with_context(|| path.display().to_string()).bad_input()?;
         }
-        if head.range() != shard.range(head.trials) {
+        let trials = head.settings().with_context(|| path.display().to_string()).bad_input()?.trials;
+        if head.range() != shard.range(trials) {
             return Err(Failure::input(format!("{}: its trials are not those of its name", path.display())));
         }
         there.insert(shard.part);

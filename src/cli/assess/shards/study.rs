@@ -1,14 +1,14 @@
-//! A part of the campaigns of a mission's own gains.
+//! A part of campaigns of flights from t = 0.
 
 use std::sync::atomic::AtomicBool;
 
 use super::part::{GROUP_ROWS, check_campaign, head_of, report, stopped};
 use super::place::PartPlace;
-use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::answer::{Answer, Failure};
 use crate::cli::aside::Aside;
-use crate::cli::assess::args::AssessArgs;
+use crate::cli::assess::asked::CampaignOf;
 use crate::cli::assess::campaign::TrialRunner;
-use crate::cli::assess::study::{converged, runner};
+use crate::cli::assess::study::{converged, entries, runner};
 use crate::cli::mission::mission_from_t0;
 use crate::cli::narrator::Narrator;
 use crate::cli::planning::plan_mission;
@@ -18,26 +18,26 @@ use samara::assess::StudyEntry;
 use samara::study::campaign::campaign_csv::write_row;
 use samara::study::campaign::{CampaignSummary, SHOWN, TrialRecord};
 use samara::study::cut::Cut;
-use samara::study::own::own_entries;
 use samara::study::shard::rows::{StudyRow, study_table};
 use samara::study::shard::summary::{StudyPart, SummaryRecord};
 use samara::study::shard::{ShardHead, ShardWriter};
 
 /// Flies the part, unless it is there.
-pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, Failure> {
+pub fn run(of: &CampaignOf, shard: Cut, stop: &AtomicBool) -> Result<Answer, Failure> {
     let narrator = Narrator::alone(true);
+    let args = &of.args;
     let mission = mission_from_t0(&args.mission, &args.choice, &narrator)?;
-    let head = head_of(args, &mission, None, shard);
-    check_campaign(args, &head)?;
+    let head = head_of(of, &mission, None, shard)?;
+    check_campaign(of, &head)?;
     let folder = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
     let place = PartPlace::new(folder.path(), shard)?;
     if place.is_whole(&head)? {
-        return report(args, shard, &head, &place, false);
+        return report(of, shard, &head, &place, false);
     }
     let plan = plan_mission(&mission, false)?;
-    let Some(plan) = converged(args, &mission, plan, &narrator)? else { return Ok(Answer::No) };
-    let runner = runner(args, &mission, &plan, &folder, stop)?;
-    let entries = own_entries(&mission).bad_input()?;
+    let Some(plan) = converged(of, &mission, plan, &narrator)? else { return Ok(Answer::No) };
+    let runner = runner(of, &mission, &plan, &folder, stop)?;
+    let entries = entries(of, &mission)?;
     let aside = place.begin()?;
     let mut writer = aside.named(ShardWriter::new(aside.file()?, &study_table("", &[])))?;
     let progress = ProgressLine::new("assess", "flights", entries.len() as u64 * (head.end - head.first));
@@ -52,7 +52,7 @@ pub fn run(args: &AssessArgs, shard: Cut, stop: &AtomicBool) -> Result<Answer, F
     progress.finish();
     aside.named(writer.finish(&head, &parts))?;
     aside.finish()?;
-    report(args, shard, &head, &place, true)
+    report(of, shard, &head, &place, true)
 }
 
 /// Flies the part of one campaign; `None` when it was stopped.
@@ -73,7 +73,7 @@ fn fly(
             write_row(&mut line, &release, &outcome);
             shown.push(line.trim_end().to_owned());
         }
-        if head.keep.keeps(record.failure.is_some()) {
+        if runner.keep.keeps(record.failure.is_some()) {
             rows.push(StudyRow { release, outcome, failure: record.failure });
         }
         if rows.len() >= GROUP_ROWS {

@@ -21,6 +21,7 @@ use super::manifest::{Kind, RunManifest};
 use crate::campaign::json::AssessObject;
 use crate::designing::report::DesignObject;
 use crate::envelope::report::EnvelopeObject;
+use crate::paper::IS_THE_PAPERS;
 use crate::rare::report::RareObject;
 pub use campaign::{fewest_trials, probability};
 pub use design::{TuneFound, in_air};
@@ -97,13 +98,7 @@ impl Finding {
             Kind::Design => Self::Design(parsed(text)?),
             Kind::Drop => Self::Drop(parsed(text)?),
             Kind::Cases => Self::Cases(parsed::<CasesObject>(text)?.cases),
-            Kind::Campaign if is_the_papers(text) => {
-                return Err(
-                    "it is the paper's study, which judges J_TPF alone: a campaign of the mission's own \
-                            gains is expected"
-                        .to_owned(),
-                );
-            }
+            Kind::Campaign if is_the_papers(text) => return Err(IS_THE_PAPERS.to_owned()),
             Kind::Campaign | Kind::DropCampaign => Self::Campaign(parsed(text)?),
             Kind::Rare => Self::Rare(parsed(text)?),
             Kind::Envelope => Self::Envelope(parsed(text)?),
