@@ -84,7 +84,7 @@ pub fn run() -> ExitCode {
         Verb::Assess(args) => assess::run(*args),
         Verb::Study(args) => study::run(&args),
         #[cfg(feature = "shards")]
-        Verb::Merge(args) => assess::shards::merge::run(args),
+        Verb::Merge(args) => assess::shards::merge::run(&args),
         Verb::Fidelity(args) => fidelity::run(&args),
         Verb::Sim(args) => sim::run(&args),
         Verb::Autopilot(args) => autopilot::run(&args),

@@ -5,6 +5,8 @@ use crate::cli::answer::Failure;
 use crate::cli::args::{AutopilotArg, PageArgs};
 use crate::cli::pilot::PilotRequest;
 use crate::cli::study::args::{StudyArgs, WireArgs};
+#[cfg(feature = "shards")]
+use crate::cli::study::merge::{Merge, typed};
 use crate::cli::study::noted;
 use samara::config::Mission;
 use samara::study::asked::Asked;
@@ -54,8 +56,8 @@ impl CampaignOf {
 
     /// What shards hold.
     #[cfg(feature = "shards")]
-    pub fn noted(asked: &Asked, merge: &noted::Merge) -> Result<Self, String> {
-        let (args, wire) = noted::typed(asked, merge)?;
+    pub fn noted(asked: &Asked, merge: &Merge) -> Result<Self, String> {
+        let (args, wire) = typed(asked, merge)?;
         let about = about(wire.autopilot.is_some(), asked.study == paper::ABOUT.name);
         let values = asked.values(OWN)?;
         Ok(Self { about, args, values, only: None, repeat: None, page: PageArgs::NONE, wire })

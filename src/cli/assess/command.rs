@@ -1,5 +1,8 @@
 //! The command that makes campaigns again, and how campaigns end.
 
+use std::path::Path;
+
+use super::args::PAPER;
 use super::asked::CampaignOf;
 use super::campaign::TrialRunner;
 use crate::cli::answer::{Answer, Failure};
@@ -8,8 +11,6 @@ use crate::cli::terminal::print;
 use samara::config::Mission;
 use samara::study::asked::Asked;
 use samara::study::campaign::settings::options;
-use samara::study::kind::About;
-use samara::study::paper;
 
 /// The command that makes the campaigns again, quoted for a shell; folder and number of threads do not belong
 /// to it.
@@ -25,18 +26,12 @@ pub fn alone(of: &CampaignOf, mission: &Mission) -> Result<String, Failure> {
 }
 
 fn line(of: &CampaignOf, mission: &Mission, asked: Asked) -> String {
-    let asked = Asked { mission: of.args.mission.named(mission), ..asked };
+    // The paper's mission has its name, wherever its file is.
+    let is_the_papers = of.is_paper() && asked.mission == Path::new(PAPER);
+    let asked =
+        if is_the_papers { asked } else { Asked { mission: of.args.mission.named(mission), ..asked } };
     let verb: &[&str] = if of.is_paper() { &["assess", "--paper"] } else { &["assess"] };
     asked.command(verb, options(of.about.settings, &asked))
-}
-
-/// The arguments of `samara assess` that fly the campaign anywhere: without folder, part, and whatever
-/// changes no result.
-#[cfg(feature = "shards")]
-pub fn arguments(about: &About, asked: &Asked) -> Vec<String> {
-    let paper = (asked.study == paper::ABOUT.name).then(|| "--paper".to_owned());
-    let mission = asked.mission.display().to_string();
-    [mission].into_iter().chain(paper).chain(asked.choices()).chain(options(about.settings, asked)).collect()
 }
 
 /// Writes the manifest.

@@ -8,6 +8,7 @@
 //! | `asked` | a study as it was asked for |
 //! | `options` | settings as options |
 //! | `noted` | what was typed, as shards hold it |
+//! | `merge` | what is to be typed for shards to be put together |
 //! | `hosted` | a study with its threads, progress and rows that are kept |
 //! | `results` | files and words of one |
 //! | `whole` | a study flown by one process |
@@ -17,6 +18,8 @@
 pub mod args;
 pub mod asked;
 mod hosted;
+#[cfg(feature = "shards")]
+pub mod merge;
 pub mod noted;
 pub mod options;
 mod results;

@@ -10,7 +10,8 @@ use anyhow::Context as _;
 
 use super::asked::{PlanOf, StudyOf};
 use super::hosted::Hosted;
-use super::noted::{self, Merge, typed};
+use super::merge::{Merge, typed};
+use super::noted;
 use super::results;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::PageArgs;

@@ -1,7 +1,4 @@
-//! `samara merge`: the parts of a campaign put together, to the bytes of the campaign that was flown in one
-//! go.
-
-use std::path::PathBuf;
+//! `samara merge`: the parts of a campaign or a study put together, to the bytes of one go.
 
 use anyhow::Context as _;
 use clap::Args;
@@ -9,9 +6,8 @@ use clap::Args;
 use super::parts::{Parts, files, missing};
 use super::{merge_drops, merge_study};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
-use crate::cli::args::whole;
 use crate::cli::assess::asked::CampaignOf;
-use crate::cli::study::noted::Merge;
+use crate::cli::study::merge::Merge;
 use crate::cli::study::shards;
 use crate::cli::terminal::print;
 use samara::config::{mission_path, mission_text};
@@ -19,38 +15,25 @@ use samara::config::{mission_path, mission_text};
 /// `samara merge`.
 #[derive(Args, Debug)]
 pub struct MergeArgs {
-    /// Folder of the campaign: what --out was.
-    #[arg(value_name = "DIR")]
-    pub dir: PathBuf,
-    /// The mission, where it is no longer where the shards were flown from: a file, or a name.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub mission: Option<PathBuf>,
+    /// Where, and how.
+    #[command(flatten)]
+    pub merge: Merge,
     /// Print the numbers of the shards that are left to fly, as Slurm's --array takes them.
     ///
     /// Such as 0-3,17; an empty line where all are there. Nothing is merged.
     #[arg(long)]
     pub missing: bool,
-    /// Print one JSON object on stdout instead of text.
-    #[arg(long)]
-    pub json: bool,
-    /// Threads to fly release cases and figures on; the results do not depend on it.
-    ///
-    /// [default: one for each core]
-    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=256))]
-    pub threads: Option<u16>,
 }
 
 /// Merges the parts, or says which are missing.
-pub fn run(args: MergeArgs) -> Result<Answer, Failure> {
-    let MergeArgs { dir, mission, missing: only_missing, json, threads } = args;
-    let merge = Merge { dir, mission, json, threads };
+pub fn run(MergeArgs { merge, missing: only_missing }: &MergeArgs) -> Result<Answer, Failure> {
     if shards::is_study(&merge.dir) {
-        return shards::merge(&merge, only_missing);
+        return shards::merge(merge, *only_missing);
     }
     let files = files(&merge.dir)?;
-    if only_missing {
+    if *only_missing {
         let missing = missing(&files)?;
-        print(&if json {
+        print(&if merge.json {
             format!("{:#}\n", serde_json::json!({ "missing": missing }))
         } else {
             missing + "\n"
@@ -59,7 +42,7 @@ pub fn run(args: MergeArgs) -> Result<Answer, Failure> {
     }
     let parts = Parts::of(files, &merge.dir)?;
     let refused = |why| Failure::input(format!("{}: {why}", merge.dir.display()));
-    let campaign = CampaignOf::noted(&parts.head.asked, &merge).map_err(refused)?;
+    let campaign = CampaignOf::noted(&parts.head.asked, merge).map_err(refused)?;
     mission_path(&campaign.args.mission.mission)
         .and_then(|path| mission_text(&path))
         .context("the mission that was flown is expected where it was flown from, or as --mission")

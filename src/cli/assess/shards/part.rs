@@ -3,12 +3,13 @@
 use super::place::PartPlace;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::assess::asked::CampaignOf;
-use crate::cli::assess::command::arguments;
 use crate::cli::terminal::{print, print_err};
 use samara::config::Mission;
 use samara::study::asked::Asked;
-use samara::study::campaign::settings::CampaignSettings;
+use samara::study::campaign::settings::{CampaignSettings, options};
 use samara::study::cut::Cut;
+use samara::study::kind::About;
+use samara::study::paper;
 use samara::study::shard::ShardHead;
 
 /// Rows of a row group: those that are in memory at once.
@@ -65,6 +66,14 @@ pub fn describe(of: &CampaignOf, head: &ShardHead) -> Result<Answer, Failure> {
     });
     print(&format!("{object:#}\n"))?;
     Ok(Answer::Yes)
+}
+
+/// The arguments of `samara assess` that fly the campaign anywhere: without folder, part, and whatever
+/// changes no result.
+fn arguments(about: &About, asked: &Asked) -> Vec<String> {
+    let paper = (asked.study == paper::ABOUT.name).then(|| "--paper".to_owned());
+    let mission = asked.mission.display().to_string();
+    [mission].into_iter().chain(paper).chain(asked.choices()).chain(options(about.settings, asked)).collect()
 }
 
 /// Reports a part that is there: flown now, or before.
