@@ -34,6 +34,8 @@ pub struct Import {
 const SAME_HOVER: f64 = 0.02;
 /// Rotor positions that differ by more than this part of the arm are another vehicle's.
 const SAME_PLACE: f64 = 0.01;
+/// Rotors' axes whose components differ by more than this are another vehicle's.
+const SAME_DIRECTION: f64 = 0.01;
 /// Roll and pitch gains that differ by more than this part differ beyond the rounding to single precision.
 const SAME_GAIN: f64 = 1e-5;
 
@@ -150,40 +152,65 @@ fn of_roll(number: &dyn Fn(&str) -> Option<f64>, gains: &Gains, scale: &Scale) -
 }
 
 fn same_vehicle(file: &ParameterFile, subject: &Subject, units: &NormalisedUnits) -> Result<(), ParamsError> {
-    let refuse = |name: &str, found: f64, expected: f64| {
-        Err(ParamsError::DoesNotBelong(format!(
-            "it is for another vehicle: {name} is {}, the mission's vehicle has {}",
-            found as f32, expected as f32
-        )))
-    };
     let vehicle = subject.vehicle;
     let n = vehicle.rotors.len();
     if let Some(count) = file.get("CA_ROTOR_COUNT").map(Value::as_f64).filter(|c| *c != n as f64) {
-        return refuse("CA_ROTOR_COUNT", count, n as f64);
+        return of_another_vehicle("CA_ROTOR_COUNT", count, n as f64);
     }
-    let arm = arm_m(vehicle);
-    for (i, rotor) in vehicle.rotors.iter().enumerate() {
-        for (axis, position, direction) in rotor_columns(rotor) {
-            for (name, expected, scale) in [
-                (format!("CA_ROTOR{i}_P{axis}"), position, arm),
-                (format!("CA_ROTOR{i}_A{axis}"), direction, 1.0),
-            ] {
-                let found = file.get(&name).map(Value::as_f64);
-                if let Some(found) = found.filter(|x| !((x - expected).abs() <= SAME_PLACE * scale)) {
-                    return refuse(&name, found, expected);
-                }
-            }
-        }
-    }
+    same_geometry(file, vehicle, subject.environment.density_kg_m3)?;
     let hover = hover_thrust(vehicle, subject.environment, units);
     match file.get("MPC_THR_HOVER").map(Value::as_f64) {
-        Some(found) if !((found / hover - 1.0).abs() <= SAME_HOVER) => refuse("MPC_THR_HOVER", found, hover),
+        Some(found) if !((found / hover - 1.0).abs() <= SAME_HOVER) => {
+            of_another_vehicle("MPC_THR_HOVER", found, hover)
+        }
         _ => Ok(()),
     }
 }
 
-fn arm_m(vehicle: &Vehicle) -> f64 {
-    vehicle.rotors.iter().map(|r| r.position_body_m.norm()).fold(0.0, f64::max)
+fn of_another_vehicle(name: &str, found: f64, expected: f64) -> Result<(), ParamsError> {
+    Err(ParamsError::DoesNotBelong(format!(
+        "it is for another vehicle: {name} is {}, the mission's vehicle has {}",
+        found as f32, expected as f32
+    )))
+}
+
+/// Refuses rotors that lie, point or turn otherwise. Of positions only ratios count: PX4's allocation
+/// normalises them, and PX4's own airframes have arms of 1.
+fn same_geometry(file: &ParameterFile, vehicle: &Vehicle, density_kg_m3: f64) -> Result<(), ParamsError> {
+    let number = |name: &str| file.get(name).map(Value::as_f64);
+    let mut places = Vec::new();
+    for (i, rotor) in vehicle.rotors.iter().enumerate() {
+        let upright = rotor.axis_body.x == 0.0 && rotor.axis_body.y == 0.0;
+        for (axis, position, direction) in rotor_columns(rotor) {
+            let name = format!("CA_ROTOR{i}_A{axis}");
+            if let Some(found) = number(&name).filter(|x| !((x - direction).abs() <= SAME_DIRECTION)) {
+                return of_another_vehicle(&name, found, direction);
+            }
+            // How high it is does not count for a rotor that pushes straight up.
+            let name = format!("CA_ROTOR{i}_P{axis}");
+            if let Some(found) = number(&name).filter(|_| !(upright && axis == 'Z')) {
+                places.push((name, found, position));
+            }
+        }
+        let name = format!("CA_ROTOR{i}_KM");
+        let ratio = rotor.spin.sign() * vehicle.torque_per_thrust_of_m(i, density_kg_m3);
+        if let Some(found) = number(&name).filter(|found| found * ratio < 0.0) {
+            return of_another_vehicle(&name, found, ratio);
+        }
+    }
+    // The ratio that fits all places best.
+    let products =
+        |of: fn(f64, f64) -> f64| places.iter().map(|(_, found, own)| of(*found, *own)).sum::<f64>();
+    let fitted = products(|found, own| found * own) / products(|_, own| own * own);
+    let scale = if fitted.is_finite() && fitted > 0.0 { fitted } else { 1.0 };
+    let arm = vehicle.rotors.iter().map(|r| r.position_body_m.norm()).fold(0.0, f64::max);
+    let off = |(_, found, own): &&(String, f64, f64)| (found / scale - own).abs();
+    match places.iter().max_by(|a, b| off(a).total_cmp(&off(b))) {
+        Some(worst @ (name, found, own)) if !(off(&worst) <= SAME_PLACE * arm) => {
+            of_another_vehicle(name, *found, own * scale)
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Factors from PX4's normalised numbers to a vehicle's physical ones.

@@ -109,6 +109,47 @@ fn a_file_is_refused_where_it_does_not_belong() {
     refused("# For: samara\n1\t1\tSYS_AUTOSTART\t4001\t6", &titan, "none of the gains");
 }
 
+/// PX4's own 4019_x500_v2 has arms of 1; all that counts to its allocation are ratios and signs.
+#[test]
+fn rotors_are_told_by_ratios_and_signs() {
+    let (vehicle, gains, limits, earth) =
+        (lander(true), Gains::paper_pso(), ControlLimits::default(), at(STANDARD_GRAVITY_M_S2));
+    let subject = Subject {
+        vehicle: &vehicle,
+        environment: &earth,
+        gains: &gains,
+        limits: &limits,
+        speed_m_s: 12.0,
+        tilt_from: None,
+        pack: None,
+    };
+    let rotors: Vec<(f64, f64)> =
+        vehicle.rotors.iter().map(|r| (r.position_body_m.x, r.position_body_m.y)).collect();
+    let of = |change: &dyn Fn(usize, f64, f64) -> (f64, f64)| {
+        let mut text = "1\t1\tMC_PITCH_P\t4\t9\n".to_owned();
+        for (i, (x, y)) in rotors.iter().enumerate() {
+            let (x, y) = change(i, *x, *y);
+            text += &format!("1\t1\tCA_ROTOR{i}_PX\t{x}\t9\n1\t1\tCA_ROTOR{i}_PY\t{y}\t9\n");
+        }
+        import(&ParameterFile::parse(&text).unwrap(), &subject)
+    };
+    for scale in [1.0, 1.0 / rotors[0].0, 0.3] {
+        assert!(of(&|_, x, y| (scale * x, scale * y)).is_ok(), "{scale}");
+    }
+    let refused = |change: &dyn Fn(usize, f64, f64) -> (f64, f64), words: &str| {
+        let error = of(change).unwrap_err().to_string();
+        assert!(error.contains("another vehicle") && error.contains(words), "{error}");
+    };
+    refused(&|_, x, y| (x, 2.0 * y), "CA_ROTOR");
+    refused(&|i, x, y| (if i == 2 { 1.2 * x } else { x }, y), "CA_ROTOR2_PX");
+    refused(&|_, x, y| (-x, -y), "CA_ROTOR");
+    let spin = |value: f64| {
+        let text = format!("1\t1\tMC_PITCH_P\t4\t9\n1\t1\tCA_ROTOR0_KM\t{value}\t9\n");
+        import(&ParameterFile::parse(&text).unwrap(), &subject).is_ok()
+    };
+    assert_eq!([spin(0.05), spin(-0.05)].iter().filter(|ok| **ok).count(), 1, "one way to turn");
+}
+
 #[test]
 fn what_the_file_leaves_out_stays_and_what_cannot_be_followed_is_reported() {
     let (vehicle, gains, limits, earth) =
