@@ -167,7 +167,10 @@ pub fn trajectory(data: &[u8]) {
 
 /// A PX4 parameter file: what is taken and written again is taken again.
 pub fn params(data: &[u8]) {
-    let _ = load_parameters(&put("fuzzed.params", data));
+    if let Ok(file) = load_parameters(&put("fuzzed.params", data)) {
+        assert!(file.len() <= 16_384 && file.remarks().len() <= 32, "{:?}", file.remarks());
+        assert!(file.own().all(|(_, entry)| entry.value.as_f64().is_finite()));
+    }
 }
 
 /// A grid of plans, with the checksum that it has and with the right one: what is taken has finite values wherever

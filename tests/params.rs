@@ -197,7 +197,8 @@ fn check_says_what_is_outside_and_what_is_needed() {
     assert_eq!(code(&check(&row("MC_PITCH_P", "6.5"), &["--mission", TITAN])), 1);
     assert_eq!(code(&check(&row("MC_PITCH_P", "6.5"), &["--mission", X500])), 0);
     assert_eq!(code(&check(&row("FOO_BAR", "6.5"), &["--mission", X500])), 1, "no drop takes it");
-    assert_eq!(code(&check("# For: samara\n1\t1\tMPC_TILTMAX_LND\t45\t9\n", &["--mission", X500])), 1);
+    // As a drop says: none of the cascade's gains, and PX4 takes it under standard gravity.
+    assert_eq!(code(&check("# For: samara\n1\t1\tMPC_TILTMAX_LND\t45\t9\n", &["--mission", X500])), 0);
     for (file, mission, belongs) in [
         ("titan_px4_froude_tuned", "mission/titan_px4.json", 0),
         ("titan_px4_froude_tuned", TITAN, 1),
@@ -212,6 +213,165 @@ fn check_says_what_is_outside_and_what_is_needed() {
         samara(&["params", "check", "params/px4/titan_samara.params", "--for", "samara", "--mission", TITAN]);
     assert_eq!(code(&own), 0, "{}", out(&own));
     assert!(out(&own).contains("needed"), "{}", out(&own));
+}
+
+/// A file is held against the version that it names, that which is asked for, or the newest; v1.16's factory
+/// default of EKF2_GPS_CHECK is outside v1.15's range.
+#[test]
+fn check_goes_by_a_version_of_px4_and_says_which() {
+    let folder = tempfile::tempdir().unwrap();
+    let rows = "1\t1\tCOM_FLTMODE1\t100\t6\n1\t1\tEKF2_GPS_CHECK\t1023\t6\n1\t1\tMIS_TKO_LAND_REQ\t5\t6\n";
+    let check = |version: &str, more: &[&str]| {
+        let path =
+            file(folder.path(), "v.params", &format!("# Stack: PX4 Pro\n# Version: {version}\n{rows}"));
+        let told = samara(&[&["params", "check", &path, "--json"], more].concat());
+        let json = json(&told);
+        let of = |key: &str| json[key].as_str().unwrap().to_owned();
+        (code(&told), of("px4"), of("px4_named_by"))
+    };
+    let found = |code, px4: &str, by: &str| (code, px4.to_owned(), by.to_owned());
+    assert_eq!(check("1.16.0", &[]), found(0, "v1.16", "file"));
+    assert_eq!(check("1.12.3", &[]), found(1, "v1.12", "file"));
+    assert_eq!(check("1.16.0", &["--px4", "v1.14"]), found(1, "v1.14", "asked"));
+    assert_eq!(check("1.12.3", &["--px4", "1.16.1"]), found(0, "v1.16", "asked"));
+    assert_eq!(check("samara 0.1.0", &[]), found(0, "v1.18", "nothing"));
+    for version in ["v1.11", "v1.19", "new"] {
+        let refused = samara(&["params", "check", "x.params", "--px4", version]);
+        assert_eq!(code(&refused), 2);
+        assert!(err(&refused).contains("from v1.12 to v1.18 is expected"), "{}", err(&refused));
+    }
+    let text = out(&samara(&["params", "check", &format!("{}/v.params", folder.path().display())]));
+    assert!(text.contains("3 checked by PX4 v1.18 (the newest that is known"), "{text}");
+}
+
+/// Names that PX4 has given up, misspelt ones, and a file of nothing else.
+#[test]
+fn check_tells_old_and_misspelt_names() {
+    let folder = tempfile::tempdir().unwrap();
+    let check = |names: &[&str]| {
+        let rows: String = names.iter().map(|name| format!("1\t1\t{name}\t1\t9\n")).collect();
+        let told = samara(&["params", "check", &file(folder.path(), "names.params", &rows)]);
+        (code(&told), out(&told))
+    };
+    let (old, text) = check(&["MPC_XY_VEL_P", "MPC_Z_VEL_P"]);
+    assert!(old == 1 && text.contains("MPC_XY_VEL_P_ACC has its place"), "nothing was checked: {text}");
+    let (old, text) = check(&["MC_PITCH_P", "MPC_HOLD_DZ", "MPC_XY_VEL_P"]);
+    assert!(old == 0 && text.contains("v1.16 was the last that had it"), "{text}");
+    for misspelt in ["mc_roll_p", "MC_ROL_P", "MC_ORLL_P"] {
+        let (typo, text) = check(&["MC_PITCH_P", misspelt]);
+        assert!(typo == 1 && text.contains("did you mean MC_ROLL_P?"), "{text}");
+    }
+    assert_eq!(check(&["MY_OWN_THING"]).0, 1, "nothing was checked");
+    assert_eq!(check(&["MC_PITCH_P", "MY_OWN_THING"]).0, 0);
+}
+
+/// What QGroundControl saves is PX4's by its own words.
+#[test]
+fn what_qgroundcontrol_saves_of_an_export_is_for_px4() {
+    let folder = tempfile::tempdir().unwrap();
+    let exported = fs::read_to_string("params/px4/x500_px4.params").unwrap();
+    let rows = exported.lines().filter(|line| !line.starts_with('#')).collect::<Vec<_>>().join("\n");
+    let head = |stack: &str| {
+        format!(
+            "# Onboard parameters for Vehicle 1\n#\n# Stack: {stack}\n# Vehicle: Multi-Rotor\n# Version: 1.16.0 \n\
+             # Git Revision: 1234567890abcdef\n#\n# Vehicle-Id Component-Id Name Value Type\n"
+        )
+    };
+    let saved = file(folder.path(), "saved.params", &(head("PX4 Pro") + &rows));
+    for purpose in ["px4", "samara", "px4-froude"] {
+        let checked = samara(&["params", "check", &saved, "--for", purpose]);
+        assert_eq!(code(&checked), i32::from(purpose != "px4"), "{}", out(&checked));
+    }
+    let ardupilots = file(folder.path(), "ardupilot.params", &(head("ArduPilot") + &rows));
+    let refused = samara(&["params", "check", &ardupilots]);
+    assert_eq!(code(&refused), 2);
+    assert!(err(&refused).contains("ArduPilot's parameters"), "{}", err(&refused));
+}
+
+/// A line for each way to fly says what a drop then does.
+#[test]
+fn check_says_what_a_drop_will_do() {
+    let folder = tempfile::tempdir().unwrap();
+    let row = |name: &str, value: f64| format!("1\t1\t{name}\t{value}\t9\n");
+    let places = [(1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0)];
+    let normalised = |scale: f64| -> String {
+        let each = |(i, (x, y)): (usize, &(f64, f64))| {
+            row(&format!("CA_ROTOR{i}_PX"), scale * x) + &row(&format!("CA_ROTOR{i}_PY"), scale * y)
+        };
+        row("MC_PITCH_P", 6.5) + &places.iter().enumerate().map(each).collect::<String>()
+    };
+    for (name, text, own, model) in [
+        ("gains", row("MC_PITCH_P", 6.5), true, true),
+        ("arms_of_1", normalised(1.0), true, true),
+        ("as_long", normalised(0.174), true, true),
+        ("turned", normalised(-1.0), false, true),
+        ("hover", row("MC_PITCH_P", 6.5) + &row("MPC_THR_HOVER", 0.51), false, true),
+        ("no_gains", row("MPC_LAND_SPEED", 0.7), false, true),
+        ("names", row("MY_OWN_THING", 1.0), false, false),
+    ] {
+        let path = file(folder.path(), &format!("{name}.params"), &text);
+        let checked = samara(&["params", "check", &path, "--mission", "x500_drop", "--json"]);
+        let told = json(&checked);
+        let says = |by: &str| -> Vec<bool> {
+            let ways = told["flown_by"].as_array().unwrap().iter();
+            let of = ways.filter(|way| way["by"].as_str().unwrap().starts_with(by));
+            of.map(|way| way["flies"].as_bool().unwrap()).collect()
+        };
+        assert_eq!((says("samara's own"), says("px4-model")), (vec![own], vec![model]), "{name}: {told:#}");
+        assert_eq!(says("PX4 v1.12"), says("px4-model"), "{name}");
+        assert_eq!(code(&checked), i32::from(!model), "{name}");
+        for (autopilot, flies) in [("reference", own), ("px4-model", model)] {
+            let results = folder.path().join(format!("{name}_{autopilot}"));
+            let results = results.to_str().unwrap();
+            let drop =
+                samara(&["drop", "x500_drop", "--params", &path, "--autopilot", autopilot, "--out", results]);
+            assert_eq!(code(&drop) != 2, flies, "{name} {autopilot}: {}", err(&drop));
+        }
+    }
+    let ground =
+        samara(&["params", "check", "params/px4/x500_px4.params", "--mission", "x500_ground", "--json"]);
+    assert_eq!((code(&ground), json(&ground)["does_not_belong"].is_string()), (1, true));
+    let titan = samara(&["params", "check", "params/px4/titan_px4.params", "--mission", TITAN]);
+    assert!(out(&titan).contains("flown by PX4 v1.12 to v1.18: no, PX4 has 9.80665"), "{}", out(&titan));
+}
+
+/// An export for a version has what the version has, in its types, and says so; it is then held against it.
+#[test]
+fn an_export_is_for_a_version() {
+    let folder = tempfile::tempdir().unwrap();
+    let export = |version: &str| {
+        let path = folder.path().join(format!("{version}.params"));
+        let path = path.to_str().unwrap().to_owned();
+        let args = ["params", "export", X500, "--for", "px4", "--drop", "--px4", version, "--out", &path];
+        let made = samara(&args);
+        assert_eq!(code(&made), 0, "{}", err(&made));
+        let text = fs::read_to_string(&path).unwrap();
+        assert!(text.contains(&format!("\n# PX4: {version}\n")), "{text}");
+        let checked = json(&samara(&["params", "check", &path, "--json"]));
+        assert_eq!((&checked["px4"], &checked["not_in_table"]), (&version.into(), &0.into()), "{checked}");
+        text
+    };
+    let [old, v1_16, new] = ["v1.12", "v1.16", "v1.18"].map(export);
+    assert!(!old.contains("CA_ROTOR") && old.contains("\tEKF2_GPS_DELAY\t110.0"), "{old}");
+    assert!(v1_16.contains("\tCA_ROTOR_COUNT\t4\t6") && v1_16.contains("\tEKF2_GPS_DELAY\t110.0"), "{v1_16}");
+    assert!(new.contains("\tSENS_GPS0_DELAY\t110\t6") && !new.contains("EKF2_GPS_DELAY"), "{new}");
+    assert!(v1_16.contains("\tMPC_USE_HTE\t") && !new.contains("\tMPC_USE_HTE\t"), "{new}");
+}
+
+/// What one of two versions does not have is told beside its row.
+#[test]
+fn diff_goes_by_the_versions_of_its_files() {
+    let folder = tempfile::tempdir().unwrap();
+    let of = |name: &str, version: &str, rows: &str| {
+        file(folder.path(), name, &format!("# Version: {version}\n{rows}"))
+    };
+    let a = of("a.params", "1.14.3", "1\t1\tMPC_USE_HTE\t1\t6\n1\t1\tMC_PITCH_P\t4\t9\n");
+    let b = of("b.params", "1.18.0", "1\t1\tMC_PITCH_P\t5\t9\n");
+    let text = out(&samara(&["params", "diff", &a, &b]));
+    assert!(text.contains("a.params: by PX4 v1.14 (as the file says)"), "{text}");
+    assert!(text.lines().any(|l| l.starts_with("MPC_USE_HTE") && l.ends_with("(not in v1.18)")), "{text}");
+    let one = out(&samara(&["params", "diff", &a, &b, "--px4", "v1.16"]));
+    assert!(one.starts_with("by PX4 v1.16 (as asked)\n") && !one.contains("(not in"), "{one}");
 }
 
 #[test]

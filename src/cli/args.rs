@@ -15,9 +15,11 @@ use super::sign_key::sign_with;
 use super::system::raise_without_parent;
 use samara::config::Mission;
 use samara::config::shipped::is_built_in;
+use samara::control::px4::versions::Number;
 use samara::control::px4::{Law, Version};
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{LinkUrl, Ports, SignWith, Speed, Wiring, system_of_instance};
+use samara::params::Metadata;
 pub use samara::study::settings::{number, whole};
 use samara::units::{UnitError, in_unit};
 
@@ -243,7 +245,8 @@ pub struct ChoiceArgs {
 
 /// Whether gains are a parameter file, by its name.
 pub fn is_parameter_file(gains: &str) -> bool {
-    Path::new(gains).extension().is_some_and(|ending| ending == "params")
+    let endings = ["params", "param", "parm"];
+    Path::new(gains).extension().is_some_and(|ending| endings.iter().any(|known| ending == *known))
 }
 
 /// `--gains` of this name: PX4's own.
@@ -323,6 +326,13 @@ pub fn companion(text: &str) -> Result<Duration, String> {
 /// A version of PX4 whose law the model has.
 pub fn px4_law(text: &str) -> Result<Law, String> {
     Version::law_of(text).map_err(|e| e.to_string())
+}
+
+/// The number of a version of PX4 whose parameters are known.
+pub fn px4_version(text: &str) -> Result<Number, String> {
+    let (oldest, newest) = (Metadata::OLDEST, Metadata::NEWEST);
+    let known = text.parse().ok().filter(|version| (oldest..=newest).contains(version));
+    known.ok_or_else(|| format!("a version of PX4 from {oldest} to {newest} is expected"))
 }
 
 /// The value of `--autopilot`.

@@ -55,7 +55,7 @@ pub fn run(args: &FidelityArgs) -> Result<Answer, Failure> {
     let gains = choice.of_px4().gains.filter(|_| !choice.px4s_own_gains());
     let own = chosen_mission(path, &ChoiceArgs { gains, params: None, ..choice.clone() })?;
     // Campaigns by PX4 and by its model have the parameter file among their inputs, and which of them flew.
-    let (of_px4, _) = mission_for_px4(path, choice)?;
+    let (of_px4, _) = mission_for_px4(path, choice, None)?;
     let by = |autopilot: &str| {
         let mut mission = of_px4.clone();
         mission.note_choice("autopilot", autopilot);

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
+use anyhow::{Context as _, bail};
 
 use super::answer::{BadInput as _, Failure};
 use super::args::{
@@ -12,7 +12,8 @@ use super::narrator::Narrator;
 use super::terminal::{print, print_err, print_remarks};
 use samara::config::shipped::is_built_in;
 use samara::config::{Mission, load_mission_with, mission_path, plain_name};
-use samara::params::{Check, Class, Metadata, ParameterFile, check};
+use samara::params::metadata::Kind;
+use samara::params::{Against, Check, Class, Finding, Metadata, ParameterFile, check};
 use samara::replan::Cadence;
 use samara::report::params::check_text;
 
@@ -105,6 +106,12 @@ pub fn use_replan(
 /// The mission with the chosen gains and seed, for a drop: refuses one that starts on the ground.
 pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, Failure> {
     let mission = chosen_mission(path, choice)?;
+    has_a_drop(&mission)?;
+    Ok(mission)
+}
+
+/// Refuses a mission that starts on the ground.
+pub fn has_a_drop(mission: &Mission) -> Result<(), Failure> {
     if mission.release.standing {
         return Err(Failure::input(format!(
             "{}: the vehicle starts on the ground, there is no drop; fly it with `samara sim`, `samara autopilot` and a ground \
@@ -112,15 +119,16 @@ pub fn mission_with_a_drop(path: &Path, choice: &ChoiceArgs) -> Result<Mission, 
             mission.file.display()
         )));
     }
-    Ok(mission)
+    Ok(())
 }
 
 /// The mission for a flight by PX4, and the parameter file that PX4 is given: the chosen one; where nothing
 /// is chosen, the one that the mission names; with the gains [`PX4_DEFAULT`] an empty one. Without a file PX4
-/// flies the mission's gains in its terms.
+/// flies the mission's gains in its terms. `flown`: the version of PX4 that flies, where it is known.
 pub fn mission_for_px4(
     path: &Path,
     choice: &ChoiceArgs,
+    flown: Option<Against>,
 ) -> Result<(Mission, Option<ParameterFile>), Failure> {
     let choice = &choice.of_px4();
     let own = choice.px4s_own_gains();
@@ -138,7 +146,7 @@ pub fn mission_for_px4(
         Some(_) => file.bad_input()?,
         None => file.with_context(|| format!("{}: px4_params", mission.file.display())).bad_input()?,
     };
-    let check = check_of(&file);
+    let check = check_of(&file, flown.unwrap_or_else(|| Against::of(&file)));
     let remarkable = match choice.params {
         Some(_) => !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty(),
         // What a drop needs is no news in a file that was chosen for it.
@@ -146,9 +154,9 @@ pub fn mission_for_px4(
     };
     if remarkable {
         // What `samara params check` prints of a file.
-        print_err(&check_text(&given.display().to_string(), &file, &check, None));
+        print_err(&check_text(&given.display().to_string(), &file, &check, &[], None));
     }
-    refuse_useless(&given, &check)?;
+    is_useful(&check).with_context(|| given.display().to_string()).bad_input()?;
     Ok((mission, Some(file)))
 }
 
@@ -159,19 +167,21 @@ pub fn px4_parameters(mission: &Mission, (gains, params): (Option<&str>, Option<
     params.map(Path::to_owned).or(named)
 }
 
-fn check_of(file: &ParameterFile) -> Check {
-    check(&Metadata::px4(), file.purpose(), file.own().map(|(name, entry)| (name, entry.value)))
+/// A file's own parameters against a version of PX4.
+pub fn check_of(file: &ParameterFile, against: Against) -> Check {
+    check(against, file.purpose(), file.own().map(|(name, entry)| (name, entry.value)))
 }
 
-/// Refuses a value that PX4 would not load, and a file that holds nothing of PX4's.
-fn refuse_useless(path: &Path, check: &Check) -> Result<(), Failure> {
-    let wrong = check.findings.iter().find(|f| f.class == Class::WrongType);
-    let why = match wrong {
-        Some(finding) => finding.text(),
-        None if check.known == 0 => "none of PX4's parameters stands in it".to_owned(),
-        None => return Ok(()),
-    };
-    Err(Failure::input(format!("{}: {why}", path.display())))
+/// Refuses a value that no PX4 would load, and a file that holds nothing of PX4's. What is of another version
+/// goes over the wire in the type that the vehicle has.
+pub fn is_useful(check: &Check) -> anyhow::Result<()> {
+    let is_wrong =
+        |f: &&Finding| f.class == Class::WrongType && !Metadata::is_ever(&f.name, Kind::of(f.value));
+    match check.findings.iter().find(is_wrong) {
+        Some(finding) => bail!("{}", finding.text()),
+        None if check.known == 0 => bail!("none of PX4's parameters stands in it"),
+        None => Ok(()),
+    }
 }
 
 /// Notes the estimator among the mission's choices, where it is not the truth: the flight depends on it.

@@ -6,18 +6,25 @@ use clap::{Args, Subcommand, ValueEnum};
 use serde_json::{Value, json};
 
 use super::answer::{Answer, BadInput as _, Failure};
-use super::args::{ChoiceArgs, DEFAULT_MISSION, SetArgs, px4_law};
-use super::mission::{chosen_mission, mission_for_px4, open_mission, origin};
-use super::pilot::px4::upload::{suits, whole};
+use super::args::{ChoiceArgs, DEFAULT_MISSION, SetArgs, px4_version};
+use super::mission::{
+    check_of, chosen_mission, has_a_drop, is_useful, mission_for_px4, open_mission, origin,
+};
+use super::pilot::px4::upload::{exported, suits, whole};
+use super::pilot::px4_model;
 use super::planning::plan_mission;
 use super::results::{OutputFolder, place_of};
 use super::terminal::print;
 use samara::autopilot::parameters::document::{Listed, listed, markdown};
 use samara::config::{Mission, load_parameters};
+use samara::control::px4::versions::Number;
 use samara::control::px4::{Law, is_quad_x};
 use samara::params::compatibility::written_for;
-use samara::params::{Export, Metadata, ParameterFile, Purpose, check, diff, export, export_for_law, import};
+use samara::params::{
+    Against, Export, Metadata, Mixing, ParameterFile, Purpose, diff, export, export_for_version, import,
+};
 use samara::plan::Status;
+use samara::report::params::Way;
 use samara::report::{params as report, plan_text};
 
 /// `samara params`.
@@ -73,10 +80,12 @@ struct ExportArgs {
     /// other vehicle than a quadrotor in X needs it.
     #[arg(long, requires = "drop")]
     allocated: bool,
-    /// The version of PX4 that the file is for: what that has no counterpart of is refused, and it settles
-    /// --allocated [default: v1.14 and later, with --drop v1.12].
-    #[arg(long, value_name = "VERSION", value_parser = px4_law, conflicts_with = "allocated")]
-    px4_version: Option<Law>,
+    /// The version of PX4 that the file is for: what that has no counterpart of is refused, what it has not
+    /// is left out, types are its own, and it settles --allocated [default: v1.14 and later, with --drop
+    /// v1.12].
+    #[arg(long, visible_alias = "px4", value_name = "VERSION", value_parser = px4_version)]
+    #[arg(conflicts_with = "allocated")]
+    px4_version: Option<Number>,
     /// The file; `-` for stdout [default: out/<mission name>/<vehicle>_<for>.params, with --drop
     /// <vehicle>_<for>_drop.params].
     #[arg(long, value_name = "FILE")]
@@ -90,6 +99,10 @@ struct ExportArgs {
 struct CheckArgs {
     /// The parameter file.
     file: PathBuf,
+    /// The version of PX4 to hold it against [default: the file's, by its line `# Version:`, else the
+    /// newest known].
+    #[arg(long, value_name = "VERSION", value_parser = px4_version)]
+    px4: Option<Number>,
     /// What the file is to be for.
     #[arg(long = "for", value_enum)]
     purpose: Option<PurposeArg>,
@@ -110,6 +123,10 @@ struct DiffArgs {
     a: PathBuf,
     /// Another one.
     b: PathBuf,
+    /// The version of PX4 that describes them [default: each file's, by its line `# Version:`, else the
+    /// newest known].
+    #[arg(long, value_name = "VERSION", value_parser = px4_version)]
+    px4: Option<Number>,
     /// Print one JSON object on stdout instead of text.
     #[arg(long)]
     json: bool,
@@ -162,14 +179,14 @@ fn list_json() -> String {
 fn run_export(args: &ExportArgs) -> Result<Answer, Failure> {
     let choice = ChoiceArgs { gains: args.gains.clone(), set: args.set.clone(), ..ChoiceArgs::default() };
     let (mission, export) = if args.drop {
-        let (mission, given) = mission_for_px4(&args.mission, &choice)?;
+        let (mission, given) = mission_for_px4(&args.mission, &choice, args.px4_version.map(Against::asked))?;
         let export = of_a_drop(args, &mission, given.as_ref())?;
         (mission, export)
     } else {
         let mission = chosen_mission(&args.mission, &choice)?;
         let (subject, purpose) = (mission.parameter_subject(), args.purpose.purpose());
         let export = match &args.px4_version {
-            Some(law) => export_for_law(&subject, purpose, law),
+            Some(version) => export_for_version(&subject, purpose, *version),
             None => export(&subject, purpose),
         };
         let export = export.bad_input()?;
@@ -218,7 +235,8 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
             wanted.name()
         )));
     }
-    let allocated = args.px4_version.map_or(args.allocated, |law| law.allocates);
+    let mixing = args.px4_version.map(Mixing::of_version);
+    let allocated = mixing.map_or(args.allocated, |mixing| mixing == Mixing::Allocated);
     if !allocated && let Err(reason) = is_quad_x(&mission.vehicle) {
         return Err(Failure::input(format!(
             "--drop is for a PX4 that mixes by the file `quad_x` (v1.12), and {reason}; with --drop --allocated it is for PX4 v1.14 and \
@@ -231,10 +249,12 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
         let text = plan_text(mission, &timed.plan, None);
         return Err(Failure::input(format!("no plan to fly: {text}")));
     }
-    if let (Some(law), None) = (&args.px4_version, given) {
-        export_for_law(&mission.parameter_subject(), wanted, law).bad_input()?;
+    let whole = || whole(mission, &timed.plan.trajectory, given, !allocated);
+    let Some(version) = args.px4_version else { return whole() };
+    if given.is_none() {
+        export_for_version(&mission.parameter_subject(), wanted, version).bad_input()?;
     }
-    whole(mission, &timed.plan.trajectory, given, !allocated)
+    Ok(whole()?.for_version(Against::asked(version)))
 }
 
 fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {
@@ -242,35 +262,79 @@ fn run_check(args: &CheckArgs) -> Result<Answer, Failure> {
     if file.entries().next().is_none() {
         return Err(Failure::input(format!("{}: there is no parameter in it", args.file.display())));
     }
-    let rows = file.entries().map(|(_, name, entry)| (name, entry.value));
-    let check = check(&Metadata::px4(), file.purpose(), rows);
-    let refusal = refusal(args, &file, check.known)?;
+    let against = args.px4.map_or_else(|| Against::of(&file), Against::asked);
+    let check = check_of(&file, against);
+    let ways = match &args.mission {
+        Some(mission) => ways(&open_mission(mission, &args.set)?, &file),
+        None => Vec::new(),
+    };
+    let refusal = for_another(args, &file).or_else(|| {
+        let nobody = !ways.is_empty() && ways.iter().all(|way| way.refusal.is_some());
+        nobody.then(|| "nobody flies the mission with it".to_owned())
+    });
     let name = args.file.display().to_string();
     let words = if args.json { report::check_json } else { report::check_text };
-    print(&words(&name, &file, &check, refusal.as_deref()))?;
+    print(&words(&name, &file, &check, &ways, refusal.as_deref()))?;
     Ok(Answer::from(check.passes() && refusal.is_none()))
 }
 
-/// Why the file does not belong where it is to be used.
-fn refusal(args: &CheckArgs, file: &ParameterFile, known: usize) -> Result<Option<String>, Failure> {
-    if let Some(wanted) = args.purpose.map(PurposeArg::purpose).filter(|p| file.purpose() != Some(*p)) {
-        let is = file.purpose().map_or("does not say what it is for", Purpose::words);
-        return Ok(Some(format!("for {} is wanted, the file: {is}", wanted.name())));
+/// Why the file is not for what it is to be for. What PX4's ground stations and its shell write is PX4's.
+fn for_another(args: &CheckArgs, file: &ParameterFile) -> Option<String> {
+    let wanted = args.purpose.map(PurposeArg::purpose).filter(|p| file.purpose() != Some(*p))?;
+    if wanted == Purpose::Px4 && file.purpose().is_none() && file.is_of_px4() {
+        return None;
     }
-    let Some(mission) = &args.mission else { return Ok(None) };
-    let mission = open_mission(mission, &args.set)?;
-    let by_samara = import(file, &mission.parameter_subject());
-    // PX4 takes any file with something of its own in it, but for one that is not for it.
-    let is_px4s = file.purpose() != Some(Purpose::Samara) && known > 0 && suits(&mission).is_ok();
-    let by_px4 =
-        is_px4s.then(|| written_for(file, mission.site.environment.gravity_m_s2, mission.px4_purpose()));
-    Ok(match (by_samara, by_px4) {
-        (Ok(_), _) | (_, Some(Ok(_))) => None,
-        (_, Some(Err(e))) if matches!(file.purpose(), Some(Purpose::Px4 | Purpose::Px4Froude)) => {
-            Some(e.to_string())
+    let is = file.purpose().map_or("does not say what it is for", Purpose::words);
+    Some(format!("for {} is wanted, the file: {is}", wanted.name()))
+}
+
+/// Every way to fly a mission with the file, asked as a drop asks it.
+fn ways(mission: &Mission, file: &ParameterFile) -> Vec<Way> {
+    let way =
+        |by: String, asked: anyhow::Result<()>| Way { by, refusal: asked.err().map(|e| format!("{e:#}")) };
+    let drop = || has_a_drop(mission).map_err(|failure| anyhow::Error::msg(failure.text()));
+    let own = || drop().and_then(|()| Ok(import(file, &mission.parameter_subject()).map(drop_value)?));
+    let px4s = |against: Against| {
+        drop()?;
+        written_for(file, mission.site.environment.gravity_m_s2, mission.px4_purpose())?;
+        is_useful(&check_of(file, against))
+    };
+    let model = |law: &Law| {
+        px4s(Against::of_law(law)).and_then(|()| px4_model::suits(mission, law, Some(file)).map(drop_value))
+    };
+    let real = |version: Number| {
+        px4s(Against::flown(version))?;
+        let mixes = Mixing::of_version(version) == Mixing::QuadX;
+        if mixes {
+            is_quad_x(&mission.vehicle)?;
         }
-        (Err(e), _) => Some(e.to_string()),
-    })
+        suits(mission)?;
+        exported(mission, Some(file), mixes).map(drop_value)
+    };
+    let laws = [Law::V1_12, Law::V1_14, Law::V1_16].map(|law| way(law.since.to_owned(), model(&law)));
+    let versions = Metadata::versions().map(|version| way(version.to_string(), real(version)));
+    let mut all = vec![way("samara's own autopilot".to_owned(), own())];
+    all.extend(together("px4-model", laws));
+    all.extend(together("PX4", versions));
+    all
+}
+
+fn drop_value<T>(_: T) {}
+
+/// Ways by consecutive versions with one answer, as one way each.
+fn together(name: &str, ways: impl IntoIterator<Item = Way>) -> Vec<Way> {
+    let mut groups: Vec<(String, Way)> = Vec::new();
+    for way in ways {
+        match groups.last_mut() {
+            Some((_, last)) if last.refusal == way.refusal => last.by = way.by,
+            _ => groups.push((way.by.clone(), way)),
+        }
+    }
+    let label = |(first, way): (String, Way)| {
+        let to = if first == way.by { String::new() } else { format!(" to {}", way.by) };
+        Way { by: format!("{name} {first}{to}"), refusal: way.refusal }
+    };
+    groups.into_iter().map(label).collect()
 }
 
 fn run_diff(args: &DiffArgs) -> Result<Answer, Failure> {
@@ -279,6 +343,7 @@ fn run_diff(args: &DiffArgs) -> Result<Answer, Failure> {
     let names = [args.a.display().to_string(), args.b.display().to_string()];
     let names = [names[0].as_str(), names[1].as_str()];
     let words = if args.json { report::diff_json } else { report::diff_text };
-    print(&words(names, [&a, &b], &differences))?;
+    let against = [&a, &b].map(|file| args.px4.map_or_else(|| Against::of(file), Against::asked));
+    print(&words(names, [&a, &b], against, &differences))?;
     Ok(Answer::from(differences.iter().all(|d| d.rounding)))
 }

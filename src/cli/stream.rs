@@ -64,7 +64,7 @@ pub struct StreamArgs {
 /// Streams a plan from the release to its end, and then the target velocity.
 pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     let (mut mission, parameters) = match args.upload {
-        true => mission_for_px4(&args.mission, &args.choice)?,
+        true => mission_for_px4(&args.mission, &args.choice, None)?,
         false => (mission_with_a_drop(&args.mission, &args.choice)?, None),
     };
     mission.control.feed_forward |= args.feed_forward;

@@ -83,11 +83,11 @@ fn shown(path: &Path) -> String {
 
 fn starts_with_line(error: &ParamsError) -> bool {
     use ParamsError::{
-        Columns, Control, DoesNotBelong, Field, NoCounterpart, NoGains, NoUnit, Twice, UnknownPurpose,
+        Columns, Control, DoesNotBelong, Field, Format, NoCounterpart, NoGains, NoUnit, Pair, TooMany, Twice,
     };
     match error {
-        Columns { .. } | Field { .. } | Twice { .. } | UnknownPurpose { .. } => true,
-        DoesNotBelong(_) | NoGains | Control(_) | NoUnit { .. } | NoCounterpart { .. } => false,
+        Columns { .. } | Field { .. } | Pair { .. } | TooMany { .. } | Twice { .. } => true,
+        DoesNotBelong(_) | Format(_) | NoGains | Control(_) | NoUnit { .. } | NoCounterpart { .. } => false,
     }
 }
 

@@ -16,9 +16,10 @@ pub fn load_parameters(path: &Path) -> Result<ParameterFile, ConfigError> {
 
 /// A parameter file and the text that it was read from.
 pub(super) fn read(path: &Path) -> Result<(Source, ParameterFile), ConfigError> {
-    let source = Source::read(path, "parameter file", None)?;
-    let file = ParameterFile::parse(&source.text).map_err(|error| refuse(path, error))?;
-    Ok((source, file))
+    let bytes = Source::bytes(path, "parameter file", None)?;
+    let file = ParameterFile::read(&bytes).map_err(|error| refuse(path, error))?;
+    let text = String::from_utf8_lossy(&bytes);
+    Ok((Source::of_text(text.trim_start_matches('\u{feff}'), path), file))
 }
 
 /// An error about a parameter file, with its path.

@@ -39,22 +39,33 @@ impl Source {
         role: &'static str,
         named_in: Option<&Path>,
     ) -> Result<Self, ConfigError> {
-        let refuse = |reason: String| ConfigError::Read {
+        let text = String::from_utf8(Self::bytes(path, role, named_in)?).map_err(|e| ConfigError::Read {
             role,
             path: path.to_owned(),
             named_in: named_in.map(Path::to_owned),
-            reason,
-        };
-        if let Some(found) = shipped::read(path) {
-            return Ok(Self::of_text(found.map_err(refuse)?, path));
-        }
-        let bytes = bytes_at_most(path, LIMIT_BYTES).map_err(|e| refuse(e.to_string()))?;
-        let text = String::from_utf8(bytes).map_err(|e| {
-            refuse(format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to() + 1))
+            reason: format!("it is not text: byte {} is not UTF-8", e.utf8_error().valid_up_to() + 1),
         })?;
         // A mark of the byte order, which some editors put in front, is no part of the text.
         let text = text.strip_prefix('\u{feff}').map(str::to_owned).unwrap_or(text);
         Ok(Self { file: path.to_owned(), text, set: Vec::new() })
+    }
+
+    /// The bytes of `path`, as [`Source::read`] finds it.
+    pub(super) fn bytes(
+        path: &Path,
+        role: &'static str,
+        named_in: Option<&Path>,
+    ) -> Result<Vec<u8>, ConfigError> {
+        let bytes = match shipped::read(path) {
+            Some(found) => found.map(|text| text.as_bytes().to_vec()),
+            None => bytes_at_most(path, LIMIT_BYTES).map_err(|e| e.to_string()),
+        };
+        bytes.map_err(|reason| ConfigError::Read {
+            role,
+            path: path.to_owned(),
+            named_in: named_in.map(Path::to_owned),
+            reason,
+        })
     }
 
     /// Puts a value into the text, at a path that is there or is made; `asked` is for messages. Otherwise why

@@ -8,7 +8,7 @@ use serde::{Serialize, Serializer};
 use super::json::{Head, VERSION, object, text};
 use samara_core::params::file::write;
 use samara_core::params::{
-    Check, Class, Difference, Export, Finding, Metadata, ParameterFile, Purpose, Value,
+    Against, Check, Class, Difference, Export, Finding, ParameterFile, Purpose, Value,
 };
 use samara_mission::Mission;
 
@@ -44,16 +44,58 @@ fn purpose_words(purpose: Option<Purpose>) -> String {
     purpose.map_or("does not say what it is for".to_owned(), |p| format!("for {} ({})", p.name(), p.words()))
 }
 
+/// What a file says that it is for.
+fn said_of(file: &ParameterFile) -> String {
+    match (file.purpose(), file.is_of_px4()) {
+        (None, true) => "of PX4, by its own words".to_owned(),
+        (purpose, _) => purpose_words(purpose),
+    }
+}
+
 /// An export with its findings and remarks, as text for the terminal.
 pub fn export_text(export: &Export) -> String {
-    let head = format!("{} parameters {}\n", export.parameters.len(), purpose_words(Some(export.purpose)));
+    let against = match export.purpose {
+        Purpose::Samara => String::new(),
+        Purpose::Px4 | Purpose::Px4Froude => format!(", by {}", export.check.against),
+    };
+    let head =
+        format!("{} parameters {}{against}\n", export.parameters.len(), purpose_words(Some(export.purpose)));
     head + &lines(export.check.findings.iter(), &export.remarks)
 }
 
-/// A checked file as text: findings, then their count. `refusal`: why the file must not be used there.
-pub fn check_text(name: &str, file: &ParameterFile, check: &Check, refusal: Option<&str>) -> String {
-    let mut out = format!("{name}: {} parameters, {}\n", file.len(), purpose_words(file.purpose()));
+/// A way to fly a mission with a parameter file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Way {
+    /// The autopilot, as `--autopilot` names it, or PX4 with its versions.
+    pub by: String,
+    /// Why it is refused; `None`: it is not.
+    pub refusal: Option<String>,
+}
+
+impl Way {
+    /// The way and the answer, as a line.
+    fn text(&self) -> String {
+        match &self.refusal {
+            None => format!("flown by {}: yes", self.by),
+            Some(why) => format!("flown by {}: no, {why}", self.by),
+        }
+    }
+}
+
+/// A checked file as text: findings, ways to fly with it, then the findings' count. `refusal`: why the file
+/// must not be used there.
+pub fn check_text(
+    name: &str,
+    file: &ParameterFile,
+    check: &Check,
+    ways: &[Way],
+    refusal: Option<&str>,
+) -> String {
+    let mut out = format!("{name}: {} parameters, {}\n", file.len(), said_of(file));
     out += &lines(check.findings.iter(), file.remarks());
+    for way in ways {
+        out += &format!("  {}\n", way.text());
+    }
     if let Some(refusal) = refusal {
         out += &format!("  does not belong there: {refusal}\n");
     }
@@ -63,10 +105,15 @@ pub fn check_text(name: &str, file: &ParameterFile, check: &Check, refusal: Opti
         }
         (n, _) => format!("{n} outside PX4's range"),
     };
+    let misspelt = match check.count(Class::Misspelt) {
+        0 => String::new(),
+        n => format!(", {n} misspelt"),
+    };
     out += &format!(
-        "{}: {} checked, {outside}, {} outside and needed, {} of the wrong type, {} not in the table\n",
+        "{}: {} checked by {}, {outside}, {} outside and needed, {} of the wrong type{misspelt}, {} that it does not have\n",
         if check.passes() && refusal.is_none() { "ok" } else { "NOT OK" },
         check.known,
+        check.against,
         check.count(Class::Needed),
         check.count(Class::WrongType),
         check.unknown,
@@ -74,27 +121,45 @@ pub fn check_text(name: &str, file: &ParameterFile, check: &Check, refusal: Opti
     out
 }
 
-/// The differences of two files as text, a line each.
-pub fn diff_text(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Difference]) -> String {
-    let metadata = Metadata::px4();
+/// The differences of two files as text, a line each; `against`: the versions of PX4 that describe the first
+/// and the second.
+pub fn diff_text(
+    names: [&str; 2],
+    files: [&ParameterFile; 2],
+    against: [Against; 2],
+    differences: &[Difference],
+) -> String {
     let mut out = String::new();
     if files[0].purpose() != files[1].purpose() {
         for (name, file) in names.iter().zip(files) {
-            out += &format!("{name}: {}\n", purpose_words(file.purpose()));
+            out += &format!("{name}: {}\n", said_of(file));
         }
+    }
+    match against {
+        [a, b] if a == b => out += &format!("by {a}\n"),
+        [a, b] => out += &format!("{}: by {a}\n{}: by {b}\n", names[0], names[1]),
     }
     let counted: Vec<&Difference> = differences.iter().filter(|d| !d.rounding).collect();
     for d in &counted {
         let show = |v: Option<Value>| v.map_or("-".to_owned(), |v| v.to_string());
         let component = if d.component == 1 { String::new() } else { format!("{}:", d.component) };
-        let known = metadata.get(&d.name);
-        let about = match known.map(|p| (p.unit, p.description)) {
+        let known = against.map(|against| against.metadata.get(&d.name));
+        let about = match known[1].or(known[0]).map(|p| (p.unit, p.description)) {
             Some(("", about)) => about.to_owned(),
             Some((unit, about)) => format!("[{unit}] {about}"),
             None => String::new(),
         };
-        let line =
-            format!("{:18} {:>14} {:>14}  {about}", format!("{component}{}", d.name), show(d.a), show(d.b));
+        // What only one of two versions has differs for that reason.
+        let lacking = known[0].is_some() != known[1].is_some();
+        let lacks = against[usize::from(known[0].is_some())].metadata.version();
+        let about = if lacking { format!("{about} (not in {lacks})") } else { about };
+        let line = format!(
+            "{:18} {:>14} {:>14}  {}",
+            format!("{component}{}", d.name),
+            show(d.a),
+            show(d.b),
+            about.trim_start()
+        );
         out += &format!("{}\n", line.trim_end());
     }
     let rounded = differences.len() - counted.len();
@@ -140,6 +205,7 @@ pub fn export_json(mission: &Mission, file: &str, export: &Export) -> String {
         gains: &mission.control.gains_name,
         file: file,
         r#for: export.purpose.name(),
+        px4: export.check.against.metadata.version().to_string(),
         gravity_m_s2: export.gravity_m_s2,
         parameters: parameters.collect::<BTreeMap<_, _>>(),
         findings: finding_objects(&export.check),
@@ -148,14 +214,26 @@ pub fn export_json(mission: &Mission, file: &str, export: &Export) -> String {
 }
 
 /// The object of `samara params check --json`.
-pub fn check_json(name: &str, file: &ParameterFile, check: &Check, refusal: Option<&str>) -> String {
+pub fn check_json(
+    name: &str,
+    file: &ParameterFile,
+    check: &Check,
+    ways: &[Way],
+    refusal: Option<&str>,
+) -> String {
+    let ways = ways.iter().map(|way| {
+        object! { by: &way.by, flies: way.refusal.is_none(), refusal: way.refusal.as_deref() }
+    });
     text(&object! {
         file: name,
         r#for: file.purpose().map(Purpose::name),
         ok: check.passes() && refusal.is_none(),
+        px4: check.against.metadata.version().to_string(),
+        px4_named_by: check.against.by.name(),
         parameters: file.len(),
         checked: check.known,
         not_in_table: check.unknown,
+        flown_by: ways.collect::<Vec<_>>(),
         does_not_belong: refusal,
         findings: finding_objects(check),
         remarks: file.remarks(),
@@ -163,7 +241,12 @@ pub fn check_json(name: &str, file: &ParameterFile, check: &Check, refusal: Opti
 }
 
 /// The object of `samara params diff --json`.
-pub fn diff_json(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Difference]) -> String {
+pub fn diff_json(
+    names: [&str; 2],
+    files: [&ParameterFile; 2],
+    against: [Against; 2],
+    differences: &[Difference],
+) -> String {
     let objects = |rounding: bool| -> Vec<_> {
         let of = differences.iter().filter(|d| d.rounding == rounding);
         of.map(|d| {
@@ -178,6 +261,8 @@ pub fn diff_json(names: [&str; 2], files: [&ParameterFile; 2], differences: &[Di
         b: names[1],
         for_a: for_a,
         for_b: for_b,
+        px4_a: against[0].metadata.version().to_string(),
+        px4_b: against[1].metadata.version().to_string(),
         same: counted.is_empty(),
         differences: counted,
         rounding: objects(true),

@@ -12,7 +12,7 @@
 mod contract;
 mod places;
 pub mod px4;
-mod px4_model;
+pub mod px4_model;
 mod reference;
 
 use std::path::Path;

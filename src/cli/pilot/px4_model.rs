@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::contract::{Flown, Pilot, PilotOption, PilotedDrop};
-use super::px4::upload::{preparation, site_suits, whole};
+use super::px4::upload::{exported, preparation, site_suits, whole};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::{AutopilotArg, ChoiceArgs};
 use crate::cli::mission::mission_for_px4;
@@ -12,7 +12,7 @@ use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print_remarks;
 use samara::config::Mission;
 use samara::control::px4::{Law, NotQuadX, Parameters, Px4Controller, is_quad_x};
-use samara::params::{ParameterFile, px4_model_parameters};
+use samara::params::{Against, ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
 use samara::report::params::given_parameters;
 use samara::sim::{self, FlightPlan, FlightRecord, Reference};
@@ -32,7 +32,7 @@ pub struct Px4Model {
 impl Px4Model {
     /// The model with its parameters, and the mission for it.
     pub fn new(law: Law, path: &Path, choice: &ChoiceArgs) -> Result<(Self, Mission), Failure> {
-        let (mut mission, parameters) = mission_for_px4(path, choice)?;
+        let (mut mission, parameters) = mission_for_px4(path, choice, Some(Against::of_law(&law)))?;
         mission.note_choice("autopilot", &AutopilotArg::Px4Model(law).to_string());
         Ok((Self { law, parameters }, mission))
     }
@@ -56,7 +56,7 @@ impl Pilot for Px4Model {
 
     fn parameters(&self, mission: &Mission, trajectory: &Trajectory) -> Result<Option<String>, Failure> {
         let whole = whole(mission, trajectory, self.parameters.as_ref(), !self.law.allocates)?;
-        Ok(Some(given_parameters(mission, &whole)))
+        Ok(Some(given_parameters(mission, &whole.for_version(Against::of_law(&self.law)))))
     }
 
     /// Flies the mission, the release at the end of the hang.
@@ -96,6 +96,18 @@ impl Pilot for Px4Model {
     }
 }
 
+/// The parameters that a law flies the mission by, from a file or from the mission's gains; the error says
+/// why it cannot.
+pub fn suits(mission: &Mission, law: &Law, given: Option<&ParameterFile>) -> anyhow::Result<Parameters> {
+    // The model flies on the true state, whatever the sensors.
+    site_suits(mission)?;
+    if !law.allocates {
+        is_quad_x(&mission.vehicle).map_err(|why| allocated_by_hint(law, &why))?;
+    }
+    exported(mission, given, !law.allocates)?;
+    Ok(px4_model_parameters(&mission.parameter_subject(), mission.px4_purpose(), law, given)?)
+}
+
 /// What PX4 is set to for the mission, by a file or by the mission's gains in its terms, and what there is to
 /// remark on that.
 fn parameters_for(
@@ -104,13 +116,7 @@ fn parameters_for(
     law: &Law,
     given: Option<&ParameterFile>,
 ) -> Result<(Parameters, Vec<String>), Failure> {
-    // The model flies on the true state, whatever the sensors.
-    site_suits(mission).bad_input()?;
-    if !law.allocates {
-        is_quad_x(&mission.vehicle).map_err(|why| allocated_by_hint(law, &why)).bad_input()?;
-    }
-    let mut parameters =
-        px4_model_parameters(&mission.parameter_subject(), mission.px4_purpose(), law, given).bad_input()?;
+    let mut parameters = suits(mission, law, given).bad_input()?;
     let upload = preparation(mission, trajectory, given, !law.allocates)?.upload;
     // Where PX4 would not get the file's value the model has not got it either.
     let own = given.into_iter().flat_map(ParameterFile::entries);

@@ -26,7 +26,7 @@ pub struct TuneArgs {
     #[arg(long = "for", value_enum, default_value_t = ForArg::Samara)]
     pub target: ForArg,
     /// With --for px4: the version of PX4 whose law is flown [default: v1.12].
-    #[arg(long, value_name = "VERSION", value_parser = px4_law, hide_short_help = true)]
+    #[arg(long, visible_alias = "px4", value_name = "VERSION", value_parser = px4_law, hide_short_help = true)]
     pub px4_version: Option<Law>,
     /// How to search.
     #[arg(long, value_enum, default_value_t = MethodArg::PsoCma)]

@@ -1,5 +1,6 @@
 //! Parameters against PX4's types and ranges.
 
+use super::against::{Against, NamedBy};
 use super::file::Value;
 use super::metadata::{Kind, Metadata, Parameter};
 use super::purpose::Purpose;
@@ -13,8 +14,10 @@ pub enum Class {
     Outside,
     /// An integer where PX4 has a float, or the other way round: PX4 does not load it.
     WrongType,
-    /// Only older releases of PX4 have the parameter.
-    Older,
+    /// Other versions have the parameter, or have it so, not this one: PX4 passes over it.
+    OtherVersion,
+    /// No version has the parameter, but one whose name is nearly the same.
+    Misspelt,
 }
 
 impl Class {
@@ -24,7 +27,8 @@ impl Class {
             Self::Needed => "needed",
             Self::Outside => "outside",
             Self::WrongType => "wrong_type",
-            Self::Older => "older",
+            Self::OtherVersion => "other_version",
+            Self::Misspelt => "misspelt",
         }
     }
 }
@@ -38,7 +42,7 @@ pub struct Finding {
     pub value: Value,
     /// Kind of the finding.
     pub class: Class,
-    /// Range stated by PX4, in words.
+    /// Range stated by PX4, in words; empty for what the version does not have.
     pub range: String,
     /// Unit stated by PX4; empty for none.
     pub unit: &'static str,
@@ -56,7 +60,8 @@ impl Finding {
             Class::Needed => format!("{name} = {value}{unit} is needed, PX4's range is {range}{advice}"),
             Class::Outside => format!("{name} = {value}{unit} is outside PX4's range, {range}{advice}"),
             Class::WrongType => format!("{name} = {value} has the wrong type{advice}"),
-            Class::Older => format!("{name} is known to older releases of PX4 only{advice}"),
+            Class::OtherVersion => format!("{name} is {}", self.advice),
+            Class::Misspelt => format!("{name} is in no version of PX4{advice}"),
         }
     }
 }
@@ -64,25 +69,29 @@ impl Finding {
 /// The result of a check.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Check {
+    /// The version of PX4 that was held against.
+    pub against: Against,
     /// Purpose that the file states; `None` when it states none.
     pub purpose: Option<Purpose>,
-    /// Number of parameters in PX4's table.
+    /// Number of parameters that the version has.
     pub known: usize,
-    /// Number of parameters that are not in PX4's table, and so not checked.
+    /// Number of parameters that the version does not have, and that are so not checked.
     pub unknown: usize,
     /// Findings in the parameters' order.
     pub findings: Vec<Finding>,
 }
 
 impl Check {
-    /// Whether the file may be loaded for its purpose: types are right, and no value is outside its range
-    /// unless a drop needs it. PX4's ranges do not bind samara's autopilot.
+    /// Whether the file may be loaded for its purpose: something of it was checked, types are right, no name
+    /// is misspelt, and no value is outside its range unless a drop needs it. PX4's ranges do not bind
+    /// samara's autopilot.
     pub fn passes(&self) -> bool {
-        !self.findings.iter().any(|f| match f.class {
-            Class::WrongType => true,
+        let fails = |f: &Finding| match f.class {
+            Class::WrongType | Class::Misspelt => true,
             Class::Outside => self.purpose != Some(Purpose::Samara),
-            Class::Needed | Class::Older => false,
-        })
+            Class::Needed | Class::OtherVersion => false,
+        };
+        self.known > 0 && !self.findings.iter().any(fails)
     }
 
     /// Number of findings of a class.
@@ -108,43 +117,66 @@ fn zero(_: &Parameter, value: f64) -> bool {
     value == 0.0
 }
 
-/// Checks parameters against PX4's types and ranges; names in ascending order give findings in that order.
+/// Checks parameters against the types and ranges of a version of PX4; names in ascending order give findings
+/// in that order.
 pub fn check<'a>(
-    metadata: &Metadata,
+    against: Against,
     purpose: Option<Purpose>,
     parameters: impl Iterator<Item = (&'a str, Value)>,
 ) -> Check {
-    let mut result = Check { purpose, known: 0, unknown: 0, findings: Vec::new() };
+    let metadata = against.metadata;
+    let mut result = Check { against, purpose, known: 0, unknown: 0, findings: Vec::new() };
     for (name, value) in parameters {
-        match metadata.get(name) {
-            None => result.unknown += 1,
-            Some(known) => {
-                result.known += 1;
-                result.findings.extend(finding(metadata, known, name, value));
-            }
-        }
+        let known = metadata.get(name);
+        *if known.is_some() { &mut result.known } else { &mut result.unknown } += 1;
+        let found = match &known {
+            Some(known) => judge(against, known, name, value),
+            None => of_another_version(metadata, name).or_else(|| misspelt(metadata, name)),
+        };
+        result.findings.extend(found.map(|(class, advice)| Finding {
+            name: name.to_owned(),
+            value,
+            class,
+            range: known.map_or(String::new(), |p| p.range()),
+            unit: known.map_or("", |p| p.unit),
+            advice,
+        }));
     }
     result
 }
 
-fn finding(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Option<Finding> {
-    let (class, advice) = judge(metadata, known, name, value)?;
-    Some(Finding { name: name.to_owned(), value, class, range: known.range(), unit: known.unit, advice })
+/// A parameter of other versions: which those are, and what has its place in this one.
+fn of_another_version(metadata: Metadata, name: &str) -> Option<(Class, String)> {
+    let has_it = match metadata.nearest(name) {
+        Some(p) if p.last < metadata.version() => format!("not there; {} was the last that had it", p.last),
+        Some(p) => format!("not there; {} is the first that has it", p.first),
+        None if Metadata::is_older(name) => {
+            format!("not there; only versions before {} had it", Metadata::OLDEST)
+        }
+        None => return None,
+    };
+    let instead = metadata.successor(name);
+    let instead = instead.map(|new| format!("; {new} has its place, whose numbers may mean something else"));
+    Some((Class::OtherVersion, has_it + &instead.unwrap_or_default()))
 }
 
-fn judge(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Option<(Class, String)> {
-    let number = value.as_f64();
-    match (known.kind, value) {
-        (Kind::Int, Value::Real(_)) => {
-            return Some((Class::WrongType, "type 6 (INT32) is expected".to_owned()));
-        }
-        (Kind::Float, Value::Int(_)) => {
-            return Some((Class::WrongType, "type 9 (REAL32) is expected".to_owned()));
-        }
-        _ => {}
+fn misspelt(metadata: Metadata, name: &str) -> Option<(Class, String)> {
+    metadata.meant(name).map(|meant| (Class::Misspelt, format!("did you mean {meant}?")))
+}
+
+fn judge(against: Against, known: &Parameter, name: &str, value: Value) -> Option<(Class, String)> {
+    let (metadata, number, kind) = (against.metadata, value.as_f64(), Kind::of(value));
+    if kind != known.kind {
+        let expected = format!("{} is expected", known.kind.words());
+        // A file that names no version may be of one that has it so.
+        let may_be = against.by == NamedBy::Nothing && Metadata::is_ever(name, kind);
+        return Some(match may_be {
+            true => (Class::OtherVersion, format!("of {} in other versions; {expected}", kind.words())),
+            false => (Class::WrongType, expected),
+        });
     }
     if known.contains(number) {
-        return (known.release == "older").then(|| (Class::Older, String::new()));
+        return None;
     }
     if let Some((_, _, reason)) = NEEDED.iter().find(|(n, allowed, _)| *n == name && allowed(known, number)) {
         return Some((Class::Needed, (*reason).to_owned()));
@@ -153,7 +185,7 @@ fn judge(metadata: &Metadata, known: &Parameter, name: &str, value: Value) -> Op
 }
 
 /// Advice on a value outside its range: to move a part of a rate loop's P to K, else the end of the range.
-fn advice(metadata: &Metadata, known: &Parameter, name: &str, value: f64) -> String {
+fn advice(metadata: Metadata, known: &Parameter, name: &str, value: f64) -> String {
     let Some(rate_loop) = name.strip_suffix("RATE_P") else {
         let end = if above(known, value) { known.max } else { known.min };
         return end.map_or(String::new(), |end| {
@@ -171,7 +203,7 @@ fn advice(metadata: &Metadata, known: &Parameter, name: &str, value: f64) -> Str
 
 /// The overall gain K that brings `P = p/K` of a rate loop into its range: 1 when it is there, else the power
 /// of two nearest to 1 (which costs no digit), else an end of K's own range; `None` when nothing helps.
-pub(super) fn overall_gain(metadata: &Metadata, k_name: &str, p_name: &str, p: f64) -> Option<f64> {
+pub(super) fn overall_gain(metadata: Metadata, k_name: &str, p_name: &str, p: f64) -> Option<f64> {
     let (of_p, of_k) = (metadata.get(p_name)?, metadata.get(k_name)?);
     let fits = |k: f64| of_k.contains(k) && of_p.contains(f64::from((p / k) as f32));
     let powers = (1..=8).flat_map(|n| [2f64.powi(n), 2f64.powi(-n)]);
@@ -182,9 +214,10 @@ pub(super) fn overall_gain(metadata: &Metadata, k_name: &str, p_name: &str, p: f
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::control::px4::versions::Number;
 
     fn findings(purpose: Option<Purpose>, rows: &[(&str, Value)]) -> Check {
-        check(&Metadata::px4(), purpose, rows.iter().copied())
+        check(Against::newest(), purpose, rows.iter().copied())
     }
 
     #[test]
@@ -212,7 +245,7 @@ mod tests {
             [
                 ("MC_PITCHRATE_P", Class::Outside),
                 ("MC_PITCH_P", Class::WrongType),
-                ("MPC_SPOOLUP_TIME", Class::Older),
+                ("MPC_SPOOLUP_TIME", Class::OtherVersion),
                 ("MPC_XY_VEL_D_ACC", Class::Needed),
                 ("MPC_Z_VEL_MAX_DN", Class::Needed),
                 ("MPC_Z_VEL_MAX_UP", Class::Outside),
@@ -232,6 +265,21 @@ mod tests {
         assert!(low.ends_with("the nearest within is 0.2"), "{low}");
         let hopeless = findings(None, &[("MC_YAWRATE_P", Real(11.0))]).findings[0].text();
         assert!(hopeless.contains("no MC_YAWRATE_K"), "{hopeless}");
+    }
+
+    /// RC1_REV was a real number up to v1.17 and is a whole one since: wrong where the version is named.
+    #[test]
+    fn a_type_is_wrong_by_a_version_that_is_named() {
+        let number = |minor| Number { major: 1, minor };
+        let of = |against| {
+            let check = check(against, None, [("RC1_REV", Value::Real(1.0))].into_iter());
+            (check.passes(), check.findings.first().map(Finding::text))
+        };
+        assert_eq!(of(Against::asked(number(17))), (true, None));
+        let wrong = "RC1_REV = 1 has the wrong type; type 6 (INT32) is expected".to_owned();
+        assert_eq!(of(Against::flown(number(18))), (false, Some(wrong)));
+        let other = "RC1_REV is of type 9 (REAL32) in other versions; type 6 (INT32) is expected".to_owned();
+        assert_eq!(of(Against::newest()), (true, Some(other)));
     }
 
     #[test]

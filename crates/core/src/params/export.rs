@@ -9,13 +9,15 @@
 
 use std::collections::BTreeMap;
 
+use super::against::Against;
 use super::check::overall_gain;
-use super::file::Value;
+use super::file::{ParameterFile, Value};
 use super::metadata::Metadata;
 use super::normalised::{Mixing, NormalisedUnits, THRUST_COEFFICIENT};
 use super::purpose::{Factors, GRAVITY_KEY, Purpose};
-use super::{Check, ParamsError, check};
+use super::{Check, Class, ParamsError, check};
 use crate::control::px4::timing::ALIGNS_G0;
+use crate::control::px4::versions::Number;
 use crate::control::px4::{Law, is_quad_x};
 use crate::control::{Airframe, ControlLimits, Gains, ThrustCurve, TiltFrom};
 use crate::model::supply::Pack;
@@ -97,7 +99,19 @@ pub fn export_for_law(subject: &Subject, purpose: Purpose, law: &Law) -> Result<
     if purpose != Purpose::Samara {
         has_tilt_of(subject, law.may_couple_accelerations)?;
     }
-    export_for_mixing(subject, purpose, Mixing::of(law))
+    export_for(subject, purpose, Mixing::of(law), Against::of_law(law))
+}
+
+/// Exports a vehicle with its gains for a version of PX4.
+///
+/// # Errors
+/// As [`export`].
+pub fn export_for_version(subject: &Subject, purpose: Purpose, px4: Number) -> Result<Export, ParamsError> {
+    let against = Against::asked(px4);
+    if purpose != Purpose::Samara {
+        has_tilt_of(subject, against.metadata.get(TILT_PARAMETER).is_some())?;
+    }
+    Ok(export_for(subject, purpose, Mixing::of_version(px4), against)?.for_version(against))
 }
 
 /// Exports a vehicle with its gains for a PX4 that mixes in the given way.
@@ -105,16 +119,24 @@ pub fn export_for_law(subject: &Subject, purpose: Purpose, law: &Law) -> Result<
 /// # Errors
 /// As [`export`].
 pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) -> Result<Export, ParamsError> {
+    export_for(subject, purpose, mixing, Against::newest())
+}
+
+fn export_for(
+    subject: &Subject,
+    purpose: Purpose,
+    mixing: Mixing,
+    against: Against,
+) -> Result<Export, ParamsError> {
     subject.gains.validate()?;
     subject.limits.validate()?;
     Airframe::new(subject.vehicle, subject.environment)?;
     let gravity = subject.environment.gravity_m_s2;
-    let metadata = Metadata::px4();
     let mut rows =
         Rows { factors: purpose.factors(gravity), parameters: BTreeMap::new(), remarks: Vec::new() };
     let units = subject.units(mixing)?;
     rows.velocity_and_attitude(subject);
-    rows.rates(subject, &units, &metadata);
+    rows.rates(subject, &units, against.metadata);
     rows.vehicle(subject, &units);
     if purpose != Purpose::Samara && mixing == Mixing::QuadX {
         has_tilt_of(subject, false)?;
@@ -134,7 +156,7 @@ pub fn export_for_mixing(subject: &Subject, purpose: Purpose, mixing: Mixing) ->
             "PX4's estimator aligns between 0.8 and 1.2 g0 only; under {gravity} m/s^2 it needs its state from outside, or px4-froude"
         ));
     }
-    Ok(Export::checked(&metadata, purpose, gravity, parameters, remarks))
+    Ok(Export::checked(against, purpose, gravity, parameters, remarks))
 }
 
 /// Refuses a tilt that a PX4 without MPC_ACC_DECOUPLE does not have: it divides by gravity (v1.12.0's
@@ -181,32 +203,51 @@ fn for_quad_x(subject: &Subject, allocated: &NormalisedUnits) -> Result<Vec<Stri
 }
 
 impl Export {
-    /// Parameters for a purpose under a gravity [m/s^2], checked against PX4's ranges.
+    /// Parameters for a purpose under a gravity [m/s^2], checked against the ranges of a version of PX4.
     pub(super) fn checked(
-        metadata: &Metadata,
+        against: Against,
         purpose: Purpose,
         gravity_m_s2: f64,
         parameters: BTreeMap<String, Value>,
         remarks: Vec<String>,
     ) -> Self {
         let rows = parameters.iter().map(|(name, value)| (name.as_str(), *value));
-        let check = check(metadata, Some(purpose), rows);
+        let check = check(against, Some(purpose), rows);
         Self { purpose, gravity_m_s2, parameters, check, remarks }
     }
 
     /// This export with other parameters, checked anew.
     #[must_use]
     pub fn with(self, parameters: BTreeMap<String, Value>) -> Self {
-        Self::checked(&Metadata::px4(), self.purpose, self.gravity_m_s2, parameters, self.remarks)
+        Self::checked(self.check.against, self.purpose, self.gravity_m_s2, parameters, self.remarks)
+    }
+
+    /// Of this export what a version of PX4 has, in its types. samara's own autopilot keeps all of it.
+    #[must_use]
+    pub fn for_version(mut self, against: Against) -> Self {
+        let of_version = |(name, value): (String, Value)| {
+            let kind = against.metadata.get(&name)?.kind;
+            Some((name, value.in_type_of(kind.zero()).unwrap_or(value)))
+        };
+        let mut parameters = std::mem::take(&mut self.parameters);
+        if self.purpose != Purpose::Samara {
+            parameters = parameters.into_iter().filter_map(of_version).collect();
+        }
+        self.check.against = against;
+        self.with(parameters)
     }
 
     /// Lines of the header: the file's purpose, gravity and origin (`origin`: lines of `Key: value`).
     pub fn notes(&self, origin: &[String]) -> Vec<String> {
+        let against = self.check.against;
+        let version =
+            against.named.map(|_| format!("{}: {}", ParameterFile::PX4, against.metadata.version()));
         let mut notes = vec![
             format!("{}: {}", Purpose::KEY, self.purpose.name()),
             self.purpose.words().to_owned(),
             format!("{}: {} m/s^2", GRAVITY_KEY, self.gravity_m_s2),
         ];
+        notes.extend(version.filter(|_| self.purpose != Purpose::Samara));
         if self.purpose == Purpose::Px4Froude {
             let k = self.purpose.factors(self.gravity_m_s2).k;
             notes.push(format!(
@@ -214,7 +255,9 @@ impl Export {
             ));
         }
         notes.extend_from_slice(origin);
-        notes.extend(self.check.findings.iter().map(|f| format!("Note: {}", f.text())));
+        // What goes by two names in PX4's versions is given by both.
+        let findings = self.check.findings.iter().filter(|f| f.class != Class::OtherVersion);
+        notes.extend(findings.map(|f| format!("Note: {}", f.text())));
         notes.extend(self.remarks.iter().map(|r| format!("Note: {r}")));
         notes
     }
@@ -313,7 +356,7 @@ impl Rows {
         }
     }
 
-    fn rates(&mut self, subject: &Subject, units: &NormalisedUnits, metadata: &Metadata) {
+    fn rates(&mut self, subject: &Subject, units: &NormalisedUnits, metadata: Metadata) {
         let inertia = &subject.vehicle.mass.inertia_kg_m2;
         if (0..3).any(|i| (0..3).any(|j| i != j && inertia[(i, j)].abs() > 1e-6 * inertia[(i, i)])) {
             self.remarks.push("products of inertia are left out: PX4's rate loops know none".to_owned());

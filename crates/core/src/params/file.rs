@@ -1,14 +1,10 @@
-//! QGroundControl's parameter file.
-//!
-//! A `#` header, then rows `vehicle id <tab> component id <tab> name <tab> value <tab> type`, sorted by name;
-//! type 6 is a 32-bit integer, 9 single precision. QGroundControl writes a float as the double that equals
-//! it, with 18 decimals. The reader takes any origin: LF or CRLF, any vehicle id, `%g` values, no header.
-//! Header lines `# Key: value` are kept: [`crate::params::purpose`] says which ones samara writes.
+//! Parameters as a file holds them, whatever its format ([`super::reading`]), and QGroundControl's format
+//! written.
 
 use std::collections::BTreeMap;
 
-use super::ParamsError;
 use super::purpose::Purpose;
+use crate::control::px4::versions::Number;
 
 /// A whole number stands for a real one that is no further from it than by this share.
 const NEAREST: f64 = 0.01;
@@ -81,7 +77,7 @@ pub struct Entry {
     pub line: usize,
 }
 
-/// The parameters, header and remarks of a file.
+/// The parameters of a file, what it says of itself, and remarks.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ParameterFile {
     entries: BTreeMap<(u8, String), Entry>,
@@ -91,69 +87,27 @@ pub struct ParameterFile {
 }
 
 impl ParameterFile {
-    /// Parses a file's text.
-    ///
-    /// # Errors
-    /// [`ParamsError`] with the line that is wrong.
-    pub fn parse(text: &str) -> Result<Self, ParamsError> {
-        let mut file = Self::default();
-        let (mut vehicles, mut spaced) = (BTreeMap::<u8, usize>::new(), None);
-        for (i, line) in text.strip_prefix('\u{feff}').unwrap_or(text).lines().enumerate() {
-            let (number, line) = (i + 1, line.trim());
-            if let Some(comment) = line.strip_prefix('#') {
-                file.take_comment(number, comment.trim())?;
-            } else if !line.is_empty() {
-                let (vehicle, (component, name), value) = row(number, line)?;
-                vehicles.entry(vehicle).or_insert(number);
-                if line.matches('\t').count() != 4 {
-                    spaced.get_or_insert(number);
-                }
-                let entry = Entry { value, line: number };
-                if let Some(first) = file.entries.insert((component, name.to_owned()), entry) {
-                    return Err(ParamsError::Twice {
-                        line: number,
-                        name: name.to_owned(),
-                        first: first.line,
-                    });
-                }
-            }
-        }
-        file.remark_on(&vehicles, spaced);
-        Ok(file)
+    /// Key of the version of PX4 that an exported file is for.
+    pub const PX4: &str = "PX4";
+
+    /// A component's parameter, in place of what stands under its name; that, where it stands there.
+    pub(super) fn put(&mut self, component: u8, name: &str, entry: Entry) -> Option<Entry> {
+        self.entries.insert((component, name.to_owned()), entry)
     }
 
-    fn take_comment(&mut self, line: usize, comment: &str) -> Result<(), ParamsError> {
-        // Comments after the first row are ignored.
-        let Some((key, value)) = comment.split_once(':').filter(|_| self.entries.is_empty()) else {
-            return Ok(());
-        };
-        let (key, value) = (key.trim(), value.trim());
-        if key == Purpose::KEY {
-            let unknown = || ParamsError::UnknownPurpose { line, found: shortened(value) };
-            self.purpose = Some(Purpose::from_name(value).ok_or_else(unknown)?);
-        }
+    /// Takes what the file says of itself; what it has said before stands.
+    pub(super) fn say(&mut self, key: &str, value: &str) {
         self.header.entry(key.to_owned()).or_insert_with(|| value.to_owned());
-        Ok(())
     }
 
-    fn remark_on(&mut self, vehicles: &BTreeMap<u8, usize>, spaced: Option<usize>) {
-        for (id, line) in vehicles.iter().filter(|(id, _)| **id != 1) {
-            self.remarks
-                .push(format!("line {line}: vehicle id {id}; QGroundControl loads it into any vehicle"));
-        }
-        if let Some(line) = spaced {
-            self.remarks.push(format!(
-                "line {line}: columns are not separated by single tabs; QGroundControl skips such a row"
-            ));
-        }
-        let components = self.entries.keys().map(|(component, _)| *component);
-        let mut others: Vec<String> =
-            components.filter(|c| *c != AUTOPILOT_COMPONENT).map(|c| c.to_string()).collect();
-        others.dedup();
-        if !others.is_empty() {
-            self.remarks
-                .push(format!("parameters of component {} are not the autopilot's", others.join(", ")));
-        }
+    /// Takes the purpose that the file states.
+    pub(super) fn say_purpose(&mut self, purpose: Purpose) {
+        self.purpose = Some(purpose);
+    }
+
+    /// Takes remarks on the file.
+    pub(super) fn remark(&mut self, remarks: impl IntoIterator<Item = String>) {
+        self.remarks.extend(remarks);
     }
 
     /// The purpose that the header states; `None` when it states none.
@@ -164,6 +118,19 @@ impl ParameterFile {
     /// The header's value of a key, as in `# Key: value`.
     pub fn header(&self, key: &str) -> Option<&str> {
         self.header.get(key).map(String::as_str)
+    }
+
+    /// The version of PX4 that the file names, as QGroundControl (`# Version: 1.16.0`) or samara (`# PX4:
+    /// v1.16`) does; `None` where it names none.
+    pub fn version(&self) -> Option<Number> {
+        let text = self.header(Self::PX4).or_else(|| self.header("Version"))?.trim_start_matches('v');
+        let end = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+        text[..end].parse().ok()
+    }
+
+    /// Whether the file says that it is of PX4.
+    pub fn is_of_px4(&self) -> bool {
+        self.header("Stack").is_some_and(|stack| stack.starts_with("PX4"))
     }
 
     /// Oddities that are no reason to refuse the file.
@@ -201,55 +168,6 @@ impl ParameterFile {
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty()
     }
-}
-
-/// A row's vehicle id, component id with name, and value.
-fn row(line: usize, text: &str) -> Result<(u8, (u8, &str), Value), ParamsError> {
-    let columns: Vec<&str> = text.split_whitespace().collect();
-    let &[vehicle, component, name, value, kind] = columns.as_slice() else {
-        return Err(ParamsError::Columns { line, found: columns.len() });
-    };
-    let refuse = |column, expected, found: &str| ParamsError::Field {
-        line,
-        column,
-        expected,
-        found: shortened(found),
-    };
-    let id = |column, text: &str| {
-        text.parse::<u8>().map_err(|_| refuse(column, "a whole number from 0 to 255", text))
-    };
-    let named = name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_') && name.len() <= 16;
-    if !named {
-        return Err(refuse("name", "at most 16 letters, digits and `_`", name));
-    }
-    let value = match kind {
-        "6" => {
-            Value::Int(whole(value).ok_or_else(|| refuse("value", "a 32-bit whole number (type 6)", value))?)
-        }
-        "9" => match value.parse::<f32>() {
-            Ok(x) if x.is_finite() => Value::Real(x),
-            _ => return Err(refuse("value", "a finite number in single precision (type 9)", value)),
-        },
-        _ => return Err(refuse("type", "6 (32-bit integer) or 9 (single precision)", kind)),
-    };
-    Ok((id("vehicle id", vehicle)?, (id("component id", component)?, name), value))
-}
-
-/// A whole number, also when written as `4.0` or `4e3`.
-fn whole(text: &str) -> Option<i32> {
-    text.parse::<i32>().ok().or_else(|| {
-        let x = text.parse::<f64>().ok()?;
-        let fits = x.fract() == 0.0 && (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&x);
-        fits.then_some(x as i32)
-    })
-}
-
-fn shortened(text: &str) -> String {
-    let mut short: String = text.chars().take(40).collect();
-    if short.len() < text.len() {
-        short.push_str("...");
-    }
-    short
 }
 
 /// Text of a file for vehicle 1: QGroundControl's header with `notes` in it, then the autopilot's parameters

@@ -2,8 +2,10 @@
 //!
 //! | file | holds |
 //! |---|---|
-//! | [`mod@file`] | QGroundControl's `.params`, read and written |
-//! | [`metadata`] | type, default, unit, range of PX4's parameters (`parameters.csv`) |
+//! | [`mod@file`] | the parameters of a file, and QGroundControl's `.params` written |
+//! | [`reading`] | files of any format that holds PX4's parameters |
+//! | [`metadata`] | type, default, range of PX4's parameters, by version |
+//! | [`against`] | the version of PX4 that parameters are held against |
 //! | [`purpose`] | purposes of a file, and the factors between samara's gains and theirs |
 //! | [`normalised`] | PX4's normalised torque and thrust in N m and N, for any rotor set |
 //! | [`mod@export`] | gains, limits and vehicle to parameters |
@@ -17,6 +19,7 @@
 //!
 //! Text in, text out: files are opened elsewhere.
 
+pub mod against;
 pub mod check;
 pub mod compatibility;
 pub mod diff;
@@ -28,16 +31,16 @@ pub mod normalised;
 pub mod purpose;
 pub mod px4_model_parameters;
 pub mod px4_required;
+pub mod reading;
 pub mod upload;
 
 #[cfg(test)]
-mod file_tests;
-#[cfg(test)]
 mod import_tests;
 
+pub use against::{Against, NamedBy};
 pub use check::{Check, Class, Finding, check};
 pub use diff::{Difference, diff};
-pub use export::{Export, Subject, export, export_for_law, export_for_mixing};
+pub use export::{Export, Subject, export, export_for_law, export_for_mixing, export_for_version};
 pub use file::{ParameterFile, Value};
 pub use import::{Import, Scale, adopt, import};
 pub use metadata::{Metadata, Parameter};
@@ -52,7 +55,8 @@ pub use upload::Upload;
 pub enum ParamsError {
     /// A row does not have five columns.
     #[error(
-        "{line}: expected five columns separated by tabs (vehicle id, component id, name, value, type), found {found}"
+        "{line}: expected five columns separated by tabs (vehicle id, component id, name, value, type), found {found}; rows of a name and a \
+         value are read too, what `param show` prints, and scripts of `param set`"
     )]
     Columns {
         /// Line of the file, from 1.
@@ -72,8 +76,22 @@ pub enum ParamsError {
         /// Text of the column, shortened.
         found: String,
     },
-    /// A parameter of a component occurs twice.
-    #[error("{line}: {name} stands on line {first} already")]
+    /// A row does not have a name and a value.
+    #[error("{line}: expected a name and a value, as the rows before have them")]
+    Pair {
+        /// Line of the file, from 1.
+        line: usize,
+    },
+    /// The file has more rows than any autopilot has parameters.
+    #[error("{line}: more than {most} parameters")]
+    TooMany {
+        /// Line of the file, from 1.
+        line: usize,
+        /// The greatest number of them.
+        most: usize,
+    },
+    /// A parameter occurs twice, with different values.
+    #[error("{line}: {name} stands on line {first} already, with another value")]
     Twice {
         /// Line of the second occurrence, from 1.
         line: usize,
@@ -82,14 +100,9 @@ pub enum ParamsError {
         /// Line of the first occurrence.
         first: usize,
     },
-    /// The header states an unknown purpose.
-    #[error("{line}: `For:` must be samara, px4 or px4-froude, found `{found}`")]
-    UnknownPurpose {
-        /// Line of the file, from 1.
-        line: usize,
-        /// The stated purpose, shortened.
-        found: String,
-    },
+    /// The file has a format that is not read; the words say which.
+    #[error("{0}")]
+    Format(String),
     /// The file was written for another autopilot, gravity or vehicle.
     #[error("{0}")]
     DoesNotBelong(String),

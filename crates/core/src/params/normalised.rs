@@ -19,9 +19,10 @@
 //! and `G_pitch = 2 sqrt(2) T_max lx` ([`Mixing::QuadX`]); the two are the same for a square.
 
 use super::ParamsError;
-use crate::control::px4::Law;
 pub use crate::control::px4::effectiveness::THRUST_COEFFICIENT;
 use crate::control::px4::effectiveness::{PseudoInverse, effectiveness, mean_share, spread};
+use crate::control::px4::versions::{Allocation, Number};
+use crate::control::px4::{Law, Version};
 use crate::model::Vehicle;
 
 /// Physical size of one unit of PX4's normalised torques and thrust.
@@ -51,6 +52,14 @@ impl Mixing {
     /// The way of a PX4 of a law.
     pub fn of(law: &Law) -> Self {
         if law.allocates { Self::Allocated } else { Self::QuadX }
+    }
+
+    /// The way of a version of PX4.
+    pub fn of_version(px4: Number) -> Self {
+        match Version::of(px4).allocation {
+            Allocation::Parameters => Self::Allocated,
+            Allocation::MixerFiles => Self::QuadX,
+        }
     }
 }
 

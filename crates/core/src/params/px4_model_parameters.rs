@@ -1,8 +1,7 @@
 //! Parameters of the model of PX4's controller ([`crate::control::px4`]), from gains or a file and back.
 
 use super::export::{curve_factor, export_for_law, hover_thrust};
-use super::metadata::Kind;
-use super::{Export, Metadata, Mixing, ParameterFile, ParamsError, Purpose, Subject, Value};
+use super::{Against, Export, Mixing, ParameterFile, ParamsError, Purpose, Subject, Value};
 use crate::control::px4::{Law, Parameters};
 
 /// The parameters with which a PX4 of a law flies a subject: PX4's defaults, the vehicle's hover thrust and
@@ -48,19 +47,14 @@ pub fn px4_model_export(
     gravity_m_s2: f64,
     remarks: Vec<String>,
 ) -> Export {
-    let metadata = Metadata::px4();
-    let row = |name: &&str| {
-        let value = parameters.get(name)?;
-        let whole = metadata.get(name).is_some_and(|known| known.kind == Kind::Int);
-        let value = if whole { Value::Int(value as i32) } else { Value::Real(value as f32) };
-        Some(((*name).to_owned(), value))
-    };
+    let row = |name: &&str| Some(((*name).to_owned(), Value::Real(parameters.get(name)? as f32)));
     let rows = Parameters::NAMES
         .iter()
         .filter(|name| law.reads(name) && !parameters.is_idle(name))
         .filter_map(row)
         .collect();
-    Export::checked(&metadata, purpose, gravity_m_s2, rows, remarks)
+    let against = Against::of_law(law);
+    Export::checked(against, purpose, gravity_m_s2, rows, remarks).for_version(against)
 }
 
 #[cfg(test)]

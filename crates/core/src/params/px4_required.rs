@@ -125,7 +125,8 @@ pub const RULES: [Rule; 16] = [
     rule("EKF2_GPS_CHECK", |_| int(21), |x, _| (x as i64) & 0xE0 == 0,
         "the checks of drift and speed (32, 64, 128) never pass while it descends: the estimator stays without a velocity, and velocity setpoints are then refused"),
     satellite_delay("EKF2_GPS_DELAY"),
-    Rule { succeeds: Some("EKF2_GPS_DELAY"), ..satellite_delay("SENS_GPS0_DELAY") },
+    Rule { succeeds: Some("EKF2_GPS_DELAY"), wanted: |c| satellite_delay_ms(c).and_then(|ms| int(ms.round() as i32)),
+        ..satellite_delay("SENS_GPS0_DELAY") },
     Rule { since: Some(Number { major: 1, minor: 15 }),
         grave: Some("the estimator would not have the satellites' fixes in time: it must be set where PX4 is started"),
         ..rule(ESTIMATORS_WINDOW, |_| None,
@@ -186,13 +187,13 @@ mod tests {
             hover_thrust: Some(0.59),
             satellite_delay_s: Some(0.11),
         };
-        let metadata = Metadata::px4();
         for (name, value) in wanted(&of) {
             assert!(broken(name, value.as_f64(), &of).is_none(), "{name}");
-            assert!(
-                metadata.get(name).is_none_or(|p| p.contains(value.as_f64()) || name == "MPC_Z_VEL_MAX_DN"),
-                "{name}"
-            );
+            for minor in 12..=18 {
+                let Some(p) = Metadata::of(Number { major: 1, minor }).get(name) else { continue };
+                assert_eq!(value.in_type_of(p.kind.zero()), Some(value), "{name} in v1.{minor}");
+                assert!(p.contains(value.as_f64()) || name == "MPC_Z_VEL_MAX_DN", "{name} in v1.{minor}");
+            }
         }
     }
 

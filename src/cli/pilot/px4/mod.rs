@@ -51,7 +51,7 @@ use samara::control::px4::Version;
 use samara::link::shell::{Ports, run_hosted_drop, system_of_instance};
 use samara::link::streamer::{Clock, Procedure, SolvedBy, Uploads};
 use samara::link::{Link, parties};
-use samara::params::ParameterFile;
+use samara::params::{Against, ParameterFile};
 use samara::report::FlownBy;
 use samara::report::params::given_parameters;
 use samara::trajectory::Trajectory;
@@ -99,7 +99,8 @@ impl Px4 {
         settings: Px4Settings,
     ) -> Result<(Self, Mission), Failure> {
         let build = BuildFolder::open(build).bad_input()?;
-        let (mut mission, parameters) = mission_for_px4(mission, choice)?;
+        let flown = build.version().ok().map(|version| Against::flown(version.number));
+        let (mut mission, parameters) = mission_for_px4(mission, choice, flown)?;
         mission.note_choice("autopilot", "px4");
         Ok((Self { build, parameters, settings }, mission))
     }

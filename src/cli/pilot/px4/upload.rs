@@ -63,21 +63,26 @@ pub struct Preparation {
     pub export: Export,
 }
 
-/// Prepares a PX4 for the flight; `mixer`: whether it mixes by a file, and not by CA_*. Refuses gains that
-/// cannot be put in PX4's terms.
-pub fn preparation(
-    mission: &Mission,
-    trajectory: &Trajectory,
-    given: Option<&ParameterFile>,
-    mixer: bool,
-) -> Result<Preparation, Failure> {
+/// The mission's gains, limits and vehicle in the terms of a PX4; `mixer`: whether it mixes by a file, and
+/// not by CA_*. Refuses gains that cannot be put in PX4's terms.
+pub fn exported(mission: &Mission, given: Option<&ParameterFile>, mixer: bool) -> anyhow::Result<Export> {
     let mixing = if mixer { Mixing::QuadX } else { Mixing::Allocated };
     let mut subject = mission.parameter_subject();
     if given.is_some() {
         // The file says what the tilt comes from.
         subject.tilt_from = None;
     }
-    let export = export_for_mixing(&subject, mission.px4_purpose(), mixing).bad_input()?;
+    Ok(export_for_mixing(&subject, mission.px4_purpose(), mixing)?)
+}
+
+/// Prepares a PX4 for the flight, as [`exported`] has it.
+pub fn preparation(
+    mission: &Mission,
+    trajectory: &Trajectory,
+    given: Option<&ParameterFile>,
+    mixer: bool,
+) -> Result<Preparation, Failure> {
+    let export = exported(mission, given, mixer).bad_input()?;
     let envelope = DropEnvelope {
         hover_thrust: export.parameters.get("MPC_THR_HOVER").map(|v| v.as_f64()),
         ..envelope(mission, trajectory)

@@ -5,6 +5,7 @@
 //! parameters that it has ([`Version::known_by`]).
 
 use std::fmt;
+use std::str::FromStr;
 
 use super::law::Law;
 
@@ -15,6 +16,24 @@ pub struct Number {
     pub major: u8,
     /// The second.
     pub minor: u8,
+}
+
+/// A text is no number of a version.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a version of PX4 is expected, as v1.16 or 1.16.0")]
+pub struct NotAVersion;
+
+/// Reads `v1.16`, `1.16` or `1.16.0`.
+impl FromStr for Number {
+    type Err = NotAVersion;
+
+    fn from_str(text: &str) -> Result<Self, NotAVersion> {
+        let mut numbers = text.strip_prefix('v').unwrap_or(text).split('.').map(str::parse);
+        match (numbers.next(), numbers.next(), numbers.next(), numbers.next()) {
+            (Some(Ok(major)), Some(Ok(minor)), None | Some(Ok(_)), None) => Ok(Self { major, minor }),
+            _ => Err(NotAVersion),
+        }
+    }
 }
 
 impl fmt::Display for Number {
@@ -197,14 +216,7 @@ impl Version {
     /// # Errors
     /// [`NotModelled`] for a version whose law the model has not, and for what is no number of a version.
     pub fn law_of(text: &str) -> Result<Law, NotModelled> {
-        let mut numbers = text.strip_prefix('v').unwrap_or(text).split('.').map(str::parse);
-        let (Some(Ok(major)), Some(Ok(minor))) = (numbers.next(), numbers.next()) else {
-            return Err(NotModelled);
-        };
-        if numbers.count() > 1 {
-            return Err(NotModelled);
-        }
-        let number = Number { major, minor };
+        let number: Number = text.parse().map_err(|_| NotModelled)?;
         Some(Self::of(number))
             .filter(|version| version.number == number)
             .and_then(|version| version.law)

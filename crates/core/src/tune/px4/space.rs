@@ -1,10 +1,10 @@
 //! The parameters that are searched. Roll has pitch's gains; yaw, filters and limits of rates stay as they
 //! are.
 //!
-//! The bounds lie within PX4 v1.12's ranges (`mc_pos_control_params.c`, `mc_att_control_params.c`,
-//! `mc_rate_control_params.c`), cut down where a range goes on beyond anything that flies: I of the
-//! horizontal velocity to 3 (of 60), P of the attitude from 2. A gain that the cascade has too is searched
-//! within the part of them that is around the vehicle's rule ([`around`]).
+//! The bounds lie within PX4's ranges, which are the same in all versions that are known, cut down where a
+//! range goes on beyond anything that flies: I of the horizontal velocity to 3 (of 60), P of the attitude
+//! from 2. A gain that the cascade has too is searched within the part of them that is around the vehicle's
+//! rule ([`around`]).
 
 use crate::control::px4::Parameters;
 use crate::tune::{RangeEnds, SearchedNumber};

@@ -1,11 +1,11 @@
 //! The declaration as a page: `docs/parameters.md`.
 
 use super::table::{Declaration, Role, table};
-use super::{described, range_in_words};
+use super::{described, metadata, range_in_words};
 use crate::autopilot::Settings;
 use crate::control::Gains;
+use crate::params::Parameter;
 use crate::params::metadata::Kind;
-use crate::params::{Metadata, Parameter};
 
 const HEAD: &str = "\
 # Parameters of the reference autopilot
@@ -42,8 +42,7 @@ pub struct Listed {
 
 /// All parameters of the reference autopilot, in the table's order.
 pub fn listed() -> Vec<Listed> {
-    let metadata = Metadata::px4();
-    table().filter_map(|declared| Some(entry(&declared, &described(&declared, &metadata)?))).collect()
+    table().filter_map(|declared| Some(entry(&declared, &described(&declared, metadata())?))).collect()
 }
 
 /// The page, in Markdown.

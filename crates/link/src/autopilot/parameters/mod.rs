@@ -27,11 +27,14 @@ use table::{Declaration, ESTIMATOR, GPS_DELAY, Role, table};
 use super::estimator::EstimatorSettings;
 use super::settings::{SETPOINT_TIMEOUT_US, Settings};
 use crate::checksum::crc32;
+use crate::control::px4::versions::Number;
 use crate::params::metadata::Kind;
 use crate::params::{Metadata, Mixing, Parameter, ParamsError, Purpose, Scale, Subject, Value, export};
 use crate::units::US_PER_S;
 
 const US_PER_MS: f64 = 1e3;
+/// The version of PX4 whose manners the autopilot has.
+const PX4: Number = Number { major: 1, minor: 14 };
 
 /// A parameter of the autopilot.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,12 +67,12 @@ impl Parameters {
     /// [`ParamsError`] when a gain or limit is out of range or PX4's mixer finds no unit for the rotors.
     pub fn of(subject: &Subject, system_id: u8) -> Result<Self, ParamsError> {
         let exported = export(subject, Purpose::Samara)?.parameters;
-        let metadata = Metadata::px4();
+        let metadata = metadata();
         let rotors = subject.vehicle.rotors.len();
         let defaults = Settings::beside(subject.gains);
         let mut entries: Vec<Entry> = table()
             .flat_map(|declared| names(declared.name, rotors).map(move |name| (declared, name)))
-            .filter_map(|(declared, name)| entry(&declared, name, &exported, &metadata, system_id, &defaults))
+            .filter_map(|(declared, name)| entry(&declared, name, &exported, metadata, system_id, &defaults))
             .collect();
         entries.sort_by(|a, b| a.name.cmp(&b.name));
         let units = subject.units(Mixing::Allocated)?;
@@ -166,7 +169,7 @@ fn entry(
     declared: &Declaration,
     name: String,
     exported: &BTreeMap<String, Value>,
-    metadata: &Metadata,
+    metadata: Metadata,
     system_id: u8,
     defaults: &Settings,
 ) -> Option<Entry> {
@@ -177,7 +180,7 @@ fn entry(
             Some(value) => *value,
             None => {
                 let value = defaults.get(&name)?;
-                match metadata.get(&name)?.kind {
+                match metadata.nearest(&name)?.kind {
                     Kind::Int => Value::Int(value as i32),
                     Kind::Float => Value::Real(value as f32),
                 }
@@ -204,9 +207,15 @@ fn range_in_words(known: &Parameter) -> String {
     }
 }
 
-/// PX4's metadata of a declared parameter, with the range that holds here.
-pub fn described(declared: &Declaration, metadata: &Metadata) -> Option<Parameter> {
-    let mut known = *metadata.get(declared.name)?;
+/// The parameters of the version of PX4 whose manners the autopilot has.
+pub fn metadata() -> Metadata {
+    Metadata::of(PX4)
+}
+
+/// PX4's metadata of a declared parameter, with the range that holds here; of one that the version does not
+/// have, the nearest version's.
+pub fn described(declared: &Declaration, metadata: Metadata) -> Option<Parameter> {
+    let mut known = metadata.nearest(declared.name)?;
     if let Some((least, most)) = declared.range {
         (known.min, known.max) = (Some(least), Some(most));
     }

@@ -105,17 +105,17 @@ fn declaration(line: &'static str) -> Option<Declaration> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::params::Value;
     use crate::params::metadata::Kind;
-    use crate::params::{Metadata, Value};
 
     #[test]
     fn closed_form_every_row_is_known_to_px4_and_of_its_type() {
-        let metadata = Metadata::px4();
+        let metadata = crate::autopilot::parameters::metadata();
         let table: Vec<Declaration> = table().collect();
         assert_eq!(table.len() + 1, include_str!("table.csv").lines().count(), "a line that is no row");
         assert!(table.is_sorted_by(|a, b| a.name < b.name));
         for declared in &table {
-            let known = metadata.get(declared.name).unwrap_or_else(|| panic!("{}", declared.name));
+            let known = metadata.nearest(declared.name).unwrap_or_else(|| panic!("{}", declared.name));
             assert!(declared.name.len() <= 16);
             if let Role::Fact(value) | Role::AtBeginning(value) = declared.role {
                 assert_eq!(matches!(value, Value::Int(_)), known.kind == Kind::Int, "{}", declared.name);
