@@ -112,7 +112,7 @@ fn json_of(numbers: &[f64]) -> String {
 pub fn swings(mission: &str) -> Result<Results, Failure> {
     let mission = load_mission(mission.as_ref())?;
     let plan = mission.solve(&SolverOptions::default(), &mut |_| std::ops::ControlFlow::Continue(()))?;
-    let given = Given { mission: &mission, own: None, plan: Some(&plan) };
+    let given = Given { mission: &mission, own: None, plan: Some(&plan), folder: None };
     let study = Swing.begin(given, &Values::usual(SwingSettings::TABLE))?;
     Ok(study.run(&mut HereAndNow)?)
 }

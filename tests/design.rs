@@ -26,20 +26,19 @@ fn design(folder: &Path, mission: &str, more: &[&str]) -> Output {
     samara(folder, &[&words[..], more].concat())
 }
 
-const FILES: [&str; 9] = [
+const FILES: [&str; 8] = [
     "design.json",
     "design_mission.json",
     "design_gains.json",
     "design.csv",
     "design_front.csv",
-    "design_checkpoint.json",
     "design_bode.svg",
     "trajectory.csv",
     "plan.json",
 ];
 
-/// A search on one thread, one on two that ends early and is resumed, and one whose candidates others judge
-/// write the same bytes; the mission that is written is read, and its plan is the design's.
+/// A search on one thread, one on two that ends early and is resumed, and one whose jobs others fly write the
+/// same bytes; the mission that is written is read, and its plan is the design's.
 #[test]
 fn prop_a_design_is_the_same_on_any_threads_resumed_and_judged_by_others() {
     let folder = tempfile::tempdir().unwrap();
@@ -63,32 +62,38 @@ fn prop_a_design_is_the_same_on_any_threads_resumed_and_judged_by_others() {
     in_parts(&["--budget", "29", "--threads", "2"]);
     in_parts(&["--budget", "45", "--threads", "2", "--resume"]);
     let judged_by_others = || design(folder.path(), &mission, &["--budget", "45", "--out", "asked", "--ask"]);
-    // From elsewhere; another number of parts each time, the last one judged twice.
+    // From elsewhere; another number of parts each time, the first one judged twice.
     let elsewhere = tempfile::tempdir().unwrap();
-    let asks = folder.path().join("asked/candidates.json").display().to_string();
+    let asks = folder.path().join("asked/shards/study.json").display().to_string();
     let mut steps = 0;
     let last = loop {
         let output = judged_by_others();
         if output.status.code() != Some(4) {
             break output;
         }
-        assert!(String::from_utf8_lossy(&output.stderr).contains(", samara evaluate asked/"));
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(said.contains(" jobs, samara evaluate asked/shards/study.json"), "{said}");
+        assert!(said.contains("samara: --ask is now: --shard I/N, and samara merge DIR\n"), "{said}");
         assert!(output.stdout.is_empty());
         steps += 1;
-        for part in (0..steps).chain([steps - 1]) {
+        let again = (steps > 1).then_some(0);
+        for part in (0..steps - 1).chain(again).chain([steps - 1]) {
             let judged =
                 samara(elsewhere.path(), &["evaluate", &asks, "--shard", &format!("{part}/{steps}")]);
             assert_eq!(judged.status.code(), Some(0), "{}", String::from_utf8_lossy(&judged.stderr));
         }
     };
     assert!(matches!(last.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&last.stderr));
-    assert_eq!(steps, 5, "starts, alternatives twice, two generations");
-    let left = ["candidates.json", "judged"].map(|name| folder.path().join("asked").join(name).exists());
-    assert_eq!(left, [false; 2]);
+    assert_eq!(steps, 7, "starts, alternatives twice, two generations, finalists, fresh flights");
+    // What may go on for longer stays, and nothing else of its rows.
+    let rows = |part: &str| fs::read_to_string(folder.path().join(part).join("design_rows.csv")).unwrap();
+    assert!(rows("whole") == rows("parts") && rows("whole").lines().count() == 1 + 45);
+    let manifest = fs::read_to_string(folder.path().join("whole/design_manifest.json")).unwrap();
+    assert!(manifest.contains("\"design_rows.csv\""), "{manifest}");
     for file in FILES {
         let read = |part: &str| fs::read(folder.path().join(part).join(file)).unwrap();
         assert!(read("whole") == read("parts"), "{file}");
-        assert!(read("whole") == read("asked"), "{file}, judged by others");
+        assert!(read("whole") == read("asked"), "{file}, flown by others");
     }
     let check = samara(folder.path(), &["check", "whole/design_mission.json"]);
     // It reads; loops of so short a search need not keep their margins.
@@ -103,7 +108,7 @@ fn prop_a_design_is_the_same_on_any_threads_resumed_and_judged_by_others() {
     assert_eq!(nodes("plan"), nodes("whole"));
 }
 
-/// A checkpoint of another search is refused, with what differs; so is a time limit that is none.
+/// Rows of another search are refused, with what differs; so is a time limit that is none.
 #[test]
 fn what_is_not_of_the_search_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -112,8 +117,8 @@ fn what_is_not_of_the_search_is_refused() {
     assert!(matches!(first.status.code(), Some(0 | 1)), "{}", String::from_utf8_lossy(&first.stderr));
     for (more, words) in [
         (&["--resume", "--seed", "2", "--out", "out"][..], "seed was 1, is 2"),
-        (&["--resume", "--start", "x500_hover", "--out", "out"], "start was x500"),
-        (&["--resume", "--out", "nowhere"], "design_checkpoint.json"),
+        (&["--resume", "--start", "x500_hover", "--out", "out"], "gains was x500, is x500_hover"),
+        (&["--resume", "--out", "nowhere"], "design_rows.csv: no such file: nothing to go on with"),
         (&["--time-limit", "0"], "a positive number is expected"),
         (&["--time-limit", "9", "--ask", "--out", "out"], "cannot be used with"),
         (&["--ask"], "--out <DIR>"),
@@ -125,39 +130,61 @@ fn what_is_not_of_the_search_is_refused() {
     }
 }
 
-/// A file that asks for nothing, for something else than it leads to, or of another search is refused, and
-/// nothing is written; judgements of another search are not taken.
+/// A file that asks for nothing, for what there is not, or for another search than it leads to is refused,
+/// and nothing is written; rows of another search are not taken, those of a longer one are.
 #[test]
 fn what_others_cannot_judge_is_refused() {
     let folder = tempfile::tempdir().unwrap();
     let mission = quick(folder.path());
-    let asked = design(folder.path(), &mission, &["--budget", "4", "--out", "out", "--ask"]);
+    let ask = |more: &[&str]| design(folder.path(), &mission, &[&["--out", "out", "--ask"], more].concat());
+    let asked = ask(&["--budget", "4"]);
     assert_eq!(asked.status.code(), Some(4), "{}", String::from_utf8_lossy(&asked.stderr));
-    let asks = fs::read_to_string(folder.path().join("out/candidates.json")).unwrap();
+    let asks = fs::read_to_string(folder.path().join("out/shards/study.json")).unwrap();
     let refused = |text: &str, words: &str| {
-        fs::write(folder.path().join("asks.json"), text).unwrap();
+        fs::create_dir_all(folder.path().join("other/shards")).unwrap();
+        fs::write(folder.path().join("other/shards/study.json"), text).unwrap();
         for more in [&["--check"][..], &[]] {
-            let output = samara(folder.path(), &[&["evaluate", "asks.json", "--out", "none"], more].concat());
+            let words_of = ["evaluate", "other/shards/study.json", "--out", "none"];
+            let output = samara(folder.path(), &[&words_of[..], more].concat());
             let error = String::from_utf8_lossy(&output.stderr).into_owned();
             assert!(output.status.code() == Some(2) && error.contains(words), "{words}: {error}");
         }
-        assert!(!folder.path().join("none/judged").exists(), "{words}");
+        assert!(!folder.path().join("none/shards").exists(), "{words}");
     };
-    refused("{\"search\": {}, \"evaluations\": []}", "`asked` is expected");
-    refused(&asks.replace("\"design\",", "\"plan\","), "unrecognized subcommand 'plan'");
-    refused(&asks.replace("\"--budget\"", "\"--badget\""), "--badget");
-    refused(&asks.replace("\"seed\": \"1\"", "\"seed\": \"2\""), "seed was 2, is 1");
-    refused(&asks.replace("\"candidates\":", "\"candidates\":1"), "0 judgements lead to");
-    refused("{", "asks.json:1:");
-    let good = samara(folder.path(), &["evaluate", "out/candidates.json", "--check"]);
+    refused("{}", "missing field `study`");
+    refused(&asks.replace("\"study\": \"design\"", "\"study\": \"plan\""), "found `plan`");
+    refused(&asks.replace("\"budget\"", "\"badget\""), "settings.badget: no such setting");
+    refused(&asks.replace("\"seed\": 1", "\"seed\": 2"), "hash of the inputs");
+    refused(&asks.replace("\\\"seed\\\":1", "\\\"seed\\\":3"), "seed was 3, is 1");
+    refused("{", "study.json");
+    let good = samara(folder.path(), &["evaluate", "out/shards/study.json", "--check"]);
     assert_eq!(good.status.code(), Some(0), "{}", String::from_utf8_lossy(&good.stderr));
-    assert!(!folder.path().join("out/judged").exists());
+    let rows = || fs::read_dir(folder.path().join("out/shards")).unwrap().count() - 1;
+    assert_eq!(rows(), 0);
     // Judged for one seed, asked for by another.
-    let judged = samara(folder.path(), &["evaluate", "out/candidates.json"]);
-    assert_eq!(judged.status.code(), Some(0), "{}", String::from_utf8_lossy(&judged.stderr));
-    let other = design(folder.path(), &mission, &["--budget", "4", "--out", "out", "--ask", "--seed", "2"]);
+    let judged = samara(folder.path(), &["evaluate", "out/shards/study.json"]);
+    assert_eq!((judged.status.code(), rows()), (Some(0), 1), "{}", String::from_utf8_lossy(&judged.stderr));
+    let other = ask(&["--budget", "4", "--seed", "2"]);
     let error = String::from_utf8_lossy(&other.stderr).into_owned();
     assert!(other.status.code() == Some(2) && error.contains("seed was 1, is 2"), "{error}");
+    assert_eq!(ask(&["--budget", "45"]).status.code(), Some(4));
+}
+
+/// A search that its time limit ends is reported, and tried, as far as it came; in shards there is no clock.
+#[test]
+fn a_time_limit_ends_the_search_and_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let mission = quick(folder.path());
+    let limited = ["--budget", "100000", "--time-limit", "4", "--out", "out", "--json"];
+    let output = design(folder.path(), &mission, &limited);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{error}");
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(told["stopped"] == true && told["designs"].as_u64().unwrap() < 100_000, "{told}");
+    assert_eq!(told["fresh"].as_array().map(|fresh| fresh.len() % 3), Some(0));
+    assert!(told["wall_s"].as_f64().unwrap() >= 4.0);
+    let output = design(folder.path(), &mission, &["--time-limit", "4", "--shard", "0/2", "--out", "out"]);
+    assert_eq!(output.status.code(), Some(2));
 }
 
 /// A vehicle that is drafted from its data sheet, with six rotors, is designed like any other.

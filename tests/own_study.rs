@@ -7,13 +7,13 @@ use std::io;
 use std::sync::Mutex;
 
 use samara::config::Mission;
-use samara::host::kept::{KeptRows, going_on};
+use samara::host::kept::{Earlier, KeptRows, RowsFile, going_on};
 use samara::host::shards::{Ended, Shards};
 use samara::host::{Host, Silent, Threads};
 use samara::plan::{Plan, SolverOptions};
 use samara::study::cut::Cut;
 use samara::study::jobs::HereAndNow;
-use samara::study::kind::{Given, Kind as _, Results, Unfinished};
+use samara::study::kind::{Given, Kind, Results, Unfinished};
 use samara::study::settings::Values;
 
 #[path = "../examples/own_study.rs"]
@@ -35,7 +35,7 @@ fn files(results: &Results) -> (String, String, Vec<(String, String)>) {
 #[test]
 fn a_kind_of_one_s_own_has_what_kinds_have() {
     let (mission, plan) = planned();
-    let given = Given { mission: &mission, own: None, plan: Some(&plan) };
+    let given = Given { mission: &mission, own: None, plan: Some(&plan), folder: None };
     let about = Swing.about();
     let mut values = Values::usual(about.settings);
     values.put(about.settings, "steps", "5").unwrap();
@@ -60,19 +60,20 @@ fn a_kind_of_one_s_own_has_what_kinds_have() {
 #[test]
 fn prop_a_kind_of_one_s_own_goes_on_and_flies_in_shards() {
     let (mission, plan) = planned();
-    let given = Given { mission: &mission, own: None, plan: Some(&plan) };
+    let given = Given { mission: &mission, own: None, plan: Some(&plan), folder: None };
     let values = Values::usual(Swing.about().settings);
     let study = Swing.begin(given, &values).unwrap();
     let whole = study.run(&mut HereAndNow).unwrap();
-    let (pool, head) = (Threads::new(Some(2)).unwrap(), Swing.about().head(&mission, &values));
+    let kind: &dyn Kind = &Swing;
+    let (pool, head) = (Threads::new(Some(2)).unwrap(), kind.head(&mission, &values).unwrap());
     let kept = Memory::default();
-    let rows = KeptRows::going_on(Vec::new(), Box::new(kept.clone()));
+    let rows = KeptRows::going_on(&head, Earlier::default(), Box::new(kept.clone())).unwrap();
     study.run(&mut Host::new(&pool, &|| false, &Silent, rows)).unwrap();
-    let text = head.clone() + &kept.0.lock().unwrap();
+    let text = kept.0.lock().unwrap().clone();
     let cut = text.match_indices('\n').nth(2).unwrap().0 + 5;
-    let (rows, whole_bytes) = going_on(&text[..cut], &head).unwrap();
-    assert!(rows.len() == 2 && whole_bytes < cut);
-    let rows = KeptRows::going_on(rows, Box::new(Memory::default()));
+    let earlier = going_on(&text[..cut], &head).unwrap();
+    assert_eq!(earlier.whole() as usize, cut - 4);
+    let rows = KeptRows::going_on(&head, earlier, Box::new(Memory::default())).unwrap();
     let again = study.run(&mut Host::new(&pool, &|| false, &Silent, rows)).unwrap();
     assert_eq!(files(&again), files(&whole));
 
@@ -97,6 +98,13 @@ impl io::Write for Memory {
         Ok(bytes.len())
     }
     fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl RowsFile for Memory {
+    fn cut(&mut self, bytes: u64) -> io::Result<()> {
+        self.0.lock().unwrap().truncate(bytes as usize);
         Ok(())
     }
 }

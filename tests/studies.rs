@@ -82,7 +82,10 @@ fn rows_of_other_inputs_are_refused() {
         .unwrap();
     let said = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{said}");
-    assert!(said.contains("sobol_rows.csv:1: these rows are of other inputs; expected `# {"), "{said}");
+    assert!(
+        said.contains("sobol_rows.csv:1: these rows are of another study: version was nothing, is "),
+        "{said}"
+    );
     assert!(fs::read_to_string(&kept).unwrap().ends_with("1.0,2.0\n"));
 }
 

@@ -58,11 +58,17 @@ fn tune_for_px4(out: &Path, more: &[&str]) -> Command {
     command
 }
 
-/// Starts a search and waits until it has kept its first iterations.
-fn under_way(mut search: Command, out: &Path) -> Child {
+/// Starts a search and waits until its rows hold its first iterations.
+fn under_way(search: Command, out: &Path, rows: &str) -> Child {
+    let iterations = if rows == ROWS { 10 } else { 4 };
+    kept(search, &out.join(rows), |text| text.lines().count() > iterations)
+}
+
+/// Starts a search and waits until its rows are so.
+fn kept(mut search: Command, rows: &Path, are: impl Fn(&str) -> bool) -> Child {
     let child = search.spawn().unwrap();
     for _ in 0..6000 {
-        if out.join("checkpoint.json").exists() {
+        if fs::read_to_string(rows).is_ok_and(|text| are(&text)) {
             return child;
         }
         std::thread::sleep(Duration::from_millis(10));
@@ -70,8 +76,11 @@ fn under_way(mut search: Command, out: &Path) -> Child {
     child
 }
 
+const ROWS: &str = "tune_rows.csv";
+const ROWS_FOR_PX4: &str = "tune_px4_rows.csv";
+
 const FILES: [&str; 6] =
-    ["gains.json", "gains.params", "convergence.csv", "convergence.svg", "front.csv", "checkpoint.json"];
+    ["gains.json", "gains.params", "convergence.csv", "convergence.svg", "front.csv", ROWS];
 
 #[test]
 fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
@@ -84,7 +93,7 @@ fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
     assert_eq!((&told["evaluations"], &told["iterations"]), (&120.into(), &15.into()));
     assert!(told["gains"]["k_pq_per_s"].as_f64().unwrap() > 0.0 && told["cost"] == told["rms"]);
     // Killed without a word, then resumed with another number of threads.
-    let mut child = under_way(tune(&parts, &[&search[..], &["2"]].concat()), &parts);
+    let mut child = under_way(tune(&parts, &[&search[..], &["2"]].concat()), &parts, ROWS);
     child.kill().unwrap();
     child.wait().unwrap();
     let resumed = run(&parts, &[&search[..], &["2", "--resume"]].concat());
@@ -93,32 +102,31 @@ fn prop_killed_and_resumed_is_as_if_nothing_had_happened() {
         let [a, b] = [&whole, &parts].map(|folder| fs::read(folder.join(file)).unwrap());
         assert!(a == b, "{file} differs");
     }
-    // A checkpoint of another search is refused with its place and what is other about it, and nothing else.
+    // Rows of another search are refused with their place and what is other about it, and nothing else.
     let other = run(&parts, &["--iterations", "15", "--resume", "--seed", "9", "--robust"]);
     let error = String::from_utf8_lossy(&other.stderr).into_owned();
     assert_eq!(other.status.code(), Some(2), "{error}");
     assert!(
-        error.contains("checkpoint.json:2:")
-            && error.contains("what was judged is of another search (--out takes another folder): ")
-            && error.ends_with("seed was 1, is 9; robust was false, is true; draws was 0, is 200\n"),
+        error.contains(
+            "tune_rows.csv:1: these rows are of another study: seed was 1, is 9; robust was false, is true: begin anew"
+        ) && error.ends_with("in another folder with --out\n"),
         "{error}"
     );
     let none = run(&folder.path().join("nothing"), &["--resume"]);
     assert_eq!(none.status.code(), Some(2));
 }
 
-/// The most iterations end a search and shape nothing else: more of them continue it.
-/// A search of gains and one of PX4's parameters whose candidates other processes judge, in three parts, come
-/// to the same bytes; one that searches nothing asks for nothing.
+/// A search of gains and one of PX4's parameters whose jobs other processes fly, in three parts, come to the
+/// same bytes; one that searches nothing asks for nothing.
 #[test]
 fn prop_judged_by_others_is_as_if_nobody_else_had() {
     let folder = tempfile::tempdir().unwrap();
     let (whole, asked) = (folder.path().join("whole"), folder.path().join("asked"));
     type Search = fn(&Path, &[&str]) -> Command;
     // PX4's begins with the vehicle's own parameters.
-    let kinds: [(Search, &str, &[&str]); 2] =
-        [(tune, "2", &FILES), (tune_for_px4, "1", &["gains.params", "checkpoint.json"])];
-    for (search, iterations, files) in kinds {
+    let kinds: [(Search, &str, &[&str], u32); 2] =
+        [(tune, "2", &FILES[..5], 4), (tune_for_px4, "1", &["gains.params", "px4_gains.txt"], 3)];
+    for (search, iterations, files, rounds) in kinds {
         let more = ["--iterations", iterations];
         let first = search(&whole, &more).output().unwrap();
         let mut asks = 0;
@@ -132,13 +140,14 @@ fn prop_judged_by_others_is_as_if_nobody_else_had() {
                 let mut evaluate = Command::new(env!("CARGO_BIN_EXE_samara"));
                 let judged = evaluate
                     .arg("evaluate")
-                    .arg(asked.join("candidates.json"))
+                    .arg(asked.join("shards/study.json"))
                     .args(["--shard", part])
                     .output();
                 assert_eq!(judged.unwrap().status.code(), Some(0));
             }
         };
-        assert_eq!(asks, 2);
+        // Two generations; release cases and unseen flights of gains, unseen drops of PX4's parameters.
+        assert_eq!(asks, rounds);
         assert_eq!(last.status.code(), first.status.code(), "{}", String::from_utf8_lossy(&last.stderr));
         for file in files {
             assert!(fs::read(whole.join(file)).unwrap() == fs::read(asked.join(file)).unwrap(), "{file}");
@@ -151,6 +160,7 @@ fn prop_judged_by_others_is_as_if_nobody_else_had() {
     assert!(nothing.status.code() == Some(2) && error.contains("--ask has no meaning"), "{error}");
 }
 
+/// The most iterations end a search and shape nothing else: more of them continue it.
 #[test]
 fn prop_resumed_for_longer_is_as_if_it_had_been_longer_from_the_start() {
     let folder = tempfile::tempdir().unwrap();
@@ -201,10 +211,10 @@ fn the_answer_is_whether_the_gains_are_better_than_the_missions_own() {
     assert!(folder.path().join("gains.json").exists());
 }
 
-/// A search for PX4's parameters: killed and resumed, resumed for longer, and another search's checkpoint.
+/// A search for PX4's parameters: killed and resumed, resumed for longer, and another search's rows.
 #[test]
-fn prop_a_search_for_px4_goes_on_from_its_checkpoint() {
-    const FILES: [&str; 3] = ["gains.params", "px4_gains.txt", "checkpoint.json"];
+fn prop_a_search_for_px4_goes_on_from_its_rows() {
+    const FILES: [&str; 3] = ["gains.params", "px4_gains.txt", ROWS_FOR_PX4];
     let folder = tempfile::tempdir().unwrap();
     let [whole, parts, longer] = ["whole", "parts", "longer"].map(|name| folder.path().join(name));
     let search = |out: &Path, more: &[&str]| {
@@ -217,7 +227,8 @@ fn prop_a_search_for_px4_goes_on_from_its_checkpoint() {
     let told = json(&at_once);
     assert_eq!((&told["evaluations"], &told["stopped"]), (&(2 + 6 * 4).into(), &false.into()));
     // Killed without a word, then resumed with another number of threads.
-    let mut child = under_way(tune_for_px4(&parts, &["--iterations", "6", "--threads", "2"]), &parts);
+    let mut child =
+        under_way(tune_for_px4(&parts, &["--iterations", "6", "--threads", "2"]), &parts, ROWS_FOR_PX4);
     child.kill().unwrap();
     child.wait().unwrap();
     let resumed = search(&parts, &["--iterations", "6", "--threads", "2", "--resume"]);
@@ -235,36 +246,29 @@ fn prop_a_search_for_px4_goes_on_from_its_checkpoint() {
         let output = command.output().unwrap();
         let error = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(2), "{error}");
-        assert!(error.contains("checkpoint.json"), "{error}");
         error
     };
     let other = refused(tune_for_px4(&parts, &["--resume", "--seed", "9"]));
     assert!(
-        other.contains("checkpoint.json:2:")
-            && other.ends_with(
-                "what was judged is of another search (--out takes another folder): seed was 1, is 9\n"
-            ),
+        other.contains("tune_px4_rows.csv:1: these rows are of another study: seed was 1, is 9: "),
         "{other}"
     );
-    // A search of the other kind is named too, whatever its numbers look like.
-    let other_kind = refused(tune(&parts, &["--resume"]));
-    assert!(other_kind.contains("method was nothing, is pso-cma"), "{other_kind}");
-    assert!(other_kind.contains("for was px4, is unknown; drops was "), "{other_kind}");
-    refused(tune_for_px4(&folder.path().join("nothing"), &["--resume"]));
+    // A search of the other kind has rows of its own.
+    for nothing in [tune(&parts, &["--resume"]), tune_for_px4(&folder.path().join("nothing"), &["--resume"])]
+    {
+        let error = refused(nothing);
+        assert!(error.contains("nothing to go on with"), "{error}");
+    }
 }
 
-/// What was found is there before it is tried on unseen flights, and trying it can be stopped.
+/// Trying what was found on unseen flights can be stopped: then it is written without, and goes on.
 #[test]
 fn ctrl_c_stops_the_unseen_flights_too() {
     let folder = tempfile::tempdir().unwrap();
     let endless = ["--iterations", "1", "--unseen", "1000000"];
-    let child = tune(folder.path(), &endless).spawn().unwrap();
-    for _ in 0..6000 {
-        if folder.path().join("tune_manifest.json").exists() {
-            break;
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    // The line of the flights behind the search, and some of them.
+    let tried = |text: &str| text.rsplit_once("\n# ").is_some_and(|(_, rows)| rows.lines().count() > 9);
+    let child = kept(tune(folder.path(), &endless), &folder.path().join(ROWS), tried);
     let stopped = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(stopped.success());
     let output = child.wait_with_output().unwrap();
@@ -280,7 +284,7 @@ fn ctrl_c_stops_the_unseen_flights_too() {
 #[test]
 fn ctrl_c_keeps_the_best_so_far() {
     let folder = tempfile::tempdir().unwrap();
-    let child = under_way(tune(folder.path(), &["--iterations", "100000"]), folder.path());
+    let child = under_way(tune(folder.path(), &["--iterations", "100000"]), folder.path(), ROWS);
     let stopped = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(stopped.success());
     let output = child.wait_with_output().unwrap();
@@ -296,14 +300,15 @@ fn ctrl_c_keeps_the_best_so_far() {
 #[test]
 fn ctrl_c_keeps_the_best_so_far_for_px4() {
     let folder = tempfile::tempdir().unwrap();
-    let child = under_way(tune_for_px4(folder.path(), &["--iterations", "100000"]), folder.path());
+    let child =
+        under_way(tune_for_px4(folder.path(), &["--iterations", "100000"]), folder.path(), ROWS_FOR_PX4);
     let stopped = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
     assert!(stopped.success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(1), "{}", String::from_utf8_lossy(&output.stderr));
     let told = json(&output);
     assert!(told["stopped"] == true && told["evaluations"].as_u64().unwrap() >= 2, "{told}");
-    for file in ["gains.params", "px4_gains.txt", "checkpoint.json", "tune_manifest.json"] {
+    for file in ["gains.params", "px4_gains.txt", ROWS_FOR_PX4, "tune_manifest.json"] {
         assert!(folder.path().join(file).exists(), "{file}");
     }
 }

@@ -20,8 +20,7 @@ use samara::control::px4::{Law, Version};
 use samara::link::shell::ports::MAX_INSTANCE;
 use samara::link::shell::{LinkUrl, Ports, SignWith, Speed, Wiring, system_of_instance};
 use samara::params::Metadata;
-pub use samara::study::settings::{number, whole};
-use samara::units::{UnitError, in_unit};
+pub use samara::study::settings::{measured, number, plain_name, positive, positive_in, whole};
 
 /// The mission where none is named.
 pub const DEFAULT_MISSION: &str = "titan_drop";
@@ -344,38 +343,6 @@ pub fn autopilot(text: &str) -> Result<AutopilotArg, String> {
         Some(("px4", folder)) if !folder.is_empty() => Ok(AutopilotArg::Px4(folder.into())),
         _ => Err("`reference`, `px4-model`, or `px4=` and a build folder of PX4's simulation is expected"
             .to_owned()),
-    }
-}
-
-/// A positive number.
-pub fn positive(text: &str) -> Result<f64, String> {
-    number(text, |x| x.is_finite() && x > 0.0, "a positive number is expected")
-}
-
-/// A positive number in a unit, alone or with another unit of the kind behind it (`160mm`).
-pub fn positive_in(
-    unit: &'static str,
-) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
-    move |text| measured(text, unit, |x| x > 0.0, "a positive number is expected")
-}
-
-/// A number in a unit, alone or with another unit of the kind behind it, that fits; otherwise what is
-/// expected.
-pub fn measured(text: &str, unit: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
-    match in_unit(text, unit) {
-        Ok(x) if fits(x) => Ok(x),
-        Err(error @ UnitError::Unit(..)) => Err(error.to_string()),
-        _ => Err(expected.to_owned()),
-    }
-}
-
-/// A name that is also the name of a file.
-pub fn plain_name(text: &str) -> Result<String, String> {
-    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
-    if !text.is_empty() && text.chars().all(plain) {
-        Ok(text.to_owned())
-    } else {
-        Err("letters, digits, _ and - are expected".to_owned())
     }
 }
 

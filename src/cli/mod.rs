@@ -14,7 +14,6 @@ mod card;
 mod check;
 mod compare;
 mod conclusion;
-mod design;
 #[cfg(test)]
 mod docs_tests;
 mod doctor;
@@ -40,7 +39,6 @@ mod reporter;
 mod results;
 mod rotor;
 mod schema;
-mod search;
 mod set;
 mod shell_files;
 mod sign_key;
@@ -49,7 +47,6 @@ mod stream;
 mod study;
 mod system;
 mod terminal;
-mod tune;
 mod verbs;
 mod verify;
 
@@ -78,9 +75,10 @@ pub fn run() -> ExitCode {
     exit_code(match cli.verb {
         Verb::Drop(args) => drop::run(&args),
         Verb::Plan(args) => plan::run(&args),
-        Verb::Tune(args) => tune::run(&args),
-        Verb::Design(args) => design::run(&args),
-        Verb::Evaluate(args) => search::evaluate::run(&args),
+        Verb::Tune(args) => study::searches::run(&args.0),
+        Verb::Design(args) => study::searches::run(&args.0),
+        #[cfg(feature = "shards")]
+        Verb::Evaluate(args) => study::evaluate::run(&args),
         Verb::Assess(args) => assess::run(*args),
         Verb::Study(args) => study::run(&args),
         #[cfg(feature = "shards")]

@@ -10,13 +10,13 @@ use super::args::{ChoiceArgs, DEFAULT_MISSION, SetArgs, px4_version};
 use super::mission::{
     check_of, chosen_mission, has_a_drop, is_useful, mission_for_px4, open_mission, origin,
 };
-use super::pilot::px4::upload::{exported, suits, whole};
+use super::pilot::px4::upload::{exported, whole};
 use super::pilot::px4_model;
 use super::planning::plan_mission;
 use super::results::{OutputFolder, place_of};
 use super::terminal::print;
 use samara::autopilot::parameters::document::{Listed, listed, markdown};
-use samara::config::{Mission, load_parameters};
+use samara::config::{Mission, check_for_px4, load_parameters};
 use samara::control::px4::versions::Number;
 use samara::control::px4::{Law, is_quad_x};
 use samara::params::compatibility::written_for;
@@ -243,7 +243,7 @@ fn of_a_drop(args: &ExportArgs, mission: &Mission, given: Option<&ParameterFile>
              later, which takes the rotors from CA_*"
         )));
     }
-    suits(mission).bad_input()?;
+    check_for_px4(mission).bad_input()?;
     let timed = plan_mission(mission, false)?;
     if timed.plan.status != Status::Converged {
         let text = plan_text(mission, &timed.plan, None);
@@ -308,7 +308,7 @@ fn ways(mission: &Mission, file: &ParameterFile) -> Vec<Way> {
         if mixes {
             is_quad_x(&mission.vehicle)?;
         }
-        suits(mission)?;
+        check_for_px4(mission)?;
         exported(mission, Some(file), mixes).map(drop_value)
     };
     let laws = [Law::V1_12, Law::V1_14, Law::V1_16].map(|law| way(law.since.to_owned(), model(&law)));

@@ -86,14 +86,6 @@ impl ProgressLine {
         }
     }
 
-    /// The pieces that the work has now: a search may end early or grow.
-    pub fn set_whole(&self, whole: u64) {
-        match &self.lines {
-            None => self.bar.set_length(whole),
-            Some(lines) => lines.whole.store(whole, Ordering::Relaxed),
-        }
-    }
-
     /// What is being done, or how well it goes.
     pub fn set_message(&self, message: &str) {
         match &self.lines {

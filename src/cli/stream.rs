@@ -9,12 +9,12 @@ use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION, NetArgs, PlanningArgs};
 use super::mission::{mission_for_px4, mission_with_a_drop, origin, use_replan};
 use super::narrator::Narrator;
-use super::pilot::px4::upload::{envelope, preparation, suits};
+use super::pilot::px4::upload::{envelope, preparation};
 use super::planning::plan_and_say;
 use super::reporter::Reporter;
 use super::system::block_on;
 use super::terminal::print_remarks;
-use samara::config::Mission;
+use samara::config::{Mission, check_for_px4};
 use samara::control::px4::is_quad_x;
 use samara::link::parties::{self, StreamerChoice};
 use samara::link::shell::run_streamer;
@@ -130,7 +130,7 @@ fn upload(
     trajectory: &Trajectory,
     given: Option<&ParameterFile>,
 ) -> Result<Procedure, Failure> {
-    suits(mission).bad_input()?;
+    check_for_px4(mission).bad_input()?;
     let allocated = preparation(mission, trajectory, given, false)?;
     print_remarks(&mission.control.gains_name, &allocated.upload.remarks);
     let by_mixer = match is_quad_x(&mission.vehicle) {

@@ -9,7 +9,6 @@ use super::autopilot::AutopilotArgs;
 use super::card::CardArgs;
 use super::check::CheckArgs;
 use super::compare::CompareArgs;
-use super::design::DesignArgs;
 use super::doctor::DoctorArgs;
 use super::drop::DropArgs;
 use super::faults::FaultsArgs;
@@ -22,12 +21,13 @@ use super::plan::PlanArgs;
 use super::replay::ReplayArgs;
 use super::rotor::RotorArgs;
 use super::schema::SchemaArgs;
-use super::search::evaluate::EvaluateArgs;
 use super::shell_files::{CompletionsArgs, ManArgs};
 use super::sim::SimArgs;
 use super::stream::StreamArgs;
 use super::study::StudyVerbArgs;
-use super::tune::TuneArgs;
+#[cfg(feature = "shards")]
+use super::study::evaluate::EvaluateArgs;
+use super::study::searches::{DesignArgs, TuneArgs};
 use super::verify::VerifyArgs;
 
 /// Plan and fly the drop of a multirotor from a parachute.
@@ -52,12 +52,13 @@ pub enum Verb {
     #[command(after_long_help = include_str!("help/plan.txt"))]
     Plan(PlanArgs),
     /// Search the gains of the cascade.
-    #[command(after_long_help = include_str!("help/tune.txt"))]
+    #[command(after_long_help = samara::study::tuning::search::HELP)]
     Tune(TuneArgs),
     /// Search plan and gains together, robust in the air that there is.
-    #[command(after_long_help = include_str!("help/design.txt"))]
+    #[command(after_long_help = samara::study::designing::search::HELP)]
     Design(DesignArgs),
     /// Judge candidates that a search asks about: `samara design --ask`, `samara tune --ask`.
+    #[cfg(feature = "shards")]
     #[command(after_long_help = include_str!("help/evaluate.txt"))]
     Evaluate(EvaluateArgs),
     /// Fly campaigns: from random releases, of whole drops, the paper's study.

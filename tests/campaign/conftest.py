@@ -57,7 +57,7 @@ def flying():
     for process in processes([SAMARA.name]):
         with contextlib.suppress(psutil.Error):
             words = [word.partition("=")[0] for word in process.cmdline()]
-            if Path(process.exe()) == SAMARA.resolve() and {"--campaign", "evaluate", "--ask"}.intersection(words):
+            if Path(process.exe()) == SAMARA.resolve() and {"--campaign"}.intersection(words):
                 found.append(words)
     return found
 

@@ -319,7 +319,7 @@ STEPS = {
     "missing": "merge*--missing*",
     "check": "assess*--shard=*",
     "merge": "merge*.merge_me",
-    "search": "tune*--ask*",
+    "search": "tune*--describe*",
 }
 """What the driver runs on its own machine, as a pattern of the shell's."""
 

@@ -1,4 +1,4 @@
-"""Searches whose candidates a cluster's workers judge come to the bytes of the search in one go.
+"""Searches whose jobs a cluster's workers fly come to the bytes of the search in one go.
 
 What is true is the search by one process of the program: every file that it writes.
 """
@@ -14,7 +14,7 @@ import pytest
 from conftest import ELSEWHERE, SAMARA, Driver, flying, hashes, searched, until
 from samara_tpf.campaign.flight import Ended, Flight, Saved, Task
 from samara_tpf.campaign.folder import Folder
-from samara_tpf.campaign.order import Candidates
+from samara_tpf.campaign.order import StudyRound
 from samara_tpf.campaign.progress import Progress
 from samara_tpf.campaign.work import Flown, Withdrawn
 
@@ -23,7 +23,7 @@ OPTIONS = {
     "tune": ["--iterations", "25", "--particles", "24", "--unseen", "16"],
 }
 LAST_STEP_IS_LONG = ["--budget", "8", "--unseen", "10000000", "--finalists", "1"]
-"""A design whose last step, which judges on fresh flights, takes longer than anybody waits."""
+"""A design whose last round, of fresh flights, takes longer than anybody waits."""
 
 
 @pytest.fixture(scope="module")
@@ -34,13 +34,8 @@ def in_one_go(tmp_path_factory):
         out = tmp_path_factory.mktemp("one_go") / search
         done = subprocess.run([SAMARA, search, "x500_drop", *options, "--out", out], cwd=ELSEWHERE, capture_output=True)
         assert done.returncode in (0, 1), done.stderr
-        found[search] = (done.returncode, files(out))
+        found[search] = (done.returncode, hashes(out))
     return found
-
-
-def files(out):
-    """SHA-256 of what a search writes; its report says how long it took, and how many it judged in its last step."""
-    return {name: value for name, value in hashes(out).items() if name not in ("manifest.json", "convergence.svg")}
 
 
 def workers(driver):
@@ -49,7 +44,7 @@ def workers(driver):
     with contextlib.suppress(psutil.Error):
         for process in psutil.Process(driver.pid).children(recursive=True):
             with contextlib.suppress(psutil.Error):
-                if "dask worker" in (command := " ".join(process.cmdline())) or "evaluate" in command:
+                if "dask worker" in (command := " ".join(process.cmdline())) or "--campaign" in command:
                     found.append(process)
     return found
 
@@ -59,8 +54,8 @@ def test_a_search_on_this_machine(tmp_path, in_one_go, search):
     code, expected = in_one_go[search]
     process, log = searched(tmp_path / search, search, "--workers", "2", "--threads", "1", behind=OPTIONS[search])
     assert process.wait(600.0) == code, log.read_text()
-    assert files(tmp_path / search) == expected
-    assert not (tmp_path / search / "candidates.json").exists() and not (tmp_path / search / "judged").exists()
+    assert hashes(tmp_path / search) == expected
+    assert not flying()
 
 
 def test_workers_killed_and_the_driver_stopped(tmp_path, in_one_go):
@@ -87,14 +82,14 @@ def test_workers_killed_and_the_driver_stopped(tmp_path, in_one_go):
             assert not psutil.wait_procs(own, timeout=20.0)[1], "nothing judges on"
             process, log = begin()
     assert process.returncode == code, log.read_text()
-    assert files(tmp_path / "tune") == expected
+    assert hashes(tmp_path / "tune") == expected
     assert kills > 5
 
 
 def test_a_driver_that_is_killed_leaves_nothing_that_judges(tmp_path):
     """Whether the candidates are judged by then, or in the last step what was found."""
     process, log = searched(tmp_path / "tune", "tune", "--workers", "2", "--threads", "1", behind=["--unseen", "16"])
-    until(lambda: any("evaluate" in words for words in flying()) or process.poll() is not None)
+    until(lambda: any("--campaign" in words for words in flying()) or process.poll() is not None)
     process.kill()
     assert process.wait() == -signal.SIGKILL, log.read_text()
     until(lambda: not flying(), 30.0)
@@ -105,10 +100,9 @@ def test_a_driver_that_is_killed_leaves_nothing_that_judges(tmp_path):
 
 
 def test_two_drivers_while_the_first_one_judges_what_was_found(tmp_path):
-    """The folder is held to the end, though the search has removed what it asked; then it is stopped, and goes on."""
+    """The folder is held to the end; then it is stopped, and goes on, to another end."""
     out = tmp_path / "design"
     process, log = last_step(out)
-    assert not (out / "judged").exists()
     second, other = searched(out, "design", behind=LAST_STEP_IS_LONG)
     assert second.wait(60.0) == 2 and "another driver is at work there" in other.read_text(), other.read_text()
     campaign = Driver(out, trials=40, shards=2)
@@ -121,13 +115,11 @@ def test_two_drivers_while_the_first_one_judges_what_was_found(tmp_path):
 
 
 def last_step(out):
-    """A search that judges what it found, as it asks nothing more, and what it prints."""
+    """A search whose workers try what it found, and what it prints."""
     process, log = searched(out, "design", "--workers", "1", "--threads", "1", behind=LAST_STEP_IS_LONG)
-    for asks in (True, False):
-        until(lambda asks=asks: (out / "candidates.json").exists() is asks or process.poll() is not None)
+    # The finalists' shards have another beginning than the generations'.
+    until(lambda: any(path.name.count("-") > 3 for path in out.glob("shards/*.rows")) or process.poll() is not None)
     assert process.poll() is None, log.read_text()
-    found = flying()
-    assert ["--ask" in words for words in found] == [True], found
     return process, log
 
 
@@ -141,23 +133,23 @@ class Result:
         return self.flown
 
 
-def test_what_comes_when_its_step_is_over_is_not_written(tmp_path):
-    """It would make the folder anew that the search has removed."""
-    first, second = (
-        Candidates(None, "/", b'{"evaluations": [%s], "asked": {"candidates": 2}}' % judged, 2, None)
-        for judged in (b"", b"1, 2")
-    )
+def test_what_comes_when_its_round_is_over_is_not_written(tmp_path):
+    """Another round may follow that has no use for it."""
+
+    def round_after(rows):
+        given = {"program": None, "folder": "/", "arguments": ("design",), "id": "0" * 64, "shards": 2, "count": 2}
+        return StudyRound(after=rows, stem=f"{rows:09}-", earlier=(), sha256=None, **given)
+
+    first, second = round_after(0), round_after(2)
     with Folder(tmp_path).held(), Progress() as progress:
         flight = Flight(Folder(tmp_path), "tcp://nowhere", progress, patience_s=1.0, is_wanted=lambda: True)
         flight._order = first
         assert flight._fetched(Ended(first, Task("a", 0), Result(b"x"))) == Saved()
         assert flight._fetched(Ended(second, Task("a", 0), Result(b"x"))) == Withdrawn()
         flight.run(second, [])
-        (tmp_path / "judged" / "0000000-00000-of-00002.json").unlink()
-        (tmp_path / "judged").rmdir()
         for order in (first, second):
             assert flight._fetched(Ended(order, Task("b", 1), Result(b"y"))) == Withdrawn()
-    assert [path.name for path in tmp_path.iterdir()] == [".driver.lock"]
+    assert [path.name for path in (tmp_path / "shards").iterdir()] == ["000000000-00000-of-00002.rows"]
 
 
 def test_what_is_not_a_search_is_refused(tmp_path):

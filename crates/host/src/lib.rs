@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc;
 
 use kept::{KeptRows, not_a_row};
-use samara_study::jobs::{FlyNumbers, Jobs, Numbers, Round, Stop, Stopped};
+use samara_study::jobs::{Clock, FlyNumbers, Jobs, Numbers, Round, Stage, Stop, Stopped};
 use shards::{Ended, RoundThere, Shards};
 pub use threads::Threads;
 
@@ -27,6 +27,10 @@ pub trait Progress {
     fn begins(&self, what: &str);
     /// So many jobs more are done; `kept`: by an earlier run.
     fn done(&self, jobs: u64, kept: bool);
+    /// Another stage begins, of so many jobs at most, whose name for people this is.
+    fn stage(&self, unit: &'static str, jobs: u64) {
+        let _ = (unit, jobs);
+    }
 }
 
 /// Says nothing.
@@ -36,6 +40,15 @@ pub struct Silent;
 impl Progress for Silent {
     fn begins(&self, _: &str) {}
     fn done(&self, _: u64, _: bool) {}
+}
+
+/// The rows of a study's first stage.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FirstStage {
+    /// So many bytes of the file that keeps rows.
+    Kept(u64),
+    /// The text of such a file.
+    Text(String),
 }
 
 /// Where rows come from, and go to.
@@ -52,6 +65,9 @@ pub struct Host<'a> {
     stop: Stop<'a>,
     progress: &'a dyn Progress,
     rows: Rows<'a>,
+    clock: Option<Clock>,
+    /// Jobs that were flown here.
+    flown: u64,
     /// Why rows could not be kept, or are none.
     failure: Option<io::Error>,
 }
@@ -59,7 +75,7 @@ pub struct Host<'a> {
 impl<'a> Host<'a> {
     /// A host on these threads that keeps rows so.
     pub fn new(threads: &'a Threads, stop: Stop<'a>, progress: &'a dyn Progress, kept: KeptRows) -> Self {
-        Self { threads, stop, progress, rows: Rows::Kept(kept), failure: None }
+        Self::of((threads, stop, progress), Rows::Kept(kept))
     }
 
     /// A host on these threads that flies a shard, or puts all of them together.
@@ -69,7 +85,28 @@ impl<'a> Host<'a> {
         progress: &'a dyn Progress,
         shards: Shards<'a>,
     ) -> Self {
-        Self { threads, stop, progress, rows: Rows::Shards(shards), failure: None }
+        Self::of((threads, stop, progress), Rows::Shards(shards))
+    }
+
+    fn of((threads, stop, progress): Hands<'a>, rows: Rows<'a>) -> Self {
+        Self { threads, stop, progress, rows, clock: None, flown: 0, failure: None }
+    }
+
+    /// This host with a clock.
+    #[must_use]
+    pub fn with_clock(self, clock: Clock) -> Self {
+        Self { clock: Some(clock), ..self }
+    }
+
+    /// The rows of the study's first stage, where another one follows: it may go on for longer.
+    ///
+    /// # Errors
+    /// Of reading shards.
+    pub fn first_stage(&self) -> io::Result<Option<FirstStage>> {
+        Ok(match &self.rows {
+            Rows::Kept(kept) => kept.first_stage().map(FirstStage::Kept),
+            Rows::Shards(shards) => shards.first_stage()?.map(FirstStage::Text),
+        })
     }
 
     /// Why a study was stopped, where that is an error of its rows.
@@ -140,14 +177,48 @@ impl Jobs for Host<'_> {
     ) -> Result<(), Stopped> {
         self.progress.begins(what);
         let hands = (self.threads, self.stop, self.progress);
-        let flown = match &mut self.rows {
-            Rows::Kept(kept) => fly_kept(kept, hands, (round, fly), take),
-            Rows::Shards(shards) => fly_part(shards, hands, (round, fly), take),
+        let count = AtomicU64::new(0);
+        let counted: FlyNumbers<'_> = &|jobs, stop| {
+            let rows = fly(jobs, stop)?;
+            count.fetch_add(rows.len() as u64, Ordering::Relaxed);
+            Some(rows)
         };
+        let flown = match &mut self.rows {
+            Rows::Kept(kept) => fly_kept(kept, hands, (round, counted), take),
+            Rows::Shards(shards) => fly_part(shards, hands, (round, counted), take),
+        };
+        self.flown += count.into_inner();
         flown.map_err(|error| {
             self.failure = error;
             Stopped
         })
+    }
+
+    fn stage(&mut self, stage: &Stage<'_>) -> Result<(), Stopped> {
+        self.progress.stage(stage.unit, stage.jobs);
+        let begun = match &mut self.rows {
+            Rows::Kept(kept) => kept.stage(stage.hangs_on),
+            Rows::Shards(shards) => {
+                shards.stage(stage.hangs_on);
+                Ok(())
+            }
+        };
+        begun.map_err(|error| {
+            self.failure = Some(error);
+            Stopped
+        })
+    }
+
+    fn wants_so_far(&self) -> bool {
+        matches!(self.rows, Rows::Kept(_)) && self.failure.is_none()
+    }
+
+    fn flown(&self) -> u64 {
+        self.flown
+    }
+
+    fn clock(&self) -> Option<Clock> {
+        self.clock.clone()
     }
 }
 
@@ -164,7 +235,7 @@ fn fly_kept(
 ) -> Result<(), Option<io::Error>> {
     let mut first = 0;
     while first < round.count {
-        let Some(row) = kept.earlier() else { break };
+        let Some(row) = kept.earlier().map_err(Some)? else { break };
         if !take(&row) {
             return Err(Some(not_a_row()));
         }

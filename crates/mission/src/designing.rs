@@ -1,5 +1,7 @@
 //! The mission file that a design of plan and gains makes.
 
+use std::path::Path;
+
 use serde_json::{Map, Value};
 
 use super::mission::Mission;
@@ -38,7 +40,7 @@ pub fn designed_mission_json(
     mission: &Mission,
     design: &Design,
     gains: &str,
-    relative: impl Fn(&std::path::Path) -> String,
+    relative: impl Fn(&Path) -> String,
 ) -> Result<String, DesignError> {
     let no_plan = || DesignError::NoPlan(mission.file.display().to_string());
     let mut json: Value = serde_json::from_str(mission.inputs.mission_text()).map_err(|_| no_plan())?;
@@ -98,6 +100,17 @@ pub fn designed_mission_json(
         insert_or_remove(planned, ["motion", key], bound.map(|bound| Value::from(bound * DEG_PER_RAD)));
     }
     Ok(as_missions_are_written(&json, 0) + "\n")
+}
+
+/// The path from a folder to a file, with `/`; both are there.
+pub fn relative(folder: &Path, file: &Path) -> String {
+    let (Ok(folder), Ok(target)) = (folder.canonicalize(), file.canonicalize()) else {
+        return file.display().to_string();
+    };
+    let shared = folder.components().zip(target.components()).take_while(|(a, b)| a == b).count();
+    let up = folder.components().skip(shared).map(|_| "..".to_owned());
+    let down = target.components().skip(shared).map(|part| part.as_os_str().to_string_lossy().into_owned());
+    up.chain(down).collect::<Vec<_>>().join("/")
 }
 
 /// Puts a value into an object of the plan, or takes it away; an object that holds nothing goes with it.
@@ -188,9 +201,9 @@ mod tests {
         design.feed_forward = true;
         (design.limits.tilt_rad, design.limits.tilt_from) = (0.3, TiltFrom::Gravity);
         let gains = "built-in:params/gains/safety.json";
-        let whole = |path: &std::path::Path| path.display().to_string();
+        let whole = |path: &Path| path.display().to_string();
         let text = designed_mission_json(&mission, &design, gains, whole).unwrap();
-        let file = std::path::Path::new("elsewhere/design_mission.json");
+        let file = Path::new("elsewhere/design_mission.json");
         let read = parse_mission(&MissionText { mission: &text, file, vehicle: None, gains: None }).unwrap();
         assert_eq!(read.name, "titan_paper_design");
         assert_eq!(read.plan.cost_state, [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 10.0, 10.0, 10.0, 10.0]);

@@ -5,14 +5,14 @@
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
 //! | `derived` | what the numbers of a mission amount to |
 //! | [`draft`] | first drafts of vehicles and missions |
-//! | `designing` | the mission file that a design makes
+//! | `designing` | the mission file that a design makes |
 //! | `estimated` | where the numbers of a file are from, as it says |
 //! | `uncertain` | how far its numbers may be off, as it says |
 //! | `plan_grid` | its grid of plans: what it spans, its files |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
+//! | `px4_fit` | whether PX4 can fly a mission |
 //! | `rare_failure` | the most likely way to fail that a search found |
-//! | `checkpoint` | evaluations of an interrupted search of gains |
 //! | `vehicle_file` | `params/vehicles/*.json` |
 //! | `rotor_table` | the rotor table beside a vehicle |
 //! | `coefficient_csv` | the coefficients of a rotor's blades beside a vehicle |
@@ -31,7 +31,6 @@
 //! refused.
 
 pub mod bounded;
-mod checkpoint;
 mod coefficient_csv;
 mod derived;
 mod designing;
@@ -46,6 +45,7 @@ mod number;
 mod overrides;
 mod params_file;
 mod plan_grid;
+mod px4_fit;
 mod rare_failure;
 mod rotor_table;
 pub mod schema;
@@ -57,11 +57,8 @@ mod trajectory_csv;
 mod uncertain;
 mod vehicle_file;
 
-pub use checkpoint::{
-    Asked, Evaluated, SearchIdentity, candidates_json, checkpoint_json, load_asked, load_checkpoint,
-};
 pub use derived::{Derived, DerivedGroup, DerivedRow, derived};
-pub use designing::{DesignError, designed_mission_json};
+pub use designing::{DesignError, designed_mission_json, relative};
 pub use error::ConfigError;
 pub use estimated::{Estimated, Origin, OriginKind};
 pub use gains_file::{GainsFile, gains_json, load_gains};
@@ -77,6 +74,7 @@ pub use params_file::load_parameters;
 pub use plan_grid::{
     GRID_COLUMNS, GridFileError, PlanGridFile, decode_plan_grid, encode_plan_grid, write_plan_grid_csv,
 };
+pub use px4_fit::{UnfitPx4, check_for_px4, check_site_for_px4};
 pub use rare_failure::{RareFailureFile, load_rare_failure};
 pub use set_keys::{is_of_vehicle, load_mission_with, settable_keys};
 pub use source::{NamedFile, input_text};

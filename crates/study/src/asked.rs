@@ -37,6 +37,8 @@ pub struct Asked {
     pub settings: Vec<(String, String)>,
     /// What flies whole drops over a wire, or by the model of one.
     pub wire: Option<AskedWire>,
+    /// First line of the rows of a study; a campaign has none.
+    pub head: String,
 }
 
 /// What flies whole drops.
@@ -67,6 +69,7 @@ impl Asked {
             set: Vec::new(),
             settings: settings.map(|(name, text)| (name.to_owned(), text)).collect(),
             wire: None,
+            head: String::new(),
         }
     }
 

@@ -6,6 +6,7 @@
 //! row that was kept stands for the job that was flown.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use samara_core::assess::Outcome;
 use samara_core::assess::envelope::Edge;
@@ -55,6 +56,20 @@ pub type Numbers = Vec<f64>;
 /// Flies a group of jobs, of these numbers: the numbers of a row for each, or none where it was stopped.
 pub type FlyNumbers<'a> = &'a (dyn Fn(Range<u64>, Stop<'_>) -> Option<Vec<Numbers>> + Sync);
 
+/// A stage of a study behind another one, which may go on for longer, as a search may.
+#[derive(Clone, Copy, Debug)]
+pub struct Stage<'a> {
+    /// Name of its jobs, for people.
+    pub unit: &'static str,
+    /// The most jobs that it may have.
+    pub jobs: u64,
+    /// A line that stands for everything that its rows hang on beside the study.
+    pub hangs_on: &'a str,
+}
+
+/// Wall time since a study began [s].
+pub type Clock = Arc<dyn Fn() -> f64 + Send + Sync>;
+
 /// The host of a study: it flies the jobs. A study asks for rows by [`fly`](<dyn Jobs>::fly) and
 /// [`fold`](<dyn Jobs>::fold).
 pub trait Jobs {
@@ -70,6 +85,31 @@ pub trait Jobs {
         fly: FlyNumbers<'_>,
         take: &mut dyn FnMut(&[f64]) -> bool,
     ) -> Result<(), Stopped>;
+
+    /// What follows is another stage of the study: rows of the one before stay where that goes on for longer,
+    /// and those of another end of it are not gone on with.
+    ///
+    /// # Errors
+    /// [`Stopped`] when the study is to end.
+    fn stage(&mut self, stage: &Stage<'_>) -> Result<(), Stopped> {
+        let _ = stage;
+        Ok(())
+    }
+
+    /// Whether what was found up to where the study was stopped is wanted: not where others fly its jobs.
+    fn wants_so_far(&self) -> bool {
+        false
+    }
+
+    /// How many jobs were flown by this host, and not by an earlier run or by others.
+    fn flown(&self) -> u64 {
+        0
+    }
+
+    /// The clock of a host that has one.
+    fn clock(&self) -> Option<Clock> {
+        None
+    }
 }
 
 impl dyn Jobs + '_ {
@@ -96,6 +136,27 @@ impl dyn Jobs + '_ {
         fly: FlySet<'_, R>,
     ) -> Result<Vec<Vec<R>>, Stopped> {
         let mut rows: Vec<Vec<R>> = (0..sets).map(|_| Vec::new()).collect();
+        self.fold_sets(what, (sets, count), group, fly, |set, row| {
+            if let Some(rows) = rows.get_mut(set) {
+                rows.push(row);
+            }
+        })?;
+        Ok(rows)
+    }
+
+    /// Flies `count` jobs of each of some sets, all in one round, and gives each row to `take` with the
+    /// number of its set, in the order of the jobs, so that none has to be kept.
+    ///
+    /// # Errors
+    /// [`Stopped`] when the study is to end.
+    pub fn fold_sets<R: Row>(
+        &mut self,
+        what: &str,
+        (sets, count): (usize, u64),
+        group: u64,
+        fly: FlySet<'_, R>,
+        mut take: impl FnMut(usize, R),
+    ) -> Result<(), Stopped> {
         let mut taken = 0;
         let some_of_sets = |some: Range<u64>, stop: Stop<'_>| {
             let (mut flown, mut from) = (Vec::new(), some.start);
@@ -108,12 +169,9 @@ impl dyn Jobs + '_ {
             Some(flown)
         };
         self.fold(what, Round::of(sets as u64 * count, group), &some_of_sets, |row| {
-            if let Some(rows) = rows.get_mut((taken / count) as usize) {
-                rows.push(row);
-            }
+            take((taken / count) as usize, row);
             taken += 1;
-        })?;
-        Ok(rows)
+        })
     }
 
     /// Flies jobs and gives each row to `take`, in the order of the jobs, so that none has to be kept.
@@ -236,6 +294,16 @@ impl<T: Row, const N: usize> Row for [T; N] {
     fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
         let values: Option<Vec<T>> = (0..N).map(|_| T::from_numbers(numbers)).collect();
         values?.try_into().ok()
+    }
+}
+
+impl<A: Row, B: Row> Row for (A, B) {
+    fn put_numbers(&self, numbers: &mut Vec<f64>) {
+        self.0.put_numbers(numbers);
+        self.1.put_numbers(numbers);
+    }
+    fn from_numbers(numbers: &mut dyn Iterator<Item = f64>) -> Option<Self> {
+        Some((A::from_numbers(numbers)?, B::from_numbers(numbers)?))
     }
 }
 

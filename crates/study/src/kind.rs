@@ -1,9 +1,12 @@
 //! What a kind of study is: all that a host needs to begin it, and all that comes of it. Who offers a kind to
 //! people - the program as a verb, Python as a function - asks for nothing else.
 
+use std::path::Path;
+
 use nalgebra::Vector3;
 use samara_core::assess::Limits;
 use samara_core::plan::Plan;
+use samara_core::printable::printable;
 use samara_core::sim::Sample;
 use samara_core::trajectory::Trajectory;
 use samara_mission::Mission;
@@ -66,20 +69,6 @@ impl About {
             _ => self.refuses.iter().find(|(of, _)| *of == feature).map(|(_, why)| *why),
         }
     }
-
-    /// The first line of the rows of a study of this kind, which stands for everything that they hang on.
-    pub fn head(&self, mission: &Mission, values: &Values) -> String {
-        let settings: Map<String, Value> = values
-            .in_order(self.settings)
-            .into_iter()
-            .map(|(name, text)| (name.to_owned(), text.into()))
-            .collect();
-        let object = json!({
-            "study": self.name, "version": VERSION, "mission": mission.name, "seed": mission.seed,
-            "input_hash": mission.inputs.hash, "settings": settings,
-        });
-        format!("# {object}\n")
-    }
 }
 
 /// What a kind of study flies.
@@ -102,6 +91,8 @@ pub struct Given<'a> {
     pub own: Option<&'a Mission>,
     /// The plan, which one [`Flies::WithoutAPlan`] has not.
     pub plan: Option<&'a Plan>,
+    /// The folder that results go to, from which they name other files; `None`: by whole paths.
+    pub folder: Option<&'a Path>,
 }
 
 impl<'a> Given<'a> {
@@ -135,6 +126,17 @@ pub enum Unfinished {
     /// A figure could not be drawn.
     #[error(transparent)]
     Figure(#[from] FigureError),
+    /// Nothing was found, which is an answer.
+    #[error("{why}")]
+    Nothing {
+        /// What was looked for: a key of the JSON object, where it is null.
+        of: &'static str,
+        /// Why there is none, in words.
+        why: String,
+    },
+    /// A file that was made does not hold what it is to hold.
+    #[error("a file that was made: {0}")]
+    File(String),
 }
 
 impl From<Stopped> for Unfinished {
@@ -147,6 +149,34 @@ impl From<Stopped> for Unfinished {
 pub trait Kind: Sync {
     /// All that it is, for people.
     fn about(&self) -> About;
+
+    /// Whether a mission suits such a study.
+    ///
+    /// # Errors
+    /// [`Refused`] for one that does not.
+    fn suits(&self, mission: &Mission) -> Result<(), Refused> {
+        self.about().suits(mission)
+    }
+
+    /// What of a mission its flights do not have, in sentences.
+    fn remarks(&self, mission: &Mission) -> Vec<String> {
+        match self.about().flies {
+            Flies::FromT0 => {
+                mission.t0_remarks().into_iter().chain(mission.battery_remark().map(str::to_owned)).collect()
+            }
+            Flies::WholeDrops | Flies::WithoutAPlan => Vec::new(),
+        }
+    }
+
+    /// What the rows of a study hang on beside the mission, as names and values: its settings, but for those
+    /// that only end a stage of it, or come behind ([`Jobs::stage`]).
+    ///
+    /// # Errors
+    /// [`Refused`] where a setting names what is not there.
+    fn hangs_on(&self, mission: &Mission, values: &Values) -> Result<Vec<(&'static str, String)>, Refused> {
+        let _ = mission;
+        Ok(values.in_order(self.about().settings))
+    }
 
     /// Begins a study.
     ///
@@ -164,10 +194,64 @@ pub trait Kind: Sync {
     }
 }
 
+impl dyn Kind + '_ {
+    /// The first line of the rows of a study of this kind, which stands for everything that they hang on.
+    ///
+    /// # Errors
+    /// [`Refused`] where a setting names what is not there.
+    pub fn head(&self, mission: &Mission, values: &Values) -> Result<String, Refused> {
+        let settings: Map<String, Value> = self
+            .hangs_on(mission, values)?
+            .into_iter()
+            .map(|(name, text)| (name.to_owned(), text.into()))
+            .collect();
+        let object = json!({
+            "study": self.about().name, "version": VERSION, "mission": mission.name, "seed": mission.seed,
+            "gains": mission.control.gains_name, "input_hash": mission.inputs.hash, "settings": settings,
+        });
+        Ok(format!("# {object}\n"))
+    }
+}
+
+/// In what the first line of rows differs from what is expected, in words; `None` where one is no such line.
+pub fn differences(found: &str, expected: &str) -> Option<String> {
+    let read = |line: &str| {
+        let mut object: Map<String, Value> = serde_json::from_str(line.strip_prefix('#')?).ok()?;
+        if let Some(Value::Object(settings)) = object.shift_remove("settings") {
+            object.extend(settings);
+        }
+        Some(object)
+    };
+    let (found, expected) = (read(found)?, read(expected)?);
+    let text = |value: Option<&Value>| match value {
+        None => "nothing".to_owned(),
+        Some(Value::String(text)) => printable(text).into_owned(),
+        Some(other) => other.to_string(),
+    };
+    let changed = expected.iter().filter(|(name, value)| found.get(*name) != Some(value));
+    let changed = changed.map(|(name, value)| {
+        (name, format!("{name} was {}, is {}", text(found.get(name)), text(Some(value))))
+    });
+    let unknown = found.iter().filter(|(name, _)| !expected.contains_key(*name));
+    let unknown =
+        unknown.map(|(name, value)| (name, format!("{name} was {}, is unknown", text(Some(value)))));
+    let mut words: Vec<(&String, String)> = changed.chain(unknown).collect();
+    // The hash follows what has a name of its own.
+    if words.len() > 1 {
+        words.retain(|(name, _)| *name != "input_hash");
+    }
+    Some(words.into_iter().map(|(_, words)| words).collect::<Vec<_>>().join("; "))
+}
+
 /// A study that was begun.
 pub trait Study {
     /// How many jobs it has, or the most that it may have.
     fn jobs(&self) -> u64;
+
+    /// What is to be known before it flies, in sentences.
+    fn remarks(&self) -> Vec<String> {
+        Vec::new()
+    }
 
     /// Why its flights take long, where they do.
     fn slow(&self) -> Option<Slow<'_>> {
@@ -211,6 +295,16 @@ pub struct Results {
     pub absent: Vec<String>,
     /// Whether the answer is yes.
     pub holds: bool,
+    /// The answer in a sentence, where it has one.
+    pub sentence: Option<String>,
+    /// What there is to remark, in sentences.
+    pub remarks: Vec<String>,
+    /// Document and object as they are printed where they say how long it took, which no file does.
+    pub timed: Option<(Document, String)>,
+    /// Circumstances for the manifest beside the settings: names and values.
+    pub noted: Vec<(&'static str, String)>,
+    /// Whether these are of a study that was stopped, as far as it came.
+    pub stopped: bool,
     /// The file that names one flight of these to be flown again alone, if there is one.
     pub again: Option<String>,
 }
@@ -223,6 +317,12 @@ impl Results {
         let failure = (!self.holds).then(|| format!("no: {}.txt has the numbers", about.name));
         let check = Check { group: about.name.to_owned(), name: claim.to_owned(), failure };
         Some(Document { checks: vec![check], ..Document::default() }.junit(&mission.name))
+    }
+
+    /// The answer as text.
+    pub fn text(&self) -> String {
+        let sentence = self.sentence.as_ref().map_or_else(String::new, |sentence| format!("{sentence}\n"));
+        self.document.text() + &sentence
     }
 
     /// The page: the answer with the figures, whether the claim that is judged holds, and how all was made.

@@ -1,6 +1,7 @@
 //! All kinds of studies, and campaigns. Who adds one adds its folder, its module in `lib.rs`, and its line
 //! here.
 
+use crate::designing::search::Designs;
 use crate::effects::Effects;
 use crate::envelope::Envelope;
 use crate::free_fall::FreeFall;
@@ -8,10 +9,13 @@ use crate::kind::{About, Kind};
 use crate::rare::Rare;
 use crate::replan::Replan;
 use crate::sobol::Sobol;
+use crate::tuning::px4::TunePx4;
+use crate::tuning::search::Tune;
 use crate::{drops, own, paper};
 
 /// The kinds, in the order in which they are offered.
-pub const KINDS: [&dyn Kind; 6] = [&Effects, &Envelope, &Rare, &Sobol, &Replan, &FreeFall];
+pub const KINDS: [&dyn Kind; 9] =
+    [&Effects, &Envelope, &Rare, &Sobol, &Replan, &FreeFall, &Designs, &Tune, &TunePx4];
 
 /// Campaigns, which `samara assess` flies: their lines are files of their own, that grow.
 pub const CAMPAIGNS: [&About; 3] = [&own::ABOUT, &paper::ABOUT, &drops::ABOUT];

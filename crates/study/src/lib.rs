@@ -28,7 +28,7 @@
 //! | [`searching`] | searches as studies: candidates out, judgements in |
 //! | [`tuning`] | how gains are tuned |
 //! | [`designing`] | how plan and gains are designed together |
-//! | [`px4_gains`], [`range_ends`] | gains beside PX4's defaults; numbers at an end of their range |
+//! | [`range_ends`] | numbers at an end of their range |
 //! | [`cut`], `shard` | parts that are flown apart: rows as Parquet (feature `shards`) |
 //! | [`card`] | the release card: all evidence on one page |
 //! | [`schema`] | schemas of the results' objects |
@@ -55,7 +55,6 @@ pub mod kinds;
 pub mod own;
 pub mod paper;
 pub mod plan_grid;
-pub mod px4_gains;
 pub mod range_ends;
 pub mod rare;
 pub mod replan;

@@ -12,7 +12,10 @@
 //! ```
 
 use std::collections::BTreeMap;
+use std::fmt::{self, Display, Formatter, Write as _};
 use std::ops::RangeInclusive;
+
+use samara_core::units::{UnitError, in_unit};
 
 /// A setting of a kind of study.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +30,8 @@ pub struct Setting {
     pub about: &'static str,
     /// Reads a value: the text that means it, or what is expected.
     pub read: fn(&str) -> Result<String, String>,
+    /// Whether few ask for it: a short help leaves it out.
+    pub rare: bool,
 }
 
 /// Values of settings, as texts that were read.
@@ -66,11 +71,13 @@ impl Values {
 }
 
 /// Settings of a kind of study: a struct, and the table that declares it. Behind a name stands in brackets
-/// what its value is called in a help, behind the type the usual value as it is typed, and what reads it.
+/// what its value is called in a help (with `...` behind it, it may be given more than once), behind the type
+/// the usual value as it is typed, and what reads it; `rare` stands behind what a short help leaves out.
 #[macro_export]
 macro_rules! settings {
     ($(#[$about:meta])* $visible:vis $name:ident {
-        $($(#[doc = $help:literal])+ $field:ident($value:literal): $type:ty = $usual:literal, $read:expr;)*
+        $($(#[doc = $help:literal])+ $field:ident($value:literal): $type:ty = $usual:literal, $read:expr
+            $(, $rare:ident)?;)*
     }) => {
         $(#[$about])*
         #[derive(Clone, Debug)]
@@ -86,6 +93,7 @@ macro_rules! settings {
                 usual: $usual,
                 about: concat!($($help, "\n"),+),
                 read: |text| ($read)(text).map(|value: $type| value.to_string()),
+                rare: [$(stringify!($rare).len(),)? 0][0] > 0,
             }),*];
 
             /// The settings of values that were read.
@@ -125,6 +133,108 @@ pub fn number(text: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<
 /// A bound on J_TPF.
 pub fn bound(text: &str) -> Result<f64, String> {
     number(text, |x| x > 0.0 && x <= 1e6, "a number above 0, up to 1e6, is expected")
+}
+
+/// The text of a value that is left to what is usual.
+pub const LEFT: &str = "default";
+
+/// A value that may be left to what is usual, by the text [`LEFT`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Maybe<T>(pub Option<T>);
+
+impl<T: Display> Display for Maybe<T> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match &self.0 {
+            Some(value) => value.fmt(f),
+            None => f.write_str(LEFT),
+        }
+    }
+}
+
+/// What reads a value that may be left to what is usual.
+pub fn maybe<T>(read: impl Fn(&str) -> Result<T, String>) -> impl Fn(&str) -> Result<Maybe<T>, String> {
+    move |text| if text == LEFT { Ok(Maybe(None)) } else { read(text).map(|value| Maybe(Some(value))) }
+}
+
+/// A word of a few, and what it means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Word<T> {
+    /// The word.
+    pub word: &'static str,
+    /// Meaning of the word.
+    pub means: T,
+}
+
+impl<T> Display for Word<T> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.word)
+    }
+}
+
+/// One of a few words.
+pub fn one_of<T: Copy>(words: &[(&'static str, T)]) -> impl Fn(&str) -> Result<Word<T>, String> {
+    move |text| {
+        let found = words.iter().find(|(word, _)| *word == text);
+        found.map(|&(word, means)| Word { word, means }).ok_or_else(|| {
+            let words: Vec<&str> = words.iter().map(|(word, _)| *word).collect();
+            format!("one of {} is expected", words.join(", "))
+        })
+    }
+}
+
+/// Some values, as they are typed with this character between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Several<T, const BETWEEN: char>(pub Vec<T>);
+
+impl<T: Display, const BETWEEN: char> Display for Several<T, BETWEEN> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        for (i, value) in self.0.iter().enumerate() {
+            if i > 0 {
+                f.write_char(BETWEEN)?;
+            }
+            value.fmt(f)?;
+        }
+        Ok(())
+    }
+}
+
+/// What reads some values with a character between them.
+pub fn several<T, const BETWEEN: char>(
+    read: impl Fn(&str) -> Result<T, String>,
+) -> impl Fn(&str) -> Result<Several<T, BETWEEN>, String> {
+    move |text| {
+        let values = text.split(BETWEEN).filter(|value| !value.is_empty()).map(&read);
+        values.collect::<Result<_, _>>().map(Several)
+    }
+}
+
+/// A name that is also the name of a file.
+pub fn plain_name(text: &str) -> Result<String, String> {
+    let plain = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
+    let fits = !text.is_empty() && text.chars().all(plain);
+    fits.then(|| text.to_owned()).ok_or_else(|| "letters, digits, _ and - are expected".to_owned())
+}
+
+/// A positive number.
+pub fn positive(text: &str) -> Result<f64, String> {
+    number(text, |x| x.is_finite() && x > 0.0, "a positive number is expected")
+}
+
+/// A number in a unit, alone or with another unit of the kind behind it (`160mm`), that fits; otherwise what
+/// is expected.
+pub fn measured(text: &str, unit: &str, fits: impl Fn(f64) -> bool, expected: &str) -> Result<f64, String> {
+    match in_unit(text, unit) {
+        Ok(x) if fits(x) => Ok(x),
+        Err(error @ UnitError::Unit(..)) => Err(error.to_string()),
+        _ => Err(expected.to_owned()),
+    }
+}
+
+/// A positive number in a unit, alone or with another unit of the kind behind it.
+pub fn positive_in(
+    unit: &'static str,
+) -> impl Fn(&str) -> Result<f64, String> + Clone + Send + Sync + 'static {
+    move |text| measured(text, unit, |x| x > 0.0, "a positive number is expected")
 }
 
 /// On or off.

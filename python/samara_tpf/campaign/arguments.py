@@ -80,7 +80,7 @@ def parser() -> argparse.ArgumentParser:
     options = argparse.ArgumentParser(
         prog="python -m samara_tpf.campaign",
         usage=USAGE,
-        description="Flies a campaign on many workers at once, and merges it; or has them judge a search's candidates.",
+        description="Flies a campaign, a study or a search on many workers at once, and merges it.",
         epilog=MORE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
         allow_abbrev=False,
@@ -88,7 +88,7 @@ def parser() -> argparse.ArgumentParser:
     options.add_argument("mission", nargs="?", default="titan_drop", metavar="MISSION", help="a name or a file")
     options.add_argument("--trials", metavar="N", help="trials of each campaign, such as 1e8")
     options.add_argument(
-        "--search", choices=("design", "tune"), help="search a design or gains instead: the workers judge candidates"
+        "--search", choices=("design", "tune"), help="search a design or gains instead"
     )
     options.add_argument("--study", metavar="KIND", help="fly a study instead: effects, envelope, rare, sobol, ..")
     options.add_argument("--out", metavar="DIR", help="folder for shards and results [out/<mission name>]")
@@ -96,7 +96,7 @@ def parser() -> argparse.ArgumentParser:
         "--shards",
         type=shards,
         metavar="N",
-        help="number of shards [that of those in DIR, or by the trials; of a search's step: by the workers]",
+        help="number of shards [that of those in DIR, or by the trials; of a round of a study or a search: 8]",
     )
     options.add_argument(
         "--program",

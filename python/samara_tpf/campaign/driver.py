@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
 
-from . import clusters, search, study
+from . import clusters, study
 from .arguments import SHARDS_MOST, parse
 from .child import IsWanted, Stopped
 from .clusters import ClusterError, ClusterOptions
@@ -93,8 +93,7 @@ def run(options: argparse.Namespace, more: Sequence[str], is_wanted: IsWanted) -
 
     with folder.held():
         if description is None:
-            whole = search.run if options.search else study.run
-            return whole(options, more, samara, folder, flight)
+            return study.run(options, more, samara, folder, flight)
         order = Campaign(
             program=options.program,
             folder=os.getcwd(),

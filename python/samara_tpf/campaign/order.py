@@ -1,17 +1,14 @@
-"""What is asked of workers: a campaign's shards, or the candidates of a search, as each worker is given it."""
+"""What is asked of workers: shards of a campaign, or of a round of a study, as each worker is given it."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
-import tempfile
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from pathlib import Path
 from typing import Protocol
 
-from .program import Description, Program, ProgramError
+from .program import Description, Program
 
 
 class Order(Protocol):
@@ -121,12 +118,14 @@ class StudyRound:
     program: str | None
     folder: str
     arguments: tuple[str, ...]
-    """Arguments of ``samara study``, from the kind on, without those of a shard."""
+    """Arguments of ``samara``, from the verb on, without those of a shard."""
     id: str
     """The study's ID."""
     shards: int
     after: int
     """Number of rows of all rounds before."""
+    stem: str
+    """What the names of the round's shards begin with."""
     count: int
     earlier: tuple[tuple[str, bytes], ...]
     """Names and contents of the shards of all rounds before."""
@@ -141,90 +140,20 @@ class StudyRound:
         return f"{self.after} rows"
 
     def command(self, shard: int, out: Path) -> list[str]:
-        """``samara study --shard``."""
+        """``samara study --shard``, or that of a search."""
         (out / "shards").mkdir(parents=True, exist_ok=True)
         for name, content in self.earlier:
             (out / "shards" / name).write_bytes(content)
         part = ["--shard", f"{shard}/{self.shards}", "--campaign", self.id]
-        return ["study", *self.arguments, *part, "--out", os.fspath(out)]
+        return [*self.arguments, *part, "--out", os.fspath(out)]
 
     def result(self, shard: int) -> str:
         """A file of ``shards``."""
-        return f"shards/{self.after:09}-{shard:05}-of-{self.shards:05}.rows"
+        return f"shards/{self.stem}{shard:05}-of-{self.shards:05}.rows"
 
     def unfit(self, samara: Program, here: str) -> str | None:
         """That the study or the program is another one here."""
         if self.sha256 not in (None, found := samara.sha256()):
             return f"SHA-256 of the program {found}, expected {self.sha256}"
-        found = json.loads(samara.run(["study", *self.arguments, "--describe"], here))["campaign"]
+        found = json.loads(samara.run([*self.arguments, "--describe"], here))["campaign"]
         return None if found == self.id else f"the study's ID is {found}, expected {self.id}"
-
-
-@dataclass(frozen=True)
-class Candidates:
-    """What a search asks about: the candidates of one of its steps."""
-
-    program: str | None
-    folder: str
-    content: bytes
-    """The search's ``candidates.json``."""
-    parts: int
-    """Number of shards, unless there are fewer candidates."""
-    sha256: str | None
-    """SHA-256 of the program's file; ``None``: programs of other bytes and the same version may judge, too."""
-    flies_px4: bool = False
-    unit: str = "candidates"
-
-    @cached_property
-    def _counts(self) -> tuple[int, int]:
-        found = json.loads(self.content)
-        return len(found["evaluations"]), int(found["asked"]["candidates"])
-
-    @property
-    def judged(self) -> int:
-        """Number of candidates judged before."""
-        return self._counts[0]
-
-    @property
-    def count(self) -> int:
-        """Number of candidates to be judged."""
-        return self._counts[1]
-
-    @property
-    def shards(self) -> int:
-        """Number of parts, none of which is empty."""
-        return min(self.count, self.parts)
-
-    @property
-    def before(self) -> str:
-        """How many candidates were judged before."""
-        return f"{self.judged} judged"
-
-    @property
-    def id(self) -> str:
-        """SHA-256 of what is asked."""
-        return hashlib.sha256(self.content).hexdigest()
-
-    def command(self, shard: int, out: Path) -> list[str]:
-        """``samara evaluate``."""
-        return ["evaluate", self._put(out), "--shard", f"{shard}/{self.shards}", "--out", os.fspath(out)]
-
-    def result(self, shard: int) -> str:
-        """A file of ``judged``."""
-        return f"judged/{self.judged:07}-{shard:05}-of-{self.shards:05}.json"
-
-    def unfit(self, samara: Program, here: str) -> str | None:
-        """Why ``samara evaluate --check`` refuses, or that the program has other bytes."""
-        if self.sha256 not in (None, found := samara.sha256()):
-            return f"SHA-256 of the program {found}, expected {self.sha256}"
-        with tempfile.TemporaryDirectory(prefix="samara-") as out:
-            try:
-                samara.run(["evaluate", self._put(Path(out)), "--check"], here)
-            except ProgramError as error:
-                return str(error)
-        return None
-
-    def _put(self, out: Path) -> str:
-        path = out / "candidates.json"
-        path.write_bytes(self.content)
-        return os.fspath(path)

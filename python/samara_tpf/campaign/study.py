@@ -1,4 +1,6 @@
-"""A whole study, ``samara study``, whose jobs the workers fly, round by round.
+"""A whole study, ``samara study``, or a search, ``samara design`` or ``tune``, whose jobs the workers fly.
+
+Round by round: of a search each generation is one, then what tries the gains or the design that it found.
 
 The study stays in Rust: what is there of its shards says which jobs are next, and ``samara merge`` puts all of them
 together. So it may be stopped anywhere, as a campaign may.
@@ -30,8 +32,9 @@ def run(
 ) -> int:
     """Flies what is left of a study in a folder that is held, and merges it; the exit code of ``samara merge``."""
     here, out = os.getcwd(), os.fspath(folder.path)
-    arguments = (options.study, options.mission, *more)
-    described = json.loads(samara.run(["study", *arguments, "--describe", "--out", out], here))
+    verb = (options.search,) if options.search else ("study", options.study)
+    arguments = (*verb, options.mission, *more)
+    described = json.loads(samara.run([*arguments, "--describe", "--out", out], here))
     sha256 = None if options.any_build else samara.sha256()
 
     def left() -> tuple[StudyRound, set[int]] | None:
@@ -43,7 +46,16 @@ def run(
         earlier = sorted((folder.path / "shards").glob("[0-9]*-*.rows"))
         before = tuple((path.name, path.read_bytes()) for path in earlier if int(path.name[:9]) < said["after"])
         of = StudyRound(
-            options.program, here, arguments, described["campaign"], shards, said["after"], said["jobs"], before, sha256
+            program=options.program,
+            folder=here,
+            arguments=arguments,
+            id=described["campaign"],
+            shards=shards,
+            after=said["after"],
+            stem=said["round"],
+            count=said["jobs"],
+            earlier=before,
+            sha256=sha256,
         )
         return of, missing
 

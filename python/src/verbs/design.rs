@@ -1,18 +1,16 @@
 //! Plan and gains by one search.
 #![expect(clippy::disallowed_types, clippy::disallowed_methods, reason = "the wall time of a search is told")]
 
-use std::ops::Range;
-use std::path::{Path, absolute};
 use std::time::Instant;
 
 use pyo3::prelude::*;
-use samara::config::{Mission, designed_mission_json, gains_json};
-use samara::design::{DesignSearch, FlyPortion, judge_finalists};
+use samara::config::{Mission, gains_json};
 use samara::host::kept::KeptRows;
 use samara::host::{Host, Silent};
-use samara::study::designing::report::{DesignRun, about, convergence_csv, document, front_csv, json};
-use samara::study::designing::{design_judge, design_search, judge_own_and};
-use samara::study::searching;
+use samara::study::designing::report::{about, convergence_csv, document, front_csv, json};
+use samara::study::designing::search::{self, Designing};
+use samara::study::kind::Unfinished;
+use samara::study::settings::{Maybe, Several};
 
 use super::plan::converged;
 use crate::fault::{Fault, OrGiven as _};
@@ -67,38 +65,41 @@ pub fn design(py: Python<'_>, given: Given, asked: DesignAsked) -> PyResult<Desi
         if let Some(gains) = &asked.start {
             mission.use_gains(gains).or_given()?;
         }
-        search(&mission, &asked, stop)
+        found(&mission, &asked, stop)
     })
 }
 
-fn search(mission: &Mission, asked: &DesignAsked, stop: &Stop) -> Result<Designed, Fault> {
+fn found(mission: &Mission, asked: &DesignAsked, stop: &Stop) -> Result<Designed, Fault> {
     let began = Instant::now();
-    let judge = design_judge(mission);
-    let mut search = DesignSearch::new(design_search(mission, asked.budget));
+    let DesignAsked { budget, finalists, unseen, .. } = *asked;
+    let settings = search::DesignAsked {
+        budget,
+        time_limit: Maybe(None),
+        against: Several(Vec::new()),
+        finalists,
+        unseen,
+        name: asked.name.clone(),
+    };
+    let designing = Designing::new(mission, None, settings).or_given()?;
     let (threads, stopped) = (pool(asked.threads)?, || stop.raised());
     let mut host = Host::new(&threads, &stopped, &Silent, KeptRows::nowhere());
-    let cost = |search: &DesignSearch, _: usize, design: &_| Some(judge.judge(design, search.ceiling()));
-    searching::search(&mut host, &mut search, cost).map_err(|_| Fault::stopped())?;
-    let Some(mut run) = DesignRun::of(&asked.name, &judge, &search) else {
-        converged(mission, stop)?;
-        return Err(Fault::NoGains("no design was found whose plan converges".to_owned()));
+    let found = match designing.found(&mut host) {
+        Ok(found) if !found.interrupted => found,
+        Ok(_) | Err(Unfinished::Stopped) => return Err(Fault::stopped()),
+        Err(_) => {
+            converged(mission, stop)?;
+            return Err(Fault::NoGains("no design was found whose plan converges".to_owned()));
+        }
     };
-    let fly = |portions: &[Range<u64>], fly: &FlyPortion<'_>| {
-        let one = |portion: &Range<u64>| (!stop.raised()).then(|| fly(portion.clone()));
-        threads.each(portions, one).into_iter().collect()
-    };
-    run.choose(judge_finalists(&judge, &search.finalists(asked.finalists), asked.unseen, &fly), &judge);
-    run.loops = judge.loops(&run.chosen.design).unwrap_or_default();
-    let chosen = (run.name.as_str(), &run.chosen.design);
-    run.judged = judge_own_and(chosen, mission, &judge, asked.unseen, &fly).map_err(|_| Fault::stopped())?;
-    run.wall_s = began.elapsed().as_secs_f64();
-    let whole = |path: &Path| absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string();
-    let made = designed_mission_json(mission, &run.chosen.design, GAINS, whole);
+    let search::Designed { search, mut run, .. } = found;
+    run.wall_s = Some(began.elapsed().as_secs_f64());
+    let told = document(mission, &search, &run).text();
+    run.wall_s = None;
     Ok(Designed {
         gains_json: gains_json(&run.name, &about(mission, &search, &run), &run.gains(mission)),
-        mission_json: made.or_given()?,
-        json: json(mission, &search, &run, None),
-        text: document(mission, &search, &run).text(),
+        mission_json: designing.designed_mission(&run.chosen.design, GAINS).or_given()?,
+        json: json(mission, &search, &run),
+        text: told,
         sentence: run.verdict(),
         better: run.is_better(),
         allowed: run.allowed,

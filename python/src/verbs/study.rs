@@ -1,13 +1,13 @@
 //! Studies of a mission: any kind that the library has.
 
 use std::fs::OpenOptions;
-use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
 use pyo3::prelude::*;
 use samara::config::Mission;
-use samara::host::kept::{KeptRows, going_on};
+use samara::host::kept::{KeptRows, RowsFile as _, going_on};
 use samara::host::{Host, Progress};
 use samara::study::kind::{About, Flies, Given as GivenStudy, Study, Unfinished};
 use samara::study::kinds::{KINDS, kind};
@@ -96,19 +96,20 @@ fn fly(
         values.put(about.settings, name, text).map_err(|e| Fault::in_words(format!("{name}: {e}")))?;
     }
     let mission = given.mission()?;
-    about.suits(&mission).map_err(|e| Fault::in_words(format!("{}: {e}", mission.file.display())))?;
+    kind.suits(&mission).map_err(|e| Fault::in_words(format!("{}: {e}", mission.file.display())))?;
     let own = given.has_gains().then(|| given.without_choices().mission()).transpose()?;
     let plan = match about.flies {
         Flies::WithoutAPlan => None,
         _ => Some(converged(&mission, stop)?),
     };
-    let of = GivenStudy { mission: &mission, own: own.as_ref(), plan: plan.as_ref() };
+    let of = GivenStudy { mission: &mission, own: own.as_ref(), plan: plan.as_ref(), folder: None };
     let refused = |why| Fault::in_words(format!("{}: {why}", mission.file.display()));
+    let head = kind.head(&mission, &values).map_err(refused)?;
     let study = kind.begin(of, &values).map_err(refused)?;
     told.tell(|now| now.2 = study.jobs());
     let kept = match rows {
         None => KeptRows::nowhere(),
-        Some(path) => kept(path, &about.head(&mission, &values))?,
+        Some(path) => kept(path, &head)?,
     };
     run((&*study, &about, &values), &mission, (threads, kept), (told, stop))
 }
@@ -122,17 +123,21 @@ fn run(
     let (pool, is_stopped) = (pool(threads)?, || stop.raised());
     let mut host = Host::new(&pool, &is_stopped, told, kept);
     let found = match (study.run(&mut host), host.failure()) {
+        (Ok(found), _) if found.stopped && stop.raised() => return Err(Fault::stopped()),
         (Ok(found), _) => found,
         (Err(Unfinished::Figure(error)), _) => return Err(error).or_given(),
+        (Err(error @ Unfinished::File(_)), _) => return Err(error).or_given(),
+        (Err(Unfinished::Nothing { .. }), _) if stop.raised() => return Err(Fault::stopped()),
+        (Err(Unfinished::Nothing { why, .. }), _) => return Err(Fault::NoGains(why)),
         (Err(Unfinished::Stopped), Some(error)) => return Err(Fault::in_words(format!("rows: {error}"))),
         (Err(Unfinished::Stopped), None) => return Err(Fault::stopped()),
     };
     let page = found.page(about, mission, values);
     let junit = found.junit(about, mission);
+    let (json, text) = (found.json.clone(), found.text());
     let mut files = found.files;
     files.extend(found.figures.into_iter().map(|figure| (figure.file, figure.svg)));
     files.extend(junit.map(|text| (format!("{}_junit.xml", about.name), text)));
-    let (json, text) = (found.json, found.document.text());
     Ok(Studied { kind: about.name.to_owned(), json, text, page, files, holds: found.holds })
 }
 
@@ -148,14 +153,9 @@ fn kept(path: &Path, head: &str) -> Result<KeptRows, Fault> {
     let _ = file.lock();
     let mut bytes = Vec::new();
     file.read_to_end(&mut bytes).map_err(|e| named(&e))?;
-    let (rows, whole) = going_on(&String::from_utf8_lossy(&bytes), head).map_err(|e| named(&e))?;
-    let begun = |file: &mut std::fs::File| {
-        file.set_len(whole as u64)?;
-        file.seek(SeekFrom::End(0))?;
-        if whole == 0 { file.write_all(head.as_bytes()) } else { Ok(()) }
-    };
-    begun(&mut file).map_err(|e| named(&e))?;
-    Ok(KeptRows::going_on(rows, Box::new(file)))
+    let earlier = going_on(&String::from_utf8_lossy(&bytes), head).map_err(|e| named(&e))?;
+    file.cut(earlier.whole()).map_err(|e| named(&e))?;
+    KeptRows::going_on(head, earlier, Box::new(file)).map_err(|e| named(&e))
 }
 
 /// How far a study is: what is flown, jobs done, jobs in all.
@@ -181,5 +181,9 @@ impl Progress for Told {
 
     fn done(&self, jobs: u64, _: bool) {
         self.tell(|now| now.1 += jobs);
+    }
+
+    fn stage(&self, _: &'static str, jobs: u64) {
+        self.tell(|now| now.2 = now.1 + jobs);
     }
 }

@@ -2,19 +2,19 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use samara::assess::tracking::control_period_s;
 use samara::config::{Mission, gains_json};
 use samara::control::Gains;
 use samara::host::kept::KeptRows;
 use samara::host::{Host, Silent};
 use samara::report::rows::Arrays;
-use samara::sim::PlantKind;
-use samara::study::searching;
+use samara::study::kind::Unfinished;
+use samara::study::settings::{Word, one_of};
+use samara::study::tuning::report::about;
 use samara::study::tuning::report::records::{front, history};
-use samara::study::tuning::report::{TuneRun, about};
-use samara::study::tuning::{DRAWS, Tuning, TuningMethod, TuningObjective};
+use samara::study::tuning::search::{self, NotBegun};
+use samara::study::tuning::{DRAWS, METHODS, MODELS, OBJECTIVES, Tuning};
 use samara::trajectory::Trajectory;
-use samara::tune::{Evaluation, Longitudinal, Objective, Search};
+use samara::tune::{Evaluation, Objective};
 
 use super::plan::converged;
 use crate::arrays::columns;
@@ -71,26 +71,9 @@ impl Tuned {
 }
 
 /// A choice by the word that the program takes for it.
-fn chosen<T: Copy>(key: &str, found: &str, known: &[(&str, T)]) -> Result<T, Fault> {
-    let choice = known.iter().find(|(name, _)| *name == found).map(|(_, value)| *value);
-    choice.ok_or_else(|| {
-        let names: Vec<&str> = known.iter().map(|(name, _)| *name).collect();
-        Fault::in_words(format!("{key}: one of {} is expected, found {found}", names.join(", ")))
-    })
+fn chosen<T: Copy>(key: &str, found: &str, known: &[(&'static str, T)]) -> Result<Word<T>, Fault> {
+    one_of(known)(found).map_err(|expected| Fault::in_words(format!("{key}: {expected}, found {found}")))
 }
-
-const METHODS: [(&str, TuningMethod); 3] = [
-    ("pso-cma", TuningMethod::SwarmThenCmaEs),
-    ("pso", TuningMethod::Swarm),
-    ("cma-es", TuningMethod::CmaEs),
-];
-const OBJECTIVES: [(&str, TuningObjective); 4] = [
-    ("safety", TuningObjective::Safety),
-    ("rms", TuningObjective::Rms),
-    ("j-tpf", TuningObjective::JTpf),
-    ("pareto", TuningObjective::Pareto),
-];
-const MODELS: [(&str, PlantKind); 2] = [("ideal", PlantKind::Ideal), ("actuator", PlantKind::Actuator)];
 
 /// A tuning as Python gives it: a dictionary whose keys are these.
 #[derive(Debug, FromPyObject)]
@@ -137,47 +120,30 @@ pub fn tune(py: Python<'_>, given: Given, asked: Asked) -> PyResult<Tuned> {
         let mission = given.mission()?;
         let plan = converged(&mission, stop)?.trajectory;
         let tuning = asked.tuning()?;
-        search((&mission, &plan), &tuning, &asked, stop)
+        found((&mission, &plan), tuning, &asked, stop)
     })
 }
 
-fn search(
+fn found(
     (mission, plan): (&Mission, &Trajectory),
-    tuning: &Tuning,
+    tuning: Tuning,
     asked: &Asked,
     stop: &Stop,
 ) -> Result<Tuned, Fault> {
-    let judge = tuning.judge(mission, plan).or_given()?;
-    let objectives = tuning.objectives(mission, &judge).or_given()?;
-    let objective = objectives[objectives.len() - 1];
-    let mut search = Search::new(tuning.search(mission, objectives).or_given()?);
+    // Without flights behind the search it tries nothing.
+    let tuned = search::Tuned::new((mission, plan, None), tuning, (&asked.name, 0));
+    let tuned = match tuned {
+        Err(NotBegun::Start(error)) => return Err(error).or_given(),
+        begun => begun.or_given()?,
+    };
     let (threads, stopped) = (pool(asked.threads)?, || stop.raised());
     let mut host = Host::new(&threads, &stopped, &Silent, KeptRows::nowhere());
-    let cost = |search: &Search, place: usize, k: &Longitudinal| {
-        let (objective, to_beat) = search.to_beat(place)?;
-        Some(judge.evaluate_below(k, &objective, to_beat))
+    let (search, run) = match tuned.found(&mut host) {
+        Ok((search, run)) if !run.stopped => (search, run),
+        Ok(_) | Err(Unfinished::Stopped) => return Err(Fault::stopped()),
+        Err(error) => return Err(Fault::NoGains(error.to_string())),
     };
-    // Without a judgement there is nothing to go on with: the search was stopped, or is lost.
-    let _ = searching::search(&mut host, &mut search, cost);
-    let best = search.best(&objective).filter(|best| best.evaluation.is_finite());
-    let best = best.ok_or_else(|| Fault::NoGains("no gains were found that fly every release".to_owned()))?;
-    let run = TuneRun {
-        method: asked.method.clone(),
-        objective: asked.objective.clone(),
-        model: asked.model.clone(),
-        robust: asked.robust,
-        start: tuning.start_name(mission),
-        swing: tuning.swing.clone(),
-        bounds: objective,
-        gains: best,
-        range_ends: search.range_ends(&best.k),
-        flights: judge.flights(),
-        control_period_s: control_period_s(plan),
-        fresh_evaluations: search.tried().len(),
-        stopped: false,
-        wall_s: 0.0,
-        contest: None,
-    };
+    let (best, objective) = (run.gains, run.bounds);
     let own = &mission.control.gains;
     let gains = Gains { k_ppsi: own.k_ppsi, k_pr: own.k_pr, ..Gains::longitudinal(best.k) };
     Ok(Tuned {

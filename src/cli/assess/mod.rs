@@ -90,7 +90,7 @@ fn refuse_settings(about: &About, typed: &[&str]) -> Result<(), Failure> {
 /// Flies the study that an old spelling asks for, and says the new one.
 fn old_spelling(args: &AssessArgs, stop: &AtomicBool) -> Result<Option<Answer>, Failure> {
     let Some(old) = Old::of(args)? else { return Ok(None) };
-    now_spelt(old.option, &old.now);
+    now_spelt(&format!("assess {}", old.option), &format!("samara study {}", old.now));
     let kind = kind(old.kind).map_err(Failure::input)?;
     let table = kind.about().settings;
     let mut values = Values::usual(table);

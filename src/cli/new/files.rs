@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::cli::answer::Failure;
+use samara::config::relative;
 
 /// The file of `--out`, or `NAME.json` in `usual` where there is such a folder, else in the current one. It
 /// is not to be there yet.
@@ -25,17 +26,6 @@ pub fn place(file: &Path) -> Result<(PathBuf, String), Failure> {
     };
     let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
     Ok((folder.to_owned(), name.to_owned()))
-}
-
-/// The path from a folder to a file, with `/`; both are there.
-pub fn relative(folder: &Path, file: &Path) -> String {
-    let (Ok(folder), Ok(target)) = (folder.canonicalize(), file.canonicalize()) else {
-        return file.display().to_string();
-    };
-    let shared = folder.components().zip(target.components()).take_while(|(a, b)| a == b).count();
-    let up = folder.components().skip(shared).map(|_| "..".to_owned());
-    let down = target.components().skip(shared).map(|part| part.as_os_str().to_string_lossy().into_owned());
-    up.chain(down).collect::<Vec<_>>().join("/")
 }
 
 /// The path from a folder to a schema, where the schemas are in the usual place.

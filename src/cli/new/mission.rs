@@ -7,7 +7,7 @@ use clap::Args;
 use serde_json::json;
 
 use super::ask::Questions;
-use super::files::{new_file, place, relative, schema};
+use super::files::{new_file, place, schema};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::args::{measured, plain_name, positive_in, three};
 use crate::cli::planning::{plan_mission, solve};
@@ -15,7 +15,7 @@ use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
 use samara::config::draft::{DRAFT_NODES, MissionDraft, ReleasedFrom, mission_draft_json};
 use samara::config::shipped::is_built_in;
-use samara::config::{Mission, derived, gains_json, load_mission, load_vehicle, vehicle_path};
+use samara::config::{Mission, derived, gains_json, load_mission, load_vehicle, relative, vehicle_path};
 use samara::model::Planet;
 use samara::plan::{Plan, SolverOptions, Status};
 use samara::report::plan_text;

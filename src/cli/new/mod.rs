@@ -15,7 +15,6 @@ mod vehicle;
 use clap::{Args, Subcommand};
 
 use super::answer::{Answer, Failure};
-pub use files::relative;
 
 /// `samara new`.
 #[derive(Args, Debug)]

@@ -4,13 +4,13 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use super::contract::{Flown, Pilot, PilotOption, PilotedDrop};
-use super::px4::upload::{exported, preparation, site_suits, whole};
+use super::px4::upload::{exported, preparation, whole};
 use crate::cli::answer::{BadInput as _, Failure};
 use crate::cli::args::{AutopilotArg, ChoiceArgs};
 use crate::cli::mission::mission_for_px4;
 use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print_remarks;
-use samara::config::Mission;
+use samara::config::{Mission, check_site_for_px4};
 use samara::control::px4::{Law, NotQuadX, Parameters, Px4Controller, is_quad_x};
 use samara::params::{Against, ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
@@ -100,7 +100,7 @@ impl Pilot for Px4Model {
 /// why it cannot.
 pub fn suits(mission: &Mission, law: &Law, given: Option<&ParameterFile>) -> anyhow::Result<Parameters> {
     // The model flies on the true state, whatever the sensors.
-    site_suits(mission)?;
+    check_site_for_px4(mission)?;
     if !law.allocates {
         is_quad_x(&mission.vehicle).map_err(|why| allocated_by_hint(law, &why))?;
     }

@@ -147,13 +147,6 @@ impl OutputFolder {
         }
     }
 
-    /// The named files are this run's, which an earlier one may have left for it.
-    pub fn take_over(&self, names: impl IntoIterator<Item = String>) {
-        if let Some(guard) = &self.guard {
-            guard.take_over(names);
-        }
-    }
-
     /// A file that is written while a run goes on; it is made with the first byte, so that a run that does
     /// not get that far (a busy port) leaves the file of another one alone.
     pub fn late(&self, name: &str) -> LateFile {
@@ -198,7 +191,7 @@ impl OutputFolder {
                     n => hash.take(&piece[..n]),
                 }
             }
-            file.set_len(kept)?;
+            file.set_len(kept.min(file.metadata()?.len()))?;
             file.seek(io::SeekFrom::End(0))?;
             Ok::<_, io::Error>(file)
         };
@@ -265,23 +258,6 @@ impl OutputFolder {
     /// Writes a file of text, as [`OutputFolder::write`] does.
     pub fn write_text(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {
         self.write(name, |out| out.write_all(text.as_bytes()))
-    }
-
-    /// Writes a file of text that others may write at the same time, and that a power cut leaves whole; other
-    /// than that as [`OutputFolder::write`].
-    pub fn write_safely(&self, name: &str, text: &str) -> Result<PathBuf, Failure> {
-        let path = self.path.join(name);
-        if self.guard.is_none() && fs::metadata(&path).is_ok_and(|there| !there.is_file()) {
-            return self.write_text(name, text);
-        }
-        self.make_room(name, Some(&sha256_of(text)))?;
-        let aside = Aside::begin(&path)?;
-        aside.named(aside.file()?.write_all(text.as_bytes()))?;
-        aside.finish()?;
-        let hash = WrittenHash::default();
-        hash.take(text.as_bytes());
-        self.note(name, hash);
-        Ok(path)
     }
 
     /// Removes those of the named files that this run has not written: an earlier run has left them, and they
@@ -434,7 +410,7 @@ mod tests {
     fn no_manifest_vouches_for_what_the_run_has_not_written() {
         let place = tempfile::tempdir().unwrap();
         let path = place.path();
-        for torn in [None, Some("whole.txt"), Some("late.tlog"), Some("grows.csv"), Some("safe.json")] {
+        for torn in [None, Some("whole.txt"), Some("late.tlog"), Some("grows.csv")] {
             let folder = run("drop", path);
             folder.write_text("whole.txt", "1").unwrap();
             let mut late = folder.late("late.tlog");
@@ -442,7 +418,6 @@ mod tests {
             late.flush().unwrap();
             folder.continued("grows.csv", 0).unwrap().write_all(b"4\n5\n6\n").unwrap();
             folder.continued("grows.csv", 2).unwrap().write_all(b"7\n").unwrap();
-            folder.write_safely("safe.json", "{}").unwrap();
             let Some(torn) = torn else {
                 folder.write_manifest("drop", &mission(), &[]).unwrap();
                 let manifest = fs::read_to_string(path.join("drop_manifest.json")).unwrap();

@@ -37,6 +37,11 @@ impl<W> Hashed<W> {
     pub fn new(inner: W, hash: WrittenHash) -> Self {
         Self { inner, hash }
     }
+
+    /// What is written to; the hash does not follow what is done to it.
+    pub fn inner_mut(&mut self) -> &mut W {
+        &mut self.inner
+    }
 }
 
 impl<W: Write> Write for Hashed<W> {

@@ -121,5 +121,5 @@ pub fn without_gains(choice: &ChoiceArgs) -> ChoiceArgs {
 
 /// Says which spelling is the new one of what was typed.
 pub fn now_spelt(old: &str, new: &str) {
-    print_err(&format!("samara: assess {old} is now: samara study {new}\n"));
+    print_err(&format!("samara: {old} is now: {new}\n"));
 }

@@ -14,15 +14,20 @@
 //! | `whole` | a study flown by one process |
 //! | `shards` | a study in shards, and put together |
 //! | `wire` | drops of `replan` by an autopilot |
+//! | `searches` | `samara design` and `samara tune` |
+//! | `evaluate` | `samara evaluate` |
 
 pub mod args;
 pub mod asked;
+#[cfg(feature = "shards")]
+pub mod evaluate;
 mod hosted;
 #[cfg(feature = "shards")]
 pub mod merge;
 pub mod noted;
 pub mod options;
 mod results;
+pub mod searches;
 #[cfg(feature = "shards")]
 pub mod shards;
 mod verb;

@@ -6,7 +6,7 @@ use crate::cli::alone_flight::write_flight;
 use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::PageArgs;
 use crate::cli::results::OutputFolder;
-use crate::cli::terminal::print;
+use crate::cli::terminal::{print, print_err};
 use samara::config::Mission;
 use samara::study::kind::{About, Results};
 use samara::study::settings::Values;
@@ -19,7 +19,7 @@ pub fn write(
     page: &PageArgs,
 ) -> Result<(), Failure> {
     let name = about.name;
-    folder.write_text(&format!("{name}.txt"), &results.document.text())?;
+    folder.write_text(&format!("{name}.txt"), &results.text())?;
     folder.write_text(&format!("{name}.json"), &results.json)?;
     for (name, text) in &results.files {
         folder.write_text(name, text)?;
@@ -42,6 +42,12 @@ pub fn report(
     (mission, folder): (&Mission, &OutputFolder),
     results: &Results,
 ) -> Result<Answer, Failure> {
+    results.remarks.iter().for_each(|remark| print_err(&format!("samara: {remark}\n")));
+    let (document, json) = match &results.timed {
+        Some((document, json)) => (document, json),
+        None => (&results.document, &results.json),
+    };
+    let sentence = results.sentence.as_ref().map_or_else(String::new, |sentence| format!("{sentence}\n"));
     let place = folder.path();
     let again = results.again.as_ref().map_or_else(String::new, |file| {
         let about = of.kind.about();
@@ -50,9 +56,19 @@ pub fn report(
         let only = ["--only".to_owned(), place.join(file).display().to_string()];
         format!("again: {}\n", asked.command(&["study", &about.name.replace('_', "-")], only))
     });
-    let text = || format!("\n{}\n{again}results in {}\n", results.document.text(), place.display());
-    print(&if of.args.mission.json { results.json.clone() } else { text() })?;
+    let text = || format!("\n{}\n{again}results in {}\n{sentence}", document.text(), place.display());
+    print(&if of.args.mission.json { json.clone() } else { text() })?;
     Ok(Answer::from(results.holds))
+}
+
+/// Reports why nothing was found.
+pub fn nothing(of: &StudyOf, mission: &Mission, (what, why): (&str, &str)) -> Result<Answer, Failure> {
+    print_err(&format!("samara: {why}\n"));
+    if of.args.mission.json {
+        let object = serde_json::json!({ "mission": mission.name, what: null, "reason": why });
+        print(&format!("{object:#}\n"))?;
+    }
+    Ok(Answer::No)
 }
 
 /// Writes and reports one flight of a study that was flown again.

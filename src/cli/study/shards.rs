@@ -1,6 +1,7 @@
 //! A study in shards: `samara study KIND --shard I/N` flies a part of the jobs at hand, anywhere, any number
 //! of times; `samara merge` puts all parts together, or says which are missing of the round at hand.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
@@ -8,8 +9,9 @@ use std::sync::atomic::AtomicBool;
 
 use anyhow::Context as _;
 
-use super::asked::{PlanOf, StudyOf};
-use super::hosted::Hosted;
+use super::args::now_spelt;
+use super::asked::{Flown, PlanOf, StudyOf};
+use super::hosted::{Hosted, Ran};
 use super::merge::{Merge, typed};
 use super::noted;
 use super::results;
@@ -25,8 +27,8 @@ use samara::host::shards::{Ended, ShardFiles, Shards};
 use samara::plan::Status;
 use samara::report::json::VERSION;
 use samara::study::asked::{Asked, sha256_hex};
-use samara::study::cut::ranges;
-use samara::study::kind::Flies;
+use samara::study::cut::{Cut, ranges};
+use samara::study::kind::{Flies, Study, differences};
 use samara::study::kinds::kind;
 
 /// Folder of the parts within a study's.
@@ -43,64 +45,115 @@ fn study_of(asked: &Asked, merge: &Merge) -> Result<StudyOf, String> {
     Ok(StudyOf { kind, args, values, only: None, keep: false, page: PageArgs::NONE, wire })
 }
 
+/// What is asked, for whoever puts the parts together.
+fn asked_of(study: &StudyOf, mission: &Mission, head: &str) -> Asked {
+    let (about, args) = (study.kind.about(), (&study.args, study.wire.as_ref()));
+    let asked = noted::asked((about.name, about.settings), &study.values, args, mission);
+    Asked { head: head.to_owned(), ..asked }
+}
+
 /// The folder of the parts.
-struct Folder(PathBuf);
+struct Folder {
+    path: PathBuf,
+    /// Where parts are looked for that are not here.
+    besides: Option<PathBuf>,
+}
 
 impl Folder {
+    /// The folder of the parts in that of a study.
+    fn of(out: &Path) -> Self {
+        Self { path: out.join(FOLDER), besides: None }
+    }
+
     fn made(out: &Path) -> Result<Self, Failure> {
-        let folder = out.join(FOLDER);
-        let made = fs::create_dir_all(&folder);
-        made.with_context(|| format!("cannot make the folder {}", folder.display())).bad_input()?;
-        let made = Self(folder);
-        let names = made.names().with_context(|| made.0.display().to_string()).bad_input()?;
+        let made = Self::of(out);
+        let folder = fs::create_dir_all(&made.path);
+        folder.with_context(|| format!("cannot make the folder {}", made.path.display())).bad_input()?;
+        let names = made.names().with_context(|| made.path.display().to_string()).bad_input()?;
         match names.iter().find(|name| name.ends_with(".parquet")) {
             None => Ok(made),
             Some(name) => Err(Failure::input(format!(
                 "{}: a shard of a campaign lies there; another folder (--out) is expected",
-                made.0.join(name).display()
+                made.path.join(name).display()
             ))),
         }
     }
 
-    /// Notes what is asked, or refuses what is not what was.
-    fn note(&self, asked: &Asked) -> Result<(), Failure> {
-        let path = self.0.join(ASKED);
+    /// Notes what is asked, or refuses what is not what was: rows of `head`. A search may be asked to go on
+    /// for longer, or to end otherwise.
+    fn note(&self, asked: &Asked, head: &str) -> Result<(), Failure> {
+        let path = self.path.join(ASKED);
         let text = serde_json::to_string_pretty(asked).context("what is asked")? + "\n";
-        match self.read(ASKED).with_context(|| path.display().to_string()).bad_input()? {
-            Some(found) if found == text => Ok(()),
-            Some(_) => Err(Failure::input(format!(
-                "{}: another study is flown in this folder; another one (--out) is expected",
-                path.display()
-            ))),
-            None => self.write(ASKED, &text).with_context(|| path.display().to_string()).bad_input(),
+        let found = self.read(ASKED).with_context(|| path.display().to_string()).bad_input()?;
+        if found.as_ref() == Some(&text) {
+            return Ok(());
         }
+        if let Some(found) = found {
+            let named = |why: &str| Failure::input(format!("{}: {why}", path.display()));
+            let found: Asked = serde_json::from_str(&found).map_err(|error| named(&error.to_string()))?;
+            if found.head != head {
+                let words = differences(&found.head, head).unwrap_or_default();
+                return Err(named(&format!(
+                    "another study is flown in this folder; another one (--out) is expected: {words}"
+                )));
+            }
+        }
+        self.write(ASKED, &text).with_context(|| path.display().to_string()).bad_input()
+    }
+
+    /// What was asked.
+    fn asked(path: &Path) -> Result<Asked, Failure> {
+        let place = || path.display().to_string();
+        let text = read(path).with_context(place).bad_input()?.unwrap_or_default();
+        let asked: Asked = serde_json::from_str(&text).with_context(place).bad_input()?;
+        if asked.version != VERSION {
+            let found = &asked.version;
+            return Err(Failure::input(format!(
+                "{}: shards by samara {VERSION} are expected, found some by {found}",
+                place()
+            )));
+        }
+        Ok(asked)
     }
 }
 
 impl ShardFiles for Folder {
     fn names(&self) -> io::Result<Vec<String>> {
-        let entries = fs::read_dir(&self.0)?.collect::<io::Result<Vec<_>>>()?;
-        Ok(entries.into_iter().filter_map(|entry| entry.file_name().into_string().ok()).collect())
+        let mut names = BTreeSet::new();
+        for folder in std::iter::once(&self.path).chain(&self.besides) {
+            for entry in fs::read_dir(folder)? {
+                names.extend(entry?.file_name().into_string());
+            }
+        }
+        Ok(names.into_iter().collect())
     }
 
     fn read(&self, name: &str) -> io::Result<Option<String>> {
-        let mut bytes = Vec::new();
-        match fs::File::options().read(true).open(self.0.join(name)) {
-            Ok(mut file) => file.read_to_end(&mut bytes)?,
-            Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-            Err(e) => return Err(e),
-        };
-        // What is no text is damaged.
-        Ok(Some(String::from_utf8_lossy(&bytes).into_owned()))
+        match (read(&self.path.join(name))?, &self.besides) {
+            (None, Some(besides)) => read(&besides.join(name)),
+            (found, _) => Ok(found),
+        }
     }
 
     fn write(&self, name: &str, text: &str) -> io::Result<()> {
-        let mut aside = Aside::new(&self.0.join(name))?;
+        let mut aside = Aside::new(&self.path.join(name))?;
         let mut file = aside.taken()?;
         io::Write::write_all(&mut file, text.as_bytes())?;
         file.sync_all()?;
         aside.rename()
     }
+}
+
+/// The text of a file; `None` where there is none.
+fn read(path: &Path) -> io::Result<Option<String>> {
+    let mut bytes = Vec::new();
+    match fs::File::options().read(true).open(path) {
+        Ok(mut file) => file.read_to_end(&mut bytes)?,
+        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
+        Err(e) => return Err(e),
+    };
+    // What is no text is damaged.
+    Ok(Some(String::from_utf8_lossy(&bytes).into_owned()))
 }
 
 /// Whether a folder holds shards of a study.
@@ -110,18 +163,16 @@ pub fn is_study(dir: &Path) -> bool {
 
 /// Flies a part of the jobs at hand, or says which study it would be of.
 pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
-    let (about, args) = (study.kind.about(), &study.args);
+    let args = &study.args;
     let narrator = Narrator::alone(true);
     let flown = study.flown(&narrator)?;
     let mission = &flown.mission;
-    let head = about.head(mission, &study.values);
-    let id = sha256_hex(&head);
-    let asked =
-        noted::asked((about.name, about.settings), &study.values, (args, study.wire.as_ref()), mission);
+    let head = study.head(mission)?;
+    let (id, asked) = (sha256_hex(&head), asked_of(study, mission, &head));
     let Some(cut) = args.part.shard else {
         // Whoever asks in a folder has it noted there, for the merge.
         if let Some(out) = &args.mission.out {
-            Folder::made(out)?.note(&asked)?;
+            Folder::made(out)?.note(&asked, &head)?;
         }
         let object = serde_json::json!({ "campaign": id, "mission": mission.name, "seed": mission.seed, "asked": asked });
         print(&format!("{object:#}\n"))?;
@@ -135,14 +186,25 @@ pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     }
     let out = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
     let folder = Folder::made(out.path())?;
-    folder.note(&asked)?;
+    folder.note(&asked, &head)?;
+    fly((study, &flown), (&out, &folder), (&head, cut), stop)
+}
+
+/// Flies a part of the jobs at hand to a folder of parts.
+fn fly(
+    (study, flown): (&StudyOf, &Flown),
+    (out, folder): (&OutputFolder, &Folder),
+    (head, cut): (&str, Cut),
+    stop: &AtomicBool,
+) -> Result<Answer, Failure> {
+    let (about, json, mission) = (study.kind.about(), study.args.mission.json, &flown.mission);
     let Some(planned) = planned(study, mission)? else { return Ok(Answer::No) };
     // Where drops over a wire keep their files while they fly.
-    let aside = flown.pilot.as_ref().map(|_| Aside::begin(&folder.0.join("drops"))).transpose()?;
+    let aside = flown.pilot.as_ref().map(|_| Aside::begin(&folder.path.join("drops"))).transpose()?;
     let scratch = aside.as_ref().map(Aside::scratch);
-    let ended = study.begin(&flown, planned.plan(), (scratch, stop), |of, threads| {
-        let hosted = Hosted::new(study, (mission, &out), (threads, stop), of)?;
-        hosted.run_in_shards(of, Shards::new(&folder, &head, Some(cut)))
+    let ended = study.begin((flown, out.path()), planned.plan(), (scratch, stop), |of, threads| {
+        let hosted = Hosted::new(study, (mission, out), (threads, stop), of)?;
+        hosted.run_in_shards(of, Shards::new(folder, head, Some(cut)))
     })?;
     match ended {
         Ok(_) => {
@@ -151,21 +213,19 @@ pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
                 out.path().display()
             );
             let object = serde_json::json!({ "study": about.name, "whole": true });
-            print(&if args.mission.json { format!("{object:#}\n") } else { text })?;
+            print(&if json { format!("{object:#}\n") } else { text })?;
             Ok(Answer::Yes)
         }
         Err(Some(Ended::Part { after, first, jobs, file, flown })) => {
-            let path = folder.0.join(file);
+            let path = folder.path.join(file);
             let (path, how) = (path.display(), if flown { "flown" } else { "there already" });
             let object = serde_json::json!({
                 "study": about.name, "whole": false, "shard": cut.part, "of": cut.of, "after": after,
                 "first": first, "jobs": jobs, "file": path.to_string(), "flown": flown,
             });
-            let text = format!(
-                "shard {cut} after {after} rows, {jobs} {} from {first} on: {how}, {path}\n",
-                about.unit
-            );
-            print(&if args.mission.json { format!("{object:#}\n") } else { text })?;
+            let text =
+                format!("shard {cut} after {after} rows, {jobs} jobs from {first} on: {how}, {path}\n");
+            print(&if json { format!("{object:#}\n") } else { text })?;
             Ok(Answer::Yes)
         }
         Err(_) => {
@@ -173,6 +233,110 @@ pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
             Ok(Answer::No)
         }
     }
+}
+
+/// Flies a part of what a search asks about in the file `asked`, to that one's folder or below `out`; without
+/// a part it is only looked whether the search would be the same here.
+pub fn evaluate(
+    (path, out): (&Path, Option<&Path>),
+    cut: Option<Cut>,
+    (threads, stop): (Option<u16>, &AtomicBool),
+) -> Result<Answer, Failure> {
+    let shards = path.parent().unwrap_or(Path::new(""));
+    let dir = shards.parent().unwrap_or(Path::new(""));
+    let merge = Merge { dir: dir.to_owned(), mission: None, json: false, threads };
+    let (study, flown) = asked_for(path, &merge, true)?;
+    let head = study.head(&flown.mission)?;
+    let Some(cut) = cut else {
+        print("the search is the same here\n")?;
+        return Ok(Answer::Yes);
+    };
+    now_spelt("evaluate STUDY --shard I/N", "samara design|tune .. --shard I/N --out DIR");
+    let out = OutputFolder::plain(out.unwrap_or(dir))?;
+    let folder = Folder { besides: Some(shards.to_owned()), ..Folder::made(out.path())? };
+    fly((&study, &flown), (&out, &folder), (&head, cut), stop)
+}
+
+/// Has others fly a search, round by round: says what is to be flown, or puts all of it together.
+pub fn ask(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
+    let narrator = Narrator::alone(study.args.mission.json);
+    let flown = study.flown(&narrator)?;
+    let mission = &flown.mission;
+    let (head, about) = (study.head(mission)?, study.kind.about());
+    let dir = place_of(study.args.mission.out.as_deref(), &mission.name);
+    let folder = Folder::made(&dir)?;
+    folder.note(&asked_of(study, mission, &head), &head)?;
+    let out = OutputFolder::create(about.manifest, Some(&dir), &mission.name)?;
+    let Some(planned) = study.planned(mission, &out, &narrator)? else { return Ok(Answer::No) };
+    study.begin((&flown, out.path()), planned.plan(), (None, stop), |of, threads| {
+        match put_together((study, of), (mission, &out), (&folder, &head), (threads, stop))? {
+            Together::Whole(answer) => Ok(answer),
+            Together::Missing { jobs, .. } => {
+                now_spelt("--ask", "--shard I/N, and samara merge DIR");
+                let asked = folder.path.join(ASKED);
+                print_err(&format!(
+                    "samara: to be flown: {jobs} jobs, samara evaluate {}\n",
+                    asked.display()
+                ));
+                Ok(Answer::Asks)
+            }
+        }
+    })
+}
+
+/// A study whose shards are put together, as far as they are there.
+enum Together {
+    Whole(Answer),
+    /// Parts are missing of the round that follows so many rows.
+    Missing {
+        after: u64,
+        jobs: u64,
+        of: Option<u64>,
+        parts: Vec<u64>,
+    },
+}
+
+/// Puts the shards of a study together that was begun; writes and reports it, where all are there.
+fn put_together(
+    (study, begun): (&StudyOf, &dyn Study),
+    (mission, out): (&Mission, &OutputFolder),
+    (folder, head): (&Folder, &str),
+    (threads, stop): (Option<u16>, &AtomicBool),
+) -> Result<Together, Failure> {
+    let hosted = Hosted::new(study, (mission, out), (threads, stop), begun)?;
+    match hosted.run_in_shards(begun, Shards::new(folder, head, None))? {
+        Ok(Ran::Found { found, first_stage }) => {
+            results::write(out, (mission, &study.kind.about(), &study.values), &found, &study.page)?;
+            hosted.finish(&found, first_stage)?;
+            results::report(study, (mission, out), &found).map(Together::Whole)
+        }
+        Ok(Ran::Nothing { of, why }) => results::nothing(study, mission, (of, &why)).map(Together::Whole),
+        Err(Some(Ended::Missing { after, jobs, of, parts, .. })) => {
+            Ok(Together::Missing { after, jobs, of, parts })
+        }
+        Ok(Ran::Stopped) | Err(_) => Ok(Together::Whole(Answer::No)),
+    }
+}
+
+/// The study that a file asks for, to be put together, and what it flies.
+fn asked_for(path: &Path, merge: &Merge, quiet: bool) -> Result<(StudyOf, Flown), Failure> {
+    let asked = Folder::asked(path)?;
+    let named = |e: String| Failure::input(format!("{}: {e}", path.display()));
+    let study = study_of(&asked, merge).map_err(named)?;
+    let flown = study.flown(&Narrator::alone(quiet))?;
+    let (mission, expected) = (&flown.mission, &asked.input_hash);
+    if mission.inputs.hash != *expected {
+        let (file, found) = (mission.file.display(), &mission.inputs.hash);
+        return Err(Failure::input(format!(
+            "{file}: hash of the inputs {expected} is expected, as in the shards, found {found}: the mission that was flown is \
+             needed, from where it was flown or with --mission"
+        )));
+    }
+    let here = study.head(mission)?;
+    if here != asked.head {
+        return Err(named(differences(&asked.head, &here).unwrap_or_default()));
+    }
+    Ok((study, flown))
 }
 
 /// The plan that a study flies along, written nowhere; `None`, and said, where there is none.
@@ -190,67 +354,45 @@ fn planned(study: &StudyOf, mission: &Mission) -> Result<Option<PlanOf>, Failure
 
 /// Puts the shards of a study together, or says which are missing of the round at hand.
 pub fn merge(merge: &Merge, only_missing: bool) -> Result<Answer, Failure> {
-    let (dir, json) = (&merge.dir, merge.json);
-    let folder = Folder(dir.join(FOLDER));
-    let path = folder.0.join(ASKED);
-    let place = || path.display().to_string();
-    let text = folder.read(ASKED).with_context(place).bad_input()?.unwrap_or_default();
-    let asked: Asked = serde_json::from_str(&text).with_context(place).bad_input()?;
-    if asked.version != VERSION {
-        let found = &asked.version;
-        return Err(Failure::input(format!(
-            "{}: shards by samara {VERSION} are expected, found some by {found}",
-            place()
-        )));
-    }
-    let expected = &asked.input_hash;
-    let study = study_of(&asked, merge).map_err(|e| Failure::input(format!("{}: {e}", place())))?;
-    let about = study.kind.about();
-    let narrator = Narrator::alone(json || only_missing);
-    let flown = study.flown(&narrator)?;
+    let (dir, json) = (merge.dir.as_path(), merge.json);
+    let folder = Folder::of(dir);
+    let (study, flown) = asked_for(&folder.path.join(ASKED), merge, json || only_missing)?;
     let mission = &flown.mission;
-    if mission.inputs.hash != *expected {
-        let (file, found) = (mission.file.display(), &mission.inputs.hash);
-        return Err(Failure::input(format!(
-            "{file}: hash of the inputs {expected} is expected, as in the shards, found {found}: the mission that was flown is \
-             needed, from where it was flown or with --mission"
-        )));
-    }
-    let out = match only_missing {
-        true => OutputFolder::plain(dir)?,
-        false => OutputFolder::merged(about.manifest, Some(dir), &mission.name)?,
-    };
-    let planned = match only_missing {
-        true => planned(&study, mission)?,
-        false => study.planned(mission, &out, &narrator)?,
-    };
-    let Some(planned) = planned else { return Ok(Answer::No) };
-    let head = about.head(mission, &study.values);
+    let head = study.head(mission)?;
     let stop = AtomicBool::new(false);
-    study.begin(&flown, planned.plan(), (None, &stop), |of, threads| {
-        let hosted = Hosted::new(&study, (mission, &out), (threads, &stop), of)?;
-        match hosted.run_in_shards(of, Shards::new(&folder, &head, None))? {
-            Ok(_) if only_missing => said(json, &serde_json::json!({ "missing": "" }), "").map(|()| Answer::Yes),
-            Ok(found) => {
-                results::write(&out, (mission, &about, &study.values), &found, &study.page)?;
-                hosted.write_manifest()?;
-                results::report(&study, (mission, &out), &found)
-            }
-            Err(Some(Ended::Missing { after, jobs, of, parts })) if only_missing => {
-                if of.is_none() && !json {
-                    return Err(none_yet(dir));
-                }
+    if only_missing {
+        let Some(planned) = planned(&study, mission)? else { return Ok(Answer::No) };
+        let out = OutputFolder::plain(dir)?;
+        let ended = study.begin((&flown, dir), planned.plan(), (None, &stop), |of, threads| {
+            let hosted = Hosted::new(&study, (mission, &out), (threads, &stop), of)?;
+            hosted.run_in_shards(of, Shards::new(&folder, &head, None))
+        })?;
+        return match ended {
+            Ok(_) => said(json, &serde_json::json!({ "missing": "" }), ""),
+            Err(Some(Ended::Missing { of: None, .. })) if !json => Err(none_yet(dir)),
+            Err(Some(Ended::Missing { after, jobs, stem, of, parts })) => {
                 let missing = ranges(&parts);
-                let object = serde_json::json!({ "missing": missing, "of": of, "after": after, "jobs": jobs });
-                said(json, &object, &missing).map(|()| Answer::Yes)
+                let object = serde_json::json!({
+                    "missing": missing, "of": of, "after": after, "jobs": jobs, "round": stem,
+                });
+                said(json, &object, &missing)
             }
-            Err(Some(Ended::Missing { after, of: Some(of), parts, .. })) => Err(Failure::input(format!(
+            Err(_) => Err(none_yet(dir)),
+        };
+    }
+    let narrator = Narrator::alone(json);
+    let out = OutputFolder::merged(study.kind.about().manifest, Some(dir), &mission.name)?;
+    let Some(planned) = study.planned(mission, &out, &narrator)? else { return Ok(Answer::No) };
+    study.begin((&flown, dir), planned.plan(), (None, &stop), |of, threads| {
+        match put_together((&study, of), (mission, &out), (&folder, &head), (threads, &stop))? {
+            Together::Whole(answer) => Ok(answer),
+            Together::Missing { of: None, .. } => Err(none_yet(dir)),
+            Together::Missing { after, of: Some(of), parts, .. } => Err(Failure::input(format!(
                 "{}: shards {} of {of} are missing after {after} rows; `samara merge {} --missing` prints what is left to fly",
-                folder.0.display(),
+                folder.path.display(),
                 ranges(&parts),
                 dir.display()
             ))),
-            Err(_) => Err(none_yet(dir)),
         }
     })
 }
@@ -259,6 +401,7 @@ fn none_yet(dir: &Path) -> Failure {
     Failure::input(format!("{}: no shard of the round at hand is there yet", dir.join(FOLDER).display()))
 }
 
-fn said(json: bool, object: &serde_json::Value, text: &str) -> Result<(), Failure> {
-    print(&if json { format!("{object:#}\n") } else { format!("{text}\n") })
+fn said(json: bool, object: &serde_json::Value, text: &str) -> Result<Answer, Failure> {
+    print(&if json { format!("{object:#}\n") } else { format!("{text}\n") })?;
+    Ok(Answer::Yes)
 }

@@ -39,8 +39,14 @@ impl Args for StudyVerbArgs {
 /// A kind as a verb.
 fn verb_of(kind: &dyn Kind) -> Command {
     let about = kind.about();
-    let name = about.name.replace('_', "-");
-    let mut verb = Command::new(name).args(options(about.settings));
+    let verb = with_options(kind, Command::new(about.name.replace('_', "-")));
+    verb.about(about.title).long_about(about.title).after_long_help(about.help)
+}
+
+/// A command with the options of a kind.
+pub fn with_options(kind: &dyn Kind, command: Command) -> Command {
+    let about = kind.about();
+    let mut verb = command.args(options(about.settings));
     // Where there is none, the program says why.
     let only = Arg::new("only")
         .long("only")
@@ -60,7 +66,29 @@ fn verb_of(kind: &dyn Kind) -> Command {
     if about.name == BY_AUTOPILOTS {
         verb = WireArgs::augment_args(verb);
     }
-    StudyArgs::augment_args(verb).about(about.title).long_about(about.title).after_long_help(about.help)
+    let verb = StudyArgs::augment_args(verb);
+    // A clock is a whole run's: shards are flown by many.
+    match about.settings.iter().find(|setting| setting.name == "time_limit") {
+        Some(setting) if cfg!(feature = "shards") => {
+            verb.mut_arg("shard", |shard| shard.conflicts_with(setting.name))
+        }
+        _ => verb,
+    }
+}
+
+/// The study of a kind that was typed.
+pub fn study_of(kind: &'static dyn Kind, typed: &ArgMatches) -> Result<StudyOf, clap::Error> {
+    let about = kind.about();
+    let alone = about.alone.is_ok();
+    Ok(StudyOf {
+        kind,
+        args: StudyArgs::from_arg_matches(typed)?,
+        values: values(about.settings, typed)?,
+        only: typed.get_one::<String>("only").cloned(),
+        keep: typed.get_flag("keep"),
+        page: if alone { PageArgs::from_arg_matches(typed)? } else { PageArgs::NONE },
+        wire: (about.name == BY_AUTOPILOTS).then(|| WireArgs::from_arg_matches(typed)).transpose()?,
+    })
 }
 
 impl FromArgMatches for StudyVerbArgs {
@@ -68,19 +96,7 @@ impl FromArgMatches for StudyVerbArgs {
         // The parser demands a kind.
         let (name, typed) = matches.subcommand().unwrap_or(("", matches));
         let kind = kind(name).map_err(|e| clap::Error::raw(ErrorKind::InvalidSubcommand, e))?;
-        let about = kind.about();
-        let values = values(about.settings, typed)?;
-        let alone = about.alone.is_ok();
-        let study = StudyOf {
-            kind,
-            args: StudyArgs::from_arg_matches(typed)?,
-            values,
-            only: typed.get_one::<String>("only").cloned(),
-            keep: typed.get_flag("keep"),
-            page: if alone { PageArgs::from_arg_matches(typed)? } else { PageArgs::NONE },
-            wire: (about.name == BY_AUTOPILOTS).then(|| WireArgs::from_arg_matches(typed)).transpose()?,
-        };
-        Ok(Self { study })
+        Ok(Self { study: study_of(kind, typed)? })
     }
 
     fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use super::asked::StudyOf;
-use super::hosted::{self, Hosted};
+use super::hosted::{self, Hosted, Ran};
 use super::results;
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::narrator::Narrator;
@@ -17,25 +17,28 @@ pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     let flown = study.flown(&narrator)?;
     let mission = &flown.mission;
     let verb = if study.only.is_some() { "assess_only" } else { about.manifest };
-    let folder = OutputFolder::create(verb, args.mission.out.as_deref(), &mission.name)?;
+    let out = OutputFolder::create(verb, args.mission.out.as_deref(), &mission.name)?;
     if args.resume {
-        folder.resume([hosted::rows_of(about.name)]);
+        out.resume([hosted::rows_of(about.name)]);
     }
-    let Some(planned) = study.planned(mission, &folder, &narrator)? else { return Ok(Answer::No) };
+    let Some(planned) = study.planned(mission, &out, &narrator)? else { return Ok(Answer::No) };
     if let Some(name) = &study.only {
         let own = study.own_mission()?;
-        let given = Given { mission, own: own.as_ref(), plan: planned.plan() };
+        let (own, folder) = (own.as_ref(), Some(out.path()));
+        let given = Given { mission, own, plan: planned.plan(), folder };
         let results = study.kind.alone(given, &study.values, name).bad_input()?;
-        return results::report_alone(study, (mission, &folder), name, &results);
+        return results::report_alone(study, (mission, &out), name, &results);
     }
-    study.begin(&flown, planned.plan(), (Some(folder.path()), stop), |begun, threads| {
-        let hosted = Hosted::new(study, (mission, &folder), (threads, stop), begun)?;
+    study.begin((&flown, out.path()), planned.plan(), (Some(out.path()), stop), |begun, threads| {
+        let hosted = Hosted::new(study, (mission, &out), (threads, stop), begun)?;
+        hosted.warn(begun);
         match hosted.run(begun)? {
-            None => hosted.stopped(&narrator),
-            Some(found) => {
-                results::write(&folder, (mission, &about, &study.values), &found, &study.page)?;
-                hosted.finish()?;
-                results::report(study, (mission, &folder), &found)
+            Ran::Stopped => hosted.stopped(&narrator),
+            Ran::Nothing { of, why } => results::nothing(study, mission, (of, &why)),
+            Ran::Found { found, first_stage } => {
+                results::write(&out, (mission, &about, &study.values), &found, &study.page)?;
+                hosted.finish(&found, first_stage)?;
+                results::report(study, (mission, &out), &found)
             }
         }
     })

@@ -4,14 +4,17 @@
 use std::ops::Range;
 
 use super::drops::{FreshFlight, Unknown};
-use super::judge::DesignJudge;
+use super::judge::{DesignFlights, DesignJudge};
 use super::objective::{DesignObjective, LOST};
 use super::search::TriedDesign;
 use super::space::Design;
 use crate::assess::better::passes_less_often;
 use crate::assess::outcome::{J_TPF, OutcomeSummary, Quantity};
 use crate::assess::{ChosenAmong, Share, Summary, clearly_less, quantile_rank};
+use crate::control::ControlError;
 use crate::random::Trials;
+use crate::trajectory::Trajectory;
+use crate::tune::GainJudge;
 
 /// Conditions of fresh flights: name, and what the controller does not know of.
 pub const CONDITIONS: [(&str, Unknown); 3] = [
@@ -39,21 +42,30 @@ pub struct FreshResults {
 }
 
 impl FreshResults {
+    /// Takes a flight in, in the order of their numbers.
+    pub fn push(&mut self, flight: &FreshFlight) {
+        let j_tpf = flight.outcome.j_tpf;
+        self.flown.push(j_tpf);
+        self.outcomes.push(&flight.outcome);
+        self.safe.push(flight.safe);
+        self.over_limit += u64::from(!flight.within_limits);
+        self.lost += u64::from(j_tpf >= LOST);
+        self.end_error_m_s.push(flight.end_error_m_s);
+    }
+
+    /// The results of all flights that were taken in.
+    #[must_use]
+    pub fn whole(mut self) -> Self {
+        self.ascending.clone_from(&self.flown);
+        self.ascending.sort_by(f64::total_cmp);
+        self
+    }
+
     /// The results of these flights.
     pub fn of(flights: &[FreshFlight]) -> Self {
         let mut results = Self::default();
-        for flight in flights {
-            let j_tpf = flight.outcome.j_tpf;
-            results.flown.push(j_tpf);
-            results.ascending.push(j_tpf);
-            results.outcomes.push(&flight.outcome);
-            results.safe.push(flight.safe);
-            results.over_limit += u64::from(!flight.within_limits);
-            results.lost += u64::from(j_tpf >= LOST);
-            results.end_error_m_s.push(flight.end_error_m_s);
-        }
-        results.ascending.sort_by(f64::total_cmp);
-        results
+        flights.iter().for_each(|flight| results.push(flight));
+        results.whole()
     }
 
     /// A quantity of the flights that have it.
@@ -99,24 +111,43 @@ impl FreshResults {
 }
 
 /// Flights that are flown without a look at whether to stop.
-const PORTION: u64 = 64;
+pub const PORTION: u64 = 64;
 /// Most flights that each finalist is judged by.
 const FINALIST_FLIGHTS: u64 = 2000;
 
-/// Flies the random flights of these numbers.
-pub type FlyPortion<'a> = dyn Fn(Range<u64>) -> Vec<FreshFlight> + Sync + 'a;
+/// The numbers of the flights that judge finalists, which no search has; no more than the last judgement has
+/// in a condition.
+pub fn finalist_numbers(unseen: u64) -> Range<u64> {
+    let first = Trials::Finalists.first();
+    first..first + FINALIST_FLIGHTS.min(unseen)
+}
 
-/// How portions of flights are flown: on which threads, and until when. It is given their numbers and what
-/// flies one of them, and gives the flights of each, in that order; `None` where it was stopped.
-pub type FlyPortions<'a> = dyn Fn(&[Range<u64>], &FlyPortion<'_>) -> Option<Vec<Vec<FreshFlight>>> + 'a;
+/// A design along its plan, which flies what its search did not have.
+#[derive(Debug)]
+pub struct FreshPilot<'p> {
+    flights: &'p DesignFlights,
+    design: &'p Design,
+    plan: &'p Trajectory,
+    pilot: GainJudge<'p>,
+}
 
-/// Why a design has no results on fresh flights.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NotJudged {
-    /// It has no plan that converges, or none that can be flown.
-    NoPlan,
-    /// The flights were stopped.
-    Stopped,
+impl<'p> FreshPilot<'p> {
+    /// The pilot of a design along its plan.
+    ///
+    /// # Errors
+    /// [`ControlError`] for a vehicle that cannot be controlled.
+    pub fn new(
+        flights: &'p DesignFlights,
+        design: &'p Design,
+        plan: &'p Trajectory,
+    ) -> Result<Self, ControlError> {
+        Ok(Self { flights, design, plan, pilot: flights.pilot(plan, design)? })
+    }
+
+    /// Flies the random flights of these numbers.
+    pub fn fly(&self, numbers: Range<u64>, unknown: Unknown) -> Vec<FreshFlight> {
+        self.flights.fly_fresh(numbers, unknown, (&self.pilot, self.design, self.plan))
+    }
 }
 
 /// A finalist: a design of the search, judged once more on flights of their own.
@@ -126,24 +157,6 @@ pub struct Finalist {
     pub tried: TriedDesign,
     /// Results of flights that the search did not have.
     pub results: FreshResults,
-}
-
-/// The finalists, each on the same flights with everything unknown and turbulence, no more than the last
-/// judgement has in a condition; none when the flights were stopped.
-pub fn judge_finalists(
-    judge: &DesignJudge<'_>,
-    finalists: &[TriedDesign],
-    unseen: u64,
-    fly: &FlyPortions<'_>,
-) -> Vec<Finalist> {
-    let first = Trials::Finalists.first();
-    let numbers = first..first + FINALIST_FLIGHTS.min(unseen);
-    let (_, unknown) = CONDITIONS[CONDITIONS.len() - 1];
-    let judged = finalists.iter().map(|tried| {
-        let results = results(judge, &tried.design, numbers.clone(), unknown, fly)?;
-        Ok(Finalist { tried: *tried, results })
-    });
-    judged.collect::<Result<_, NotJudged>>().unwrap_or_default()
 }
 
 /// The best finalist by the objective of a judge, of those that keep the bounds before others, and of the
@@ -163,37 +176,6 @@ pub fn best_finalist(finalists: &[Finalist], judge: &DesignJudge<'_>) -> Option<
         rank(a).cmp(&rank(b)).then(number(a).total_cmp(&number(b)))
     };
     finalists.iter().min_by(order).map(|finalist| finalist.tried)
-}
-
-/// A design in each of [`CONDITIONS`], on as many flights as campaigns have that are numbered from 0.
-///
-/// # Errors
-/// [`NotJudged`] when it has no plan or the flights were stopped.
-pub fn judge_fresh(
-    judge: &DesignJudge<'_>,
-    design: &Design,
-    flights: u64,
-    fly: &FlyPortions<'_>,
-) -> Result<Vec<FreshResults>, NotJudged> {
-    CONDITIONS.iter().map(|(_, unknown)| results(judge, design, 0..flights, *unknown, fly)).collect()
-}
-
-fn results(
-    judge: &DesignJudge<'_>,
-    design: &Design,
-    numbers: Range<u64>,
-    unknown: Unknown,
-    fly: &FlyPortions<'_>,
-) -> Result<FreshResults, NotJudged> {
-    let plan = judge.plan(&design.plan).ok_or(NotJudged::NoPlan)?;
-    let pilot = judge.flights().pilot(&plan.trajectory, design);
-    let pilot = pilot.map_err(|_| NotJudged::NoPlan)?;
-    let begin = numbers.clone().step_by(PORTION as usize);
-    let portions: Vec<_> = begin.map(|first| first..(first + PORTION).min(numbers.end)).collect();
-    let by = (&pilot, design, &plan.trajectory);
-    let fly_portion = |portion| judge.flights().fly_fresh(portion, unknown, by);
-    let flown = fly(&portions, &fly_portion).ok_or(NotJudged::Stopped)?;
-    Ok(FreshResults::of(&flown.concat()))
 }
 
 #[cfg(test)]

@@ -31,10 +31,7 @@ pub mod space;
 pub mod worst_loop;
 
 pub use drops::{DrawnDrop, FlownDrop, FreshFlight, RandomDrops, Unknown, fly_drops};
-pub use fresh::{
-    CONDITIONS, Finalist, FlyPortion, FlyPortions, FreshResults, NotJudged, best_finalist, judge_finalists,
-    judge_fresh,
-};
+pub use fresh::{CONDITIONS, Finalist, FreshPilot, FreshResults, PORTION, best_finalist, finalist_numbers};
 pub use judge::{DesignFlights, DesignJudge};
 pub use linear_loop::{LinearLoop, Margins};
 pub use margins::{LOOPS, LoopSetting, LoopsAt, OperatingPoint, RELEASE, TARGET, loops_at};

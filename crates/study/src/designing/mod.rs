@@ -1,14 +1,21 @@
-//! How plan and gains of a mission are designed together: judge and search of its settings.
+//! How plan and gains of a mission are designed together.
+//!
+//! | file | holds |
+//! |---|---|
+//! | this one | judge and search of a mission's settings |
+//! | [`search`] | the study: a search, its finalists, fresh flights |
+//! | [`report`] | tables, JSON, rows, figure |
 
 pub mod report;
+pub mod search;
 
 use std::sync::Arc;
 
 use samara_core::assess::Scenario;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::design::{
-    Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, FlyPortions, FreshResults,
-    LeastMargins, NotJudged, PlanDesign, RELEASE, RandomDrops, Unknown, WorstLoop, judge_fresh,
+    Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, FreshResults, LeastMargins,
+    PlanDesign, RELEASE, RandomDrops, Unknown, WorstLoop,
 };
 use samara_core::model::wind::Wind;
 use samara_core::sim::DropSimulation;
@@ -198,32 +205,6 @@ pub struct JudgedDesign {
 
 /// Name of the mission's own design.
 pub const OWN: &str = "own";
-
-/// Judges the mission's own design, where it has a plan, and the chosen one of a name, where it is another,
-/// on so many fresh flights in each condition.
-///
-/// # Errors
-/// [`NotJudged::Stopped`]: then nothing is judged.
-pub fn judge_own_and(
-    (name, chosen): (&str, &Design),
-    mission: &Mission,
-    judge: &DesignJudge<'_>,
-    flights: u64,
-    fly: &FlyPortions<'_>,
-) -> Result<Vec<JudgedDesign>, NotJudged> {
-    let own = own_design(mission);
-    let chosen = (*chosen != own).then_some((name, *chosen));
-    let mut judged = Vec::new();
-    for (name, design) in std::iter::once((OWN, own)).chain(chosen) {
-        match judge_fresh(judge, &design, flights, fly) {
-            Ok(fresh) => judged.push(JudgedDesign { name: name.to_owned(), fresh }),
-            // The mission's own plan may be none.
-            Err(NotJudged::NoPlan) => {}
-            Err(stopped) => return Err(stopped),
-        }
-    }
-    Ok(judged)
-}
 
 #[cfg(test)]
 mod tests {

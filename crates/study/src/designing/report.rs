@@ -54,8 +54,8 @@ pub struct DesignRun {
     pub loops: Vec<LoopsAt>,
     /// Whether the search was stopped before its budget was used up.
     pub stopped: bool,
-    /// Wall time [s].
-    pub wall_s: f64,
+    /// Wall time, where it is told [s].
+    pub wall_s: Option<f64>,
 }
 
 /// What was found with the mission's own design in its place, where they are the same but for what arithmetic
@@ -87,7 +87,7 @@ impl DesignRun {
             others: Vec::new(),
             loops: Vec::new(),
             stopped: false,
-            wall_s: 0.0,
+            wall_s: None,
         })
     }
 
@@ -236,7 +236,7 @@ pub fn document(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Do
     let (unplanned, flights) = last.map_or((0, 0.0), |g| (g.unplanned, g.flights));
     let judgement = &run.chosen.judgement;
     let done = format!(
-        "{}: {} of J_TPF made small over {} numbers and choices: {} designs, {flights:.0} of {} flights each, in {:.1} s ({unplanned} \
+        "{}: {} of J_TPF made small over {} numbers and choices: {} designs, {flights:.0} of {} flights each{} ({unplanned} \
          without a plan){}\n\
          on the search's flights: {} {}, mean {}, worst {}, {:.0} over a limit; release cases steady after {:.1} s, {:.1} m lost, tilt {:.1} \
          deg, {:.0} J of the plan; loops {:.2} from instability, by a delay {:.0} ms{}",
@@ -245,7 +245,7 @@ pub fn document(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> Do
         search.settings().space.searched(),
         search.tried().len(),
         run.flights,
-        run.wall_s,
+        run.wall_s.map_or_else(String::new, |wall_s| format!(", in {wall_s:.1} s")),
         if run.stopped { ", stopped" } else { "" },
         run.objective.name(),
         number(judgement.j_tpf),
@@ -421,7 +421,7 @@ fn thinned(ascending: &[f64]) -> Vec<f64> {
 result_objects! {
     /// A search of plan and gains together, as `design.json` holds it: what was searched, what was
     /// chosen, and how it was judged.
-    DesignObject(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: Option<f64>) [
+    DesignObject(mission: &Mission, search: &DesignSearch, run: &DesignRun) [
         let settings = search.settings();
         let last = search.history().last();
         let in_airs = |of: &JudgedDesign| {
@@ -480,7 +480,7 @@ result_objects! {
         /// Numbers at an end of their range; absent in results of older versions.
         at_range_ends: Option<RangeEndsObject> = Some(RangeEndsObject::of(&run.range_ends())),
         /// Wall time of the search [s]; on the terminal only.
-        wall_s unless "Option::is_none": Option<f64> = wall_s,
+        wall_s unless "Option::is_none": Option<f64> = run.wall_s,
     }
 
     /// A design: the settings of a plan and the gains that fly it.
@@ -633,8 +633,8 @@ result_objects! {
 }
 
 /// The object of `design.json`; with the wall time, of `samara design --json`.
-pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun, wall_s: Option<f64>) -> String {
-    json_text(&DesignObject::of(mission, search, run, wall_s))
+pub fn json(mission: &Mission, search: &DesignSearch, run: &DesignRun) -> String {
+    json_text(&DesignObject::of(mission, search, run))
 }
 
 /// Origin of the gains, for their file.

@@ -176,6 +176,7 @@ impl Study for Sought<'_> {
                 files.extend(again);
                 files
             },
+            ..Results::default()
         })
     }
 }

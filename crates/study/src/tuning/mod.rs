@@ -1,10 +1,23 @@
-//! How a mission's gains are tuned: the flights that judge them, what is made small, and how it is searched.
+//! How a mission's gains are tuned.
+//!
+//! | file | holds |
+//! |---|---|
+//! | this one | the flights that judge gains, what is made small, and how it is searched |
+//! | [`search`] | the study: a search of gains, or Ziegler and Nichols |
+//! | [`unseen`] | the gains found beside others, on flights that no tuning saw |
+//! | [`px4`] | the study for PX4: a search of its own parameters |
+//! | `figure` | the figure of a search |
+//! | [`report`] | tables, JSON, rows |
 
 mod figure;
+pub mod px4;
 pub mod report;
+pub mod search;
+pub mod unseen;
 
 pub use figure::convergence_figure;
 
+use crate::settings::Word;
 use crate::uncertain::uncertain_or_usual;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::control::{ControlError, Gains};
@@ -137,15 +150,33 @@ pub enum TuningObjective {
     Pareto,
 }
 
+/// The words for ways to search.
+pub const METHODS: [(&str, TuningMethod); 3] = [
+    ("pso-cma", TuningMethod::SwarmThenCmaEs),
+    ("pso", TuningMethod::Swarm),
+    ("cma-es", TuningMethod::CmaEs),
+];
+
+/// The words for what to make small.
+pub const OBJECTIVES: [(&str, TuningObjective); 4] = [
+    ("safety", TuningObjective::Safety),
+    ("rms", TuningObjective::Rms),
+    ("j-tpf", TuningObjective::JTpf),
+    ("pareto", TuningObjective::Pareto),
+];
+
+/// The words for the actuators of the flights.
+pub const MODELS: [(&str, PlantKind); 2] = [("ideal", PlantKind::Ideal), ("actuator", PlantKind::Actuator)];
+
 /// A tuning, as it is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tuning {
     /// How to search.
-    pub method: TuningMethod,
+    pub method: Word<TuningMethod>,
     /// What to make small.
-    pub objective: TuningObjective,
+    pub objective: Word<TuningObjective>,
     /// The actuators of the flights.
-    pub plant: PlantKind,
+    pub plant: Word<PlantKind>,
     /// Largest worst tracking RMS, (45); `None`: what the mission's own gains reach.
     pub rms_bound: Option<f64>,
     /// J_TPF that it costs to break a bound by as much again.
@@ -169,9 +200,9 @@ pub struct Tuning {
 impl Default for Tuning {
     fn default() -> Self {
         Self {
-            method: TuningMethod::SwarmThenCmaEs,
-            objective: TuningObjective::Safety,
-            plant: PlantKind::Actuator,
+            method: Word { word: METHODS[0].0, means: METHODS[0].1 },
+            objective: Word { word: OBJECTIVES[0].0, means: OBJECTIVES[0].1 },
+            plant: Word { word: MODELS[1].0, means: MODELS[1].1 },
             rms_bound: None,
             penalty: PENALTY,
             swing: AMPLITUDES.to_vec(),
@@ -200,7 +231,7 @@ impl Tuning {
         Setting {
             scenario: mission.scenario(),
             control_limits: mission.control.limits,
-            plant: self.plant,
+            plant: self.plant.means,
             yaw: mission.control.gains,
             plan,
             feed_forward: mission.control.feed_forward,
@@ -215,7 +246,7 @@ impl Tuning {
     pub fn judge<'a>(&self, mission: &Mission, plan: &'a Trajectory) -> Result<GainJudge<'a>, ControlError> {
         let cases = &mission.study.cases;
         let judge = GainJudge::new(self.setting(mission, plan))?.with_cases(cases);
-        let swings = match self.objective {
+        let swings = match self.objective.means {
             TuningObjective::Safety | TuningObjective::Pareto => {
                 swing_releases(&mission.releases(), &self.swing)
             }
@@ -250,7 +281,7 @@ impl Tuning {
                 flight: lost.map_or_else(String::new, |flight| format!(": {flight}")),
             })
         };
-        Ok(match self.objective {
+        Ok(match self.objective.means {
             TuningObjective::Rms => vec![Objective::Rms],
             TuningObjective::JTpf => vec![Objective::JTpf],
             TuningObjective::Safety => vec![Objective::Safety { rms_bound: bound()?, penalty }],
@@ -284,7 +315,7 @@ impl Tuning {
             ..swarm
         };
         let own = || mission.control.gains.as_longitudinal();
-        let starts = match (&self.start, self.method) {
+        let starts = match (&self.start, self.method.means) {
             (Some(name), _) => {
                 let mut other = mission.clone();
                 other.use_gains(name)?;
@@ -300,7 +331,7 @@ impl Tuning {
             space = starts.iter().fold(space, GainSpace::holding);
         }
         Ok(SearchSettings {
-            method: match self.method {
+            method: match self.method.means {
                 TuningMethod::CmaEs => Method::CmaEs(CmaSettings { samples: candidates(cma.samples), ..cma }),
                 TuningMethod::Swarm => Method::Swarm(swarm),
                 TuningMethod::SwarmThenCmaEs => {
@@ -317,7 +348,7 @@ impl Tuning {
 
     /// The name of the gains that the search begins at.
     pub fn start_name(&self, mission: &Mission) -> String {
-        match (&self.start, self.method) {
+        match (&self.start, self.method.means) {
             (Some(name), _) => name.clone(),
             (None, TuningMethod::CmaEs) => mission.control.gains_name.clone(),
             (None, TuningMethod::SwarmThenCmaEs | TuningMethod::Swarm) => {

@@ -46,7 +46,7 @@ use build_folder::BuildFolder;
 pub use cpu::Cpu;
 use cpu::Pinned;
 use process::Px4Process;
-use samara::config::Mission;
+use samara::config::{Mission, check_for_px4};
 use samara::control::px4::Version;
 use samara::link::shell::{Ports, run_hosted_drop, system_of_instance};
 use samara::link::streamer::{Clock, Procedure, SolvedBy, Uploads};
@@ -55,7 +55,7 @@ use samara::params::{Against, ParameterFile};
 use samara::report::FlownBy;
 use samara::report::params::given_parameters;
 use samara::trajectory::Trajectory;
-use upload::{Preparation, estimators_window, preparation, suits};
+use upload::{Preparation, estimators_window, preparation};
 pub use watched::Patience;
 use watched::WatchedPx4;
 
@@ -111,7 +111,7 @@ impl Px4 {
         mission: &Mission,
         trajectory: &Trajectory,
     ) -> Result<(Option<&'static str>, Preparation), Failure> {
-        suits(mission).bad_input()?;
+        check_for_px4(mission).bad_input()?;
         let mixer = self.build.mixer(&mission.vehicle_name, &mission.vehicle).bad_input()?;
         let mut prepared = preparation(mission, trajectory, self.parameters.as_ref(), mixer.is_some())?;
         if mixer.is_none() {

@@ -1,56 +1,20 @@
 //! Whether PX4 can fly a mission, and the parameters that it is given before a drop: what the drop needs, the
 //! vehicle's own (hover thrust, thrust curve) and the gains, the mission's in PX4's terms or those of a file.
 
-use anyhow::bail;
-
 use crate::cli::answer::{BadInput as _, Failure};
-use samara::config::{Mission, Px4Clock};
-use samara::control::px4::timing::ALIGNS_G0;
+use samara::config::Mission;
 use samara::control::px4::versions::ToldBy;
 use samara::link::parties;
 use samara::params::px4_required::{DropEnvelope, ESTIMATORS_WINDOW, estimators_window_ms};
 use samara::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
 use samara::time::seconds;
 use samara::trajectory::Trajectory;
-use samara::units::STANDARD_GRAVITY_M_S2;
 
 /// The vehicle's own parameters; the rest of an export are gains, limits, and the rotors for a PX4 that
 /// allocates by them.
 const OF_THE_VEHICLE: [&str; 2] = ["MPC_THR_HOVER", "THR_MDL_FAC"];
 /// The beginning of the names of the rotors' parameters.
 const OF_THE_ROTORS: &str = "CA_";
-
-/// Refuses a mission of a site that PX4 cannot do with; the error says what to do.
-pub fn site_suits(mission: &Mission) -> anyhow::Result<()> {
-    let gravity_m_s2 = mission.site.environment.gravity_m_s2;
-    let scaled = mission.px4.clock == Px4Clock::Froude;
-    if !scaled && !ALIGNS_G0.contains(&(gravity_m_s2 / STANDARD_GRAVITY_M_S2)) {
-        bail!(
-            "PX4 has 9.80665 m/s^2 compiled in and its estimator aligns between 0.8 and 1.2 of it; the mission's site has {gravity_m_s2} \
-             m/s^2: scale the wire with \"px4_clock\": \"froude\", as mission/titan_px4.json does"
-        );
-    }
-    Ok(())
-}
-
-/// Refuses a mission of a site or with sensors that PX4 cannot do with; the error says what to do.
-pub fn suits(mission: &Mission) -> anyhow::Result<()> {
-    site_suits(mission)?;
-    if mission.sensors.barometer.noise_hpa == 0.0 {
-        bail!(
-            "the mission's barometer has no noise: PX4 takes a constant one for stale and its estimator never starts; set \
-             sensors.barometer.noise_hpa (0.01)"
-        );
-    }
-    let magnetometer = mission.sensors.magnetometer;
-    if magnetometer.noise_gauss == 0.0 && magnetometer.period_us == 0 {
-        bail!(
-            "the mission's magnetometer gives the same reading at each step: PX4 takes that for stale and its estimator does not start; \
-             set sensors.magnetometer.rate_hz (50) and noise_gauss (0.002)"
-        );
-    }
-    Ok(())
-}
 
 /// What PX4 is given and judged by, and the mission's export that it was made of.
 #[derive(Clone, Debug)]

@@ -15,7 +15,7 @@ use samara_core::tune::{Evaluation, Longitudinal, Objective, are_same_gains};
 use samara_report::document::{Grid, Passage};
 
 /// The results of one set of gains on flights that no tuning saw.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct UnseenFlights {
     /// J_TPF of the flights, and how many of them were safe.
     pub tally: Tally,
@@ -24,15 +24,11 @@ pub struct UnseenFlights {
 }
 
 impl UnseenFlights {
-    /// The results of these flights, each with whether it was safe.
-    pub fn of(flights: &[(Evaluation, bool)]) -> Self {
-        let mut unseen = Self { tally: Tally::default(), rms_worst: 0.0 };
-        for (flight, safe) in flights {
-            unseen.tally.j_tpf.push(Some(flight.j_tpf));
-            unseen.tally.safe.push(*safe);
-            unseen.rms_worst = unseen.rms_worst.max(flight.rms);
-        }
-        unseen
+    /// Takes a flight in, with whether it was safe.
+    pub fn push(&mut self, flight: &Evaluation, safe: bool) {
+        self.tally.j_tpf.push(Some(flight.j_tpf));
+        self.tally.safe.push(safe);
+        self.rms_worst = self.rms_worst.max(flight.rms);
     }
 }
 
@@ -282,11 +278,16 @@ fn fixed(x: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn results_of(flights: &[(Evaluation, bool)]) -> UnseenFlights {
+        let mut unseen = UnseenFlights::default();
+        flights.iter().for_each(|(flight, safe)| unseen.push(flight, *safe));
+        unseen
+    }
     use samara_report::document::Document;
 
     fn contender(name: &str, cases: Evaluation, unseen: f64, varied: f64) -> Contender {
-        let flown =
-            |j_tpf| UnseenFlights::of(&[(Evaluation { j_tpf, ..Evaluation::PERFECT }, j_tpf < 1.0); 10]);
+        let flown = |j_tpf| results_of(&[(Evaluation { j_tpf, ..Evaluation::PERFECT }, j_tpf < 1.0); 10]);
         let (unseen, varied) = (flown(unseen), flown(varied));
         // Gains of its own.
         let k = [name.len() as f64; 7];
@@ -448,7 +449,7 @@ mod tests {
     fn closed_form_of_a_tally() {
         let flight = |j_tpf| (Evaluation { j_tpf, rms: j_tpf / 2.0, ..Evaluation::PERFECT }, j_tpf < 1.0);
         let UnseenFlights { tally: Tally { j_tpf: j, safe }, rms_worst } =
-            UnseenFlights::of(&[0.5, 0.7, 1.2].map(flight));
+            results_of(&[0.5, 0.7, 1.2].map(flight));
         assert!((j.mean() - 0.8).abs() < 1e-15 && (j.std() - 0.13f64.sqrt()).abs() < 1e-15, "{j:?}");
         assert_eq!((j.count(), j.max(), safe.probability()), (3, 1.2, 2.0 / 3.0));
         assert_eq!(rms_worst, 0.6);

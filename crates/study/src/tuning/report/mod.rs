@@ -5,9 +5,11 @@
 //! | [`contest`] | the gains found and others, compared on flights that the tuning never saw |
 //! | [`records`] | what is said of a search, and its JSON, its convergence and its front as CSV |
 //! | [`near_hover`] | the experiments of Ziegler and Nichols |
+//! | [`px4`] | gains of PX4, beside its defaults |
 
 pub mod contest;
 pub mod near_hover;
+pub mod px4;
 pub mod records;
 
 use schemars::JsonSchema;
@@ -47,12 +49,12 @@ pub struct TuneRun {
     pub flights: usize,
     /// Control period of the flights [s].
     pub control_period_s: f64,
-    /// Number of evaluations that were made now, not read from a checkpoint.
-    pub fresh_evaluations: usize,
+    /// Number of evaluations that were made now, not by an earlier run.
+    pub fresh_evaluations: u64,
     /// Whether Ctrl-C ended the search.
     pub stopped: bool,
-    /// Wall time [s].
-    pub wall_s: f64,
+    /// Wall time, where it is told [s].
+    pub wall_s: Option<f64>,
     /// The comparison of the gains found, last, with others on unseen flights; `None` when Ctrl-C ended the
     /// search or the comparison.
     pub contest: Option<Contest>,

@@ -1,5 +1,7 @@
 //! The experiments of Ziegler and Nichols and the gains computed from them.
 
+use std::collections::BTreeMap;
+
 use super::contest::Contest;
 use super::records::{best, contenders, own, standing};
 use super::{GainsObject, NAMES};
@@ -39,7 +41,7 @@ pub fn document(mission: &Mission, found: &NearHover, contest: &Contest) -> Docu
 }
 
 /// The object of `samara tune --method near-hover --json`.
-pub fn json(mission: &Mission, found: &NearHover, contest: &Contest, wall_s: f64) -> String {
+pub fn json(mission: &Mission, found: &NearHover, contest: &Contest, wall_s: Option<f64>) -> String {
     let loops = found.loops.iter().map(|l| {
         object! {
             name: l.name,
@@ -58,7 +60,7 @@ pub fn json(mission: &Mission, found: &NearHover, contest: &Contest, wall_s: f64
         by_the_rules: GainsObject::from(found.by_the_rules),
         adjustments: ADJUSTMENTS,
         gains: GainsObject::from(found.adjusted),
-        wall_s: wall_s,
+        #[serde(flatten)] timed: wall_s.map(|wall_s| ("wall_s", wall_s)).into_iter().collect::<BTreeMap<_, _>>(),
         contenders: contenders(Some(contest)),
         best: best(Some(contest)),
         own: own(Some(contest)),

@@ -17,7 +17,7 @@ pub fn document(mission: &Mission, search: &Search, run: &TuneRun) -> Document {
     let e = run.gains.evaluation;
     let diverged = search.history().last().map_or(0, |p| p.diverged);
     let done = format!(
-        "{}: {} by {}, {} plant: {} evaluations of {} flights in {:.1} s ({} diverged){}\n\
+        "{}: {} by {}, {} plant: {} evaluations of {} flights{} ({} diverged){}\n\
          commanded every {:.3} ms;{} \
          cost {:.4}: worst tracking RMS {:.4}, worst J_TPF {:.4}{}",
         mission.name,
@@ -26,7 +26,7 @@ pub fn document(mission: &Mission, search: &Search, run: &TuneRun) -> Document {
         run.model,
         search.tried().len(),
         run.flights,
-        run.wall_s,
+        run.wall_s.map_or_else(String::new, |wall_s| format!(" in {wall_s:.1} s")),
         diverged,
         if run.stopped { ", stopped" } else { "" },
         1e3 * run.control_period_s,
@@ -105,10 +105,11 @@ result_objects! {
         control_period_s: f64 = run.control_period_s,
         /// Whether the search was stopped.
         stopped: bool = run.stopped,
-        /// Wall time [s].
-        wall_s: f64 = run.wall_s,
-        /// Candidates judged in a second of wall time.
-        evaluations_per_s: Option<f64> = finite(run.fresh_evaluations as f64 / run.wall_s),
+        /// Wall time [s]; on the terminal only.
+        wall_s unless "Option::is_none": Option<f64> = run.wall_s,
+        /// Candidates judged in a second of wall time; on the terminal only.
+        evaluations_per_s unless "Option::is_none": Option<f64>
+            = run.wall_s.and_then(|wall_s| finite(run.fresh_evaluations as f64 / wall_s)),
         /// The gains found, last, and others, on flights that the search never saw.
         contenders: Vec<ContenderObject> = contenders(contest),
         /// Name of the best of them; null when the search was stopped.

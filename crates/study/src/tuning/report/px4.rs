@@ -39,7 +39,7 @@ pub struct Px4Gains {
     /// Drops that candidates were judged by.
     pub drops: u64,
     /// Unseen drops.
-    pub unseen: u32,
+    pub unseen: u64,
     /// Candidates judged.
     pub evaluations: usize,
     /// Whether the search was stopped.
