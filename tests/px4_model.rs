@@ -308,9 +308,13 @@ fn battery_and_tilt_are_those_of_the_mission() {
     };
     let mission = with_battery("gravity", true);
     let text = String::from_utf8(export(&mission, &["--px4-version", "v1.14"]).stdout).unwrap();
-    for row in ["MC_BAT_SCALE_EN\t1\t6", "MPC_ACC_DECOUPLE\t1\t6", "BAT1_N_CELLS\t4\t6"] {
+    for row in ["MC_BAT_SCALE_EN\t1\t6", "BAT1_N_CELLS\t4\t6"] {
         assert!(text.contains(&format!("\t{row}\n")), "{row} in {text}");
     }
+    // v1.14 has no such parameter, and sets the tilt against gravity.
+    assert!(!text.contains("MPC_ACC_DECOUPLE"), "{text}");
+    let newest = String::from_utf8(export(&mission, &[]).stdout).unwrap();
+    assert!(newest.contains("\tMPC_ACC_DECOUPLE\t1\t6\n"), "{newest}");
     let file = folder.path().join("exported.params");
     fs::write(&file, &text).unwrap();
     let scaled = fly(&mission, "scaled", &[]);
