@@ -99,7 +99,7 @@ impl Course {
         match (entry, kept) {
             (Entry::Chosen(mode, navigator), _) => self.begin(mode, navigator),
             (Entry::Diverted(mode, navigator), kept) => {
-                let kept = kept.unwrap_or_else(|| (self.mode, self.navigator.clone()));
+                let kept = kept.unwrap_or((self.mode, self.navigator));
                 self.begin(mode, navigator);
                 self.kept = Some(kept);
             }
