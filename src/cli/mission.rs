@@ -149,7 +149,7 @@ pub fn mission_for_px4(
     let check = check_of(&file, flown.unwrap_or_else(|| Against::of(&file)));
     let remarkable = match choice.params {
         Some(_) => !check.findings.is_empty() || check.unknown > 0 || !file.remarks().is_empty(),
-        // What a drop needs is no news in a file that was chosen for it, nor that it is for other versions, too.
+        // What a drop needs is no news in a file that was chosen for it, nor that it is for other versions.
         None => check.findings.iter().any(|f| !matches!(f.class, Class::Needed | Class::OtherVersion)),
     };
     if remarkable {

@@ -5,6 +5,7 @@ use std::fs;
 use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
 use std::process::{Command, Output};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use serde_json::Value;
 
@@ -14,6 +15,13 @@ use super::{code, json, stderr};
 const INSTANCE: &str = "8";
 const SIMULATOR: u16 = 4568;
 const PARACHUTE: u16 = 14608;
+
+/// The vehicle's ports are one test's at a time.
+static PORTS: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    PORTS.lock().unwrap_or_else(PoisonError::into_inner)
+}
 
 /// The program in a folder, with that folder for all that is found by name.
 fn doctor(folder: &Path, args: &[&str]) -> Output {
@@ -30,7 +38,7 @@ fn check(output: &Output, of: &str) -> Value {
 
 #[test]
 fn a_port_that_is_taken_is_said_to_be() {
-    let place = tempfile::tempdir().unwrap();
+    let (_alone, place) = (alone(), tempfile::tempdir().unwrap());
     let free = doctor(place.path(), &[]);
     assert_eq!((code(&free), stderr(&free).as_str()), (0, ""));
     assert_eq!(json(&free)["ok"], true);
@@ -51,7 +59,7 @@ fn a_port_that_is_taken_is_said_to_be() {
 
 #[test]
 fn where_nothing_can_be_written_is_said() {
-    let place = tempfile::tempdir().unwrap();
+    let (_alone, place) = (alone(), tempfile::tempdir().unwrap());
     fs::write(place.path().join("out"), "a file").unwrap();
     let output = doctor(place.path(), &[]);
     assert_eq!((code(&output), check(&output, "results")["state"].as_str()), (1, Some("NO")));
@@ -70,7 +78,7 @@ fn script(folder: &Path, name: &str, text: &str) {
 #[test]
 #[cfg(unix)]
 fn python_is_asked() {
-    let place = tempfile::tempdir().unwrap();
+    let (_alone, place) = (alone(), tempfile::tempdir().unwrap());
     let state = |output: &Output, of: &str| check(output, of)["state"].as_str().unwrap().to_owned();
     let none = doctor(place.path(), &[]);
     assert_eq!((code(&none), state(&none, "python3").as_str()), (0, "-"));
@@ -89,7 +97,7 @@ fn python_is_asked() {
 #[test]
 #[cfg(unix)]
 fn a_build_folder_of_px4_is_looked_into() {
-    let place = tempfile::tempdir().unwrap();
+    let (_alone, place) = (alone(), tempfile::tempdir().unwrap());
     let none = doctor(place.path(), &["--px4", "."]);
     assert_eq!((code(&none), check(&none, "PX4")["state"].as_str()), (1, Some("NO")));
     let build = place.path().join("build");

@@ -55,7 +55,3 @@ pub type Refusals = &'static [(Feature, &'static str)];
 
 /// Why what is compared is no test, and nothing for a card.
 pub(crate) const COMPARES: &str = "it compares, and judges nothing";
-
-/// Why a search is nothing for a card.
-pub(crate) const OF_WHAT_WAS_FOUND: &[(Feature, &str)] =
-    &[(Feature::Card, "a card goes by campaigns of what was chosen, not by the search that found it")];

@@ -57,7 +57,8 @@ pub fn with_options(kind: &dyn Kind, command: Command) -> Command {
     let keep = Arg::new("keep")
         .long("keep")
         .action(ArgAction::SetTrue)
-        .help("Keep the rows that were flown, from which --resume makes the results again")
+        .help("Keep the rows, from which --resume makes the results again")
+        .hide_short_help(true)
         .hide(about.refusal(Feature::Keep).is_some());
     verb = verb.args([only, keep]);
     if about.alone.is_ok() {

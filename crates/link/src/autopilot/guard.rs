@@ -100,7 +100,7 @@ impl Guard {
     }
 
     /// The crew has chosen a mode.
-    pub(super) fn note_choice(&mut self) {
+    pub(super) fn take_choice(&mut self) {
         self.crew.chose_a_mode = true;
     }
 

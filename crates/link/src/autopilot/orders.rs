@@ -85,7 +85,7 @@ impl Autopilot {
     /// Enters a mode, whoever wants it.
     pub(super) fn enter(&mut self, entry: Entry) {
         if matches!(entry, Entry::Chosen(..)) {
-            self.guard.note_choice();
+            self.guard.take_choice();
         }
         self.course.enter(entry);
         if self.mode().lifts_off() {

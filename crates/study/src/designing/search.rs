@@ -17,7 +17,6 @@ use samara_report::{bode_figure, plan_figure, plan_json};
 
 use super::report::{DesignRun, about, convergence_csv, document, figure, front_csv, json};
 use super::{JudgedDesign, OWN, design_judge, design_search, is_more_than_from_t0, own_design};
-use crate::feature::OF_WHAT_WAS_FOUND;
 use crate::jobs::{Jobs, Stage, Stopped};
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Slow, Study, Unfinished};
 use crate::searching;
@@ -74,7 +73,7 @@ impl Kind for Designs {
             settings: DesignAsked::TABLE,
             judges: Ok("the design keeps all bounds and is better than the mission's own"),
             alone: Err("a design is judged by all its flights: `samara drop` flies what was found"),
-            refuses: OF_WHAT_WAS_FOUND,
+            refuses: &[],
         }
     }
 

@@ -22,7 +22,7 @@ use samara_report::params::params_file;
 use super::gain_ends;
 use super::report::px4::{PX4S_DEFAULTS, Px4Gains, document, gains_json};
 use super::search::{left_out, no_gains};
-use crate::feature::OF_WHAT_WAS_FOUND;
+use crate::feature::Feature;
 use crate::jobs::{HereAndNow, Jobs, Stage, Stopped};
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished};
 use crate::searching;
@@ -86,7 +86,7 @@ impl Kind for TunePx4 {
             alone: Err(
                 "parameters are judged by all their drops: `samara drop --params` flies what was found",
             ),
-            refuses: OF_WHAT_WAS_FOUND,
+            refuses: &[(Feature::Figure, "a few numbers are found, which the table has")],
         }
     }
 

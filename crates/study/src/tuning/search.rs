@@ -21,7 +21,6 @@ use super::{
     DRAWS, METHODS, MODELS, NoBoundError, OBJECTIVES, Tuning, TuningMethod, TuningObjective,
     convergence_figure,
 };
-use crate::feature::OF_WHAT_WAS_FOUND;
 use crate::jobs::{Jobs, Stopped};
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Slow, Study, Unfinished};
 use crate::range_ends::range_ends_words;
@@ -136,7 +135,7 @@ impl Kind for Tune {
             settings: TuneAsked::TABLE,
             judges: Ok("the gains hold the bounds and are better than the mission's own"),
             alone: Err("gains are judged by all their flights: `samara drop --gains` flies what was found"),
-            refuses: OF_WHAT_WAS_FOUND,
+            refuses: &[],
         }
     }
 
