@@ -99,7 +99,8 @@ const ARDUPILOTS: [&str; 14] = [
     "WPNAV_",
 ];
 
-/// Refuses parameters that are not PX4's, by what the file says of itself, or by their names.
+/// Refuses parameters that are not PX4's, by what the file says of itself, or, where it says nothing, by their
+/// names.
 ///
 /// # Errors
 /// [`ParamsError::Format`].
@@ -108,6 +109,9 @@ pub(super) fn refuse_another_stack(file: &ParameterFile) -> Result<(), ParamsErr
         |why: String| Err(ParamsError::Format(format!("ArduPilot's parameters, {why}; PX4's are expected")));
     if let Some(stack) = file.header("Stack").filter(|stack| stack.starts_with("ArduPilot")) {
         return refuse(format!("by the line `# Stack: {}`", shortened(stack)));
+    }
+    if file.is_of_px4() {
+        return Ok(());
     }
     let is_ardupilots = |name: &str| ARDUPILOTS.iter().any(|begin| name.starts_with(begin));
     let (px4s, others): (Vec<&str>, Vec<&str>) =
