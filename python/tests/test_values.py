@@ -172,7 +172,7 @@ def test_a_study_goes_on_from_its_rows(tmp_path: Path) -> None:
     again = samara.study("effects", "x500_drop", trials=48, rows=rows, progress=lambda _, done, __: seen.append(done))
     # What the first call had flown when it was broken off is the first that the second one is told of.
     assert again.report == whole.report and min(filter(None, seen)) >= 32
-    with pytest.raises(samara.MissionError, match="these rows are of other inputs"):
+    with pytest.raises(samara.MissionError, match="these rows are of another study: trials was 48, is 47"):
         samara.study("effects", "x500_drop", trials=47, rows=rows)
 
 
