@@ -99,8 +99,8 @@ const ARDUPILOTS: [&str; 14] = [
     "WPNAV_",
 ];
 
-/// Refuses parameters that are not PX4's, by what the file says of itself, or, where it says nothing, by their
-/// names.
+/// Refuses parameters that are not PX4's, by what the file says of itself, or, where it says nothing, by
+/// their names.
 ///
 /// # Errors
 /// [`ParamsError::Format`].
