@@ -188,6 +188,7 @@ fn a_time_limit_ends_the_search_and_nothing_else() {
 
 /// A vehicle that is drafted from its data sheet, with six rotors, is designed like any other.
 #[test]
+#[ignore = "half a minute: scripts/test --all"]
 fn a_hexacopter_of_one_s_own_is_designed() {
     let folder = tempfile::tempdir().unwrap();
     let run = |line: &str| {
