@@ -13,6 +13,7 @@
 //! | `results` | files and words of one |
 //! | `whole` | a study flown by one process |
 //! | `shards` | a study in shards, and put together |
+//! | `parts_folder` | the folder of the shards, and what was asked |
 //! | `wire` | drops of `replan` by an autopilot |
 //! | `searches` | `samara design` and `samara tune` |
 //! | `evaluate` | `samara evaluate` |
@@ -26,6 +27,8 @@ mod hosted;
 pub mod merge;
 pub mod noted;
 pub mod options;
+#[cfg(feature = "shards")]
+pub mod parts_folder;
 mod results;
 pub mod searches;
 #[cfg(feature = "shards")]

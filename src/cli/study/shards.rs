@@ -1,21 +1,17 @@
 //! A study in shards: `samara study KIND --shard I/N` flies a part of the jobs at hand, anywhere, any number
 //! of times; `samara merge` puts all parts together, or says which are missing of the round at hand.
 
-use std::collections::BTreeSet;
-use std::fs;
-use std::io::{self, Read as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
-
-use anyhow::Context as _;
 
 use super::args::now_spelt;
 use super::asked::{Flown, PlanOf, StudyOf};
 use super::hosted::{Hosted, Ran};
 use super::merge::{Merge, typed};
 use super::noted;
+use super::parts_folder::{ASKED, FOLDER, PartsFolder};
 use super::results;
-use crate::cli::answer::{Answer, BadInput as _, Failure};
+use crate::cli::answer::{Answer, Failure};
 use crate::cli::args::PageArgs;
 use crate::cli::aside::Aside;
 use crate::cli::narrator::Narrator;
@@ -23,18 +19,12 @@ use crate::cli::planning::plan_mission;
 use crate::cli::results::{OutputFolder, place_of};
 use crate::cli::terminal::{print, print_err};
 use samara::config::Mission;
-use samara::host::shards::{Ended, ShardFiles, Shards};
+use samara::host::shards::{Ended, Shards};
 use samara::plan::Status;
-use samara::report::json::VERSION;
 use samara::study::asked::{Asked, sha256_hex};
 use samara::study::cut::{Cut, ranges};
 use samara::study::kind::{Flies, Study, differences};
 use samara::study::kinds::kind;
-
-/// Folder of the parts within a study's.
-const FOLDER: &str = "shards";
-/// What a study in shards was asked, beside its parts.
-const ASKED: &str = "study.json";
 
 /// The study that was asked for, to be put together.
 fn study_of(asked: &Asked, merge: &Merge) -> Result<StudyOf, String> {
@@ -52,115 +42,6 @@ fn asked_of(study: &StudyOf, mission: &Mission, head: &str) -> Asked {
     Asked { head: head.to_owned(), ..asked }
 }
 
-/// The folder of the parts.
-struct Folder {
-    path: PathBuf,
-    /// Where parts are looked for that are not here.
-    besides: Option<PathBuf>,
-}
-
-impl Folder {
-    /// The folder of the parts in that of a study.
-    fn of(out: &Path) -> Self {
-        Self { path: out.join(FOLDER), besides: None }
-    }
-
-    fn made(out: &Path) -> Result<Self, Failure> {
-        let made = Self::of(out);
-        let folder = fs::create_dir_all(&made.path);
-        folder.with_context(|| format!("cannot make the folder {}", made.path.display())).bad_input()?;
-        let names = made.names().with_context(|| made.path.display().to_string()).bad_input()?;
-        match names.iter().find(|name| name.ends_with(".parquet")) {
-            None => Ok(made),
-            Some(name) => Err(Failure::input(format!(
-                "{}: a shard of a campaign lies there; another folder (--out) is expected",
-                made.path.join(name).display()
-            ))),
-        }
-    }
-
-    /// Notes what is asked, or refuses what is not what was: rows of `head`. A search may be asked to go on
-    /// for longer, or to end otherwise.
-    fn note(&self, asked: &Asked, head: &str) -> Result<(), Failure> {
-        let path = self.path.join(ASKED);
-        let text = serde_json::to_string_pretty(asked).context("what is asked")? + "\n";
-        let found = self.read(ASKED).with_context(|| path.display().to_string()).bad_input()?;
-        if found.as_ref() == Some(&text) {
-            return Ok(());
-        }
-        if let Some(found) = found {
-            let named = |why: &str| Failure::input(format!("{}: {why}", path.display()));
-            let found: Asked = serde_json::from_str(&found).map_err(|error| named(&error.to_string()))?;
-            if found.head != head {
-                let words = differences(&found.head, head).unwrap_or_default();
-                return Err(named(&format!(
-                    "another study is flown in this folder; another one (--out) is expected: {words}"
-                )));
-            }
-        }
-        self.write(ASKED, &text).with_context(|| path.display().to_string()).bad_input()
-    }
-
-    /// What was asked.
-    fn asked(path: &Path) -> Result<Asked, Failure> {
-        let place = || path.display().to_string();
-        let text = read(path).with_context(place).bad_input()?.unwrap_or_default();
-        let asked: Asked = serde_json::from_str(&text).with_context(place).bad_input()?;
-        if asked.version != VERSION {
-            let found = &asked.version;
-            return Err(Failure::input(format!(
-                "{}: shards by samara {VERSION} are expected, found some by {found}",
-                place()
-            )));
-        }
-        Ok(asked)
-    }
-}
-
-impl ShardFiles for Folder {
-    fn names(&self) -> io::Result<Vec<String>> {
-        let mut names = BTreeSet::new();
-        for folder in std::iter::once(&self.path).chain(&self.besides) {
-            for entry in fs::read_dir(folder)? {
-                names.extend(entry?.file_name().into_string());
-            }
-        }
-        Ok(names.into_iter().collect())
-    }
-
-    fn read(&self, name: &str) -> io::Result<Option<String>> {
-        match (read(&self.path.join(name))?, &self.besides) {
-            (None, Some(besides)) => read(&besides.join(name)),
-            (found, _) => Ok(found),
-        }
-    }
-
-    fn write(&self, name: &str, text: &str) -> io::Result<()> {
-        let mut aside = Aside::new(&self.path.join(name))?;
-        let mut file = aside.taken()?;
-        io::Write::write_all(&mut file, text.as_bytes())?;
-        file.sync_all()?;
-        aside.rename()
-    }
-}
-
-/// The text of a file; `None` where there is none.
-fn read(path: &Path) -> io::Result<Option<String>> {
-    let mut bytes = Vec::new();
-    match fs::File::options().read(true).open(path) {
-        Ok(mut file) => file.read_to_end(&mut bytes)?,
-        Err(e) if e.kind() == io::ErrorKind::NotFound => return Ok(None),
-        Err(e) => return Err(e),
-    };
-    // What is no text is damaged.
-    Ok(Some(String::from_utf8_lossy(&bytes).into_owned()))
-}
-
-/// Whether a folder holds shards of a study.
-pub fn is_study(dir: &Path) -> bool {
-    dir.join(FOLDER).join(ASKED).exists()
-}
-
 /// Flies a part of the jobs at hand, or says which study it would be of.
 pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     let args = &study.args;
@@ -172,7 +53,7 @@ pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     let Some(cut) = args.part.shard else {
         // Whoever asks in a folder has it noted there, for the merge.
         if let Some(out) = &args.mission.out {
-            Folder::made(out)?.note(&asked, &head)?;
+            PartsFolder::made(out)?.note(&asked, &head)?;
         }
         let object = serde_json::json!({ "campaign": id, "mission": mission.name, "seed": mission.seed, "asked": asked });
         print(&format!("{object:#}\n"))?;
@@ -185,7 +66,7 @@ pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
         )));
     }
     let out = OutputFolder::plain(&place_of(args.mission.out.as_deref(), &mission.name))?;
-    let folder = Folder::made(out.path())?;
+    let folder = PartsFolder::made(out.path())?;
     folder.note(&asked, &head)?;
     fly((study, &flown), (&out, &folder), (&head, cut), stop)
 }
@@ -193,7 +74,7 @@ pub fn run(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
 /// Flies a part of the jobs at hand to a folder of parts.
 fn fly(
     (study, flown): (&StudyOf, &Flown),
-    (out, folder): (&OutputFolder, &Folder),
+    (out, folder): (&OutputFolder, &PartsFolder),
     (head, cut): (&str, Cut),
     stop: &AtomicBool,
 ) -> Result<Answer, Failure> {
@@ -253,7 +134,7 @@ pub fn evaluate(
     };
     now_spelt("evaluate STUDY --shard I/N", "samara design|tune .. --shard I/N --out DIR");
     let out = OutputFolder::plain(out.unwrap_or(dir))?;
-    let folder = Folder { besides: Some(shards.to_owned()), ..Folder::made(out.path())? };
+    let folder = PartsFolder { besides: Some(shards.to_owned()), ..PartsFolder::made(out.path())? };
     fly((&study, &flown), (&out, &folder), (&head, cut), stop)
 }
 
@@ -264,7 +145,7 @@ pub fn ask(study: &StudyOf, stop: &AtomicBool) -> Result<Answer, Failure> {
     let mission = &flown.mission;
     let (head, about) = (study.head(mission)?, study.kind.about());
     let dir = place_of(study.args.mission.out.as_deref(), &mission.name);
-    let folder = Folder::made(&dir)?;
+    let folder = PartsFolder::made(&dir)?;
     folder.note(&asked_of(study, mission, &head), &head)?;
     let out = OutputFolder::create(about.manifest, Some(&dir), &mission.name)?;
     let Some(planned) = study.planned(mission, &out, &narrator)? else { return Ok(Answer::No) };
@@ -300,7 +181,7 @@ enum Together {
 fn put_together(
     (study, begun): (&StudyOf, &dyn Study),
     (mission, out): (&Mission, &OutputFolder),
-    (folder, head): (&Folder, &str),
+    (folder, head): (&PartsFolder, &str),
     (threads, stop): (Option<u16>, &AtomicBool),
 ) -> Result<Together, Failure> {
     let hosted = Hosted::new(study, (mission, out), (threads, stop), begun)?;
@@ -320,7 +201,7 @@ fn put_together(
 
 /// The study that a file asks for, to be put together, and what it flies.
 fn asked_for(path: &Path, merge: &Merge, quiet: bool) -> Result<(StudyOf, Flown), Failure> {
-    let asked = Folder::asked(path)?;
+    let asked = PartsFolder::asked(path)?;
     let named = |e: String| Failure::input(format!("{}: {e}", path.display()));
     let study = study_of(&asked, merge).map_err(named)?;
     let flown = study.flown(&Narrator::alone(quiet))?;
@@ -355,7 +236,7 @@ fn planned(study: &StudyOf, mission: &Mission) -> Result<Option<PlanOf>, Failure
 /// Puts the shards of a study together, or says which are missing of the round at hand.
 pub fn merge(merge: &Merge, only_missing: bool) -> Result<Answer, Failure> {
     let (dir, json) = (merge.dir.as_path(), merge.json);
-    let folder = Folder::of(dir);
+    let folder = PartsFolder::of(dir);
     let (study, flown) = asked_for(&folder.path.join(ASKED), merge, json || only_missing)?;
     let mission = &flown.mission;
     let head = study.head(mission)?;

@@ -8,8 +8,8 @@ use super::*;
 use crate::control::px4::Law;
 use crate::control::test_vehicles::{lander, site};
 use crate::control::{ControlLimits, Gains, ThrustCurve, TiltFrom};
-use crate::model::Environment;
 use crate::model::supply::{Pack, PackLimits, Throttle};
+use crate::model::{Environment, Vehicle};
 use crate::units::STANDARD_GRAVITY_M_S2;
 
 fn at(gravity_m_s2: f64) -> Environment {
@@ -109,20 +109,22 @@ fn a_file_is_refused_where_it_does_not_belong() {
     refused("# For: samara\n1\t1\tSYS_AUTOSTART\t4001\t6", &titan, "none of the gains");
 }
 
+/// A subject at 12 m/s, on a stiff supply, that does not say what its tilt comes from.
+fn subject<'a>(
+    vehicle: &'a Vehicle,
+    environment: &'a Environment,
+    gains: &'a Gains,
+    limits: &'a ControlLimits,
+) -> Subject<'a> {
+    Subject { vehicle, environment, gains, limits, speed_m_s: 12.0, tilt_from: None, pack: None }
+}
+
 /// PX4's own 4019_x500_v2 has arms of 1; all that counts to its allocation are ratios and signs.
 #[test]
 fn rotors_are_told_by_ratios_and_signs() {
     let (vehicle, gains, limits, earth) =
         (lander(true), Gains::paper_pso(), ControlLimits::default(), at(STANDARD_GRAVITY_M_S2));
-    let subject = Subject {
-        vehicle: &vehicle,
-        environment: &earth,
-        gains: &gains,
-        limits: &limits,
-        speed_m_s: 12.0,
-        tilt_from: None,
-        pack: None,
-    };
+    let subject = subject(&vehicle, &earth, &gains, &limits);
     let rotors: Vec<(f64, f64)> =
         vehicle.rotors.iter().map(|r| (r.position_body_m.x, r.position_body_m.y)).collect();
     let of = |change: &dyn Fn(usize, f64, f64) -> (f64, f64)| {
@@ -154,15 +156,7 @@ fn rotors_are_told_by_ratios_and_signs() {
 fn what_the_file_leaves_out_stays_and_what_cannot_be_followed_is_reported() {
     let (vehicle, gains, limits, earth) =
         (lander(true), Gains::paper_pso(), ControlLimits::default(), at(STANDARD_GRAVITY_M_S2));
-    let subject = Subject {
-        vehicle: &vehicle,
-        environment: &earth,
-        gains: &gains,
-        limits: &limits,
-        speed_m_s: 12.0,
-        tilt_from: None,
-        pack: None,
-    };
+    let subject = subject(&vehicle, &earth, &gains, &limits);
     let text = "1\t1\tMC_PITCH_P\t4\t9\n1\t1\tMC_ROLL_P\t5\t9\n1\t1\tMC_PITCHRATE_D\t0.003\t9\n\
                 1\t1\tTHR_MDL_FAC\t0.3\t9\n";
     let read = import(&ParameterFile::parse(text).unwrap(), &subject).unwrap();

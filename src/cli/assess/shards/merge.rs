@@ -8,7 +8,7 @@ use super::{merge_drops, merge_study};
 use crate::cli::answer::{Answer, BadInput as _, Failure};
 use crate::cli::assess::asked::CampaignOf;
 use crate::cli::study::merge::Merge;
-use crate::cli::study::shards;
+use crate::cli::study::{parts_folder, shards};
 use crate::cli::terminal::print;
 use samara::config::{mission_path, mission_text};
 
@@ -27,7 +27,7 @@ pub struct MergeArgs {
 
 /// Merges the parts, or says which are missing.
 pub fn run(MergeArgs { merge, missing: only_missing }: &MergeArgs) -> Result<Answer, Failure> {
-    if shards::is_study(&merge.dir) {
+    if parts_folder::is_study(&merge.dir) {
         return shards::merge(merge, *only_missing);
     }
     let files = files(&merge.dir)?;
