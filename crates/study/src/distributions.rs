@@ -29,9 +29,21 @@ pub fn distributions(
         }
     };
     let measures: Vec<Distribution> = quantities.iter().map(of).collect();
-    let title = format!("Distributions: {}", mission.name);
     let remark = format!("{remark} A line that ends below 100 % has trials without a value.");
-    match distribution_figure(&mission.stamp().csv_comment(), &title, &remark, &measures) {
+    distribution_of(mission, (file, &remark), &measures)
+}
+
+/// Draws distributions; none where no trial has a number. `remark` says which trials are shown.
+///
+/// # Errors
+/// [`FigureError`] when the backend fails.
+pub fn distribution_of(
+    mission: &Mission,
+    (file, remark): (&str, &str),
+    measures: &[Distribution],
+) -> Result<Option<Figure>, FigureError> {
+    let title = format!("Distributions: {}", mission.name);
+    match distribution_figure(&mission.stamp().csv_comment(), &title, remark, measures) {
         Ok(svg) => Ok(Some(Figure { file: file.to_owned(), caption: format!("{title}. {remark}"), svg })),
         Err(FigureError::Empty) => Ok(None),
         Err(error) => Err(error),

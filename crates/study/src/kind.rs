@@ -1,6 +1,7 @@
 //! What a kind of study is: all that a host needs to begin it, and all that comes of it. Who offers a kind to
 //! people - the program as a verb, Python as a function - asks for nothing else.
 
+use std::ops::Range;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -115,6 +116,17 @@ impl Refused {
     pub fn by(error: impl std::fmt::Display) -> Self {
         Self(error.to_string())
     }
+}
+
+/// The trial that `--only K` names, as the trials of a campaign of which it is the only one.
+///
+/// # Errors
+/// [`Refused`] for what is no number of a trial.
+pub(crate) fn trial_alone(name: &str) -> Result<Range<u64>, Refused> {
+    let number = name.parse().ok().filter(|number| *number < u64::MAX);
+    let refused =
+        || format!("--only: the number of a trial, from 0, is expected, found `{}`", printable(name));
+    number.map(|number| number..number + 1).ok_or_else(|| Refused(refused()))
 }
 
 /// Why a study has no results.

@@ -78,9 +78,12 @@ pub fn report_alone(
     name: &str,
     results: &Results,
 ) -> Result<Answer, Failure> {
+    for (name, text) in &results.files {
+        folder.write_text(name, text)?;
+    }
     results.flights.iter().try_for_each(|flight| write_flight(folder, mission, flight, &of.page))?;
     folder.write_manifest("assess_only", mission, &[("only", name.to_owned())])?;
-    let text = || format!("{}, ", results.document.text().trim_end());
+    let text = || format!("{}\n", results.document.text().trim_end());
     folder.print_result(of.args.mission.json, || results.json.clone(), text)?;
     Ok(Answer::from(results.holds))
 }

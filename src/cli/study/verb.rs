@@ -65,7 +65,7 @@ pub fn with_options(kind: &dyn Kind, command: Command) -> Command {
         verb = PageArgs::augment_args(verb);
     }
     if about.name == BY_AUTOPILOTS {
-        verb = WireArgs::augment_args(verb);
+        verb = WireArgs::augment_args(verb).mut_arg("autopilot", |wire| wire.conflicts_with("only"));
     }
     let verb = StudyArgs::augment_args(verb);
     // A clock is a whole run's: shards are flown by many.

@@ -1,5 +1,7 @@
 //! What each effect of a mission does to its drops: tables, JSON and rows of [`crate::effects::report`].
 
+use std::ops::Range;
+
 use crate::distributions::distributions;
 use crate::effects::{EffectsOn, JudgedDrop};
 use samara_core::assess::outcome::{COMPARED, J_TPF};
@@ -26,6 +28,8 @@ pub struct EffectReport<'a> {
     pub mission: &'a Mission,
     /// Effects that it names.
     pub effects: Vec<Effect>,
+    /// Which trials each campaign has.
+    pub trials: Range<u64>,
     /// The campaigns, in the order of [`EffectsOn::campaigns`].
     pub campaigns: Vec<EffectCampaign>,
 }
@@ -97,8 +101,20 @@ pub(crate) fn number(x: f64, decimals: usize) -> String {
 }
 
 /// Drops with their numbers and the campaign that they are of.
-pub(crate) fn numbered<'a, C, D>(of: &'a C, drops: &'a [D]) -> impl Iterator<Item = (u64, &'a C, &'a D)> {
-    (0..).zip(drops).map(move |(trial, drop)| (trial, of, drop))
+pub(crate) fn numbered<'a, C, D>(
+    of: &'a C,
+    trials: &Range<u64>,
+    drops: &'a [D],
+) -> impl Iterator<Item = (u64, &'a C, &'a D)> {
+    trials.clone().zip(drops).map(move |(trial, drop)| (trial, of, drop))
+}
+
+/// What each row of a table has flown: `300 drops`, or `drop 17` alone.
+pub(crate) fn flown(trials: &Range<u64>) -> String {
+    match trials.end - trials.start {
+        1 => format!("drop {}", trials.start),
+        n => format!("{n} drops"),
+    }
 }
 
 /// The columns of `effects.csv`.
@@ -141,9 +157,9 @@ impl EffectReport<'_> {
 
     /// What each effect does alone, and what its absence does where all others are.
     pub fn document(&self) -> Document {
-        let trials = self.campaigns.first().map_or(0, |campaign| campaign.drops.len());
         let Mission { name, control, seed, .. } = self.mission;
-        let done = format!("{name}: {trials} drops for each row, gains {}, seed {seed}", control.gains_name);
+        let (trials, gains) = (flown(&self.trials), &control.gains_name);
+        let done = format!("{name}: {trials} for each row, gains {gains}, seed {seed}");
         let width = self.effects.iter().map(|effect| effect.name().len()).max().unwrap_or(0);
         let line = |effect: &Effect| {
             format!("\n  {:width$}  {}; left out: {}", effect.name(), effect.key(), effect.instead())
@@ -215,7 +231,7 @@ impl EffectReport<'_> {
         let Mission { name, control, .. } = self.mission;
         let (stamp, gains) = (self.mission.stamp().csv_comment(), &control.gains_name);
         let above = format!("{stamp}# drops of {name} with and without its effects, gains {gains}\n");
-        columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &of.drops)))
+        columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &self.trials, &of.drops)))
     }
 }
 
@@ -321,7 +337,7 @@ mod tests {
             .into_iter()
             .map(|on| EffectCampaign { on, drops: Vec::new() })
             .collect();
-        let report = EffectReport { mission: &mission, effects: effects.to_vec(), campaigns };
+        let report = EffectReport { mission: &mission, effects: effects.to_vec(), trials: 0..0, campaigns };
         let base = |on| report.base_of(on).map(|campaign| campaign.on);
         assert_eq!(base(EffectsOn::Alone(Effect::RotorStart)), Some(EffectsOn::Alone(Effect::RotorInflow)));
         assert_eq!(base(EffectsOn::Alone(Effect::Gusts)), Some(EffectsOn::Plain));

@@ -10,6 +10,7 @@ pub mod flights;
 pub mod report;
 
 use std::fmt;
+use std::ops::Range;
 use std::sync::Arc;
 
 use samara_core::replan::Cadence;
@@ -17,7 +18,7 @@ use samara_mission::Mission;
 
 use crate::feature::{COMPARES, Feature};
 use crate::jobs::{Jobs, Stop};
-use crate::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished};
+use crate::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished, trial_alone};
 use crate::settings;
 use crate::settings::{Values, whole};
 pub use flights::{ReplanDrop, ReplanFlights, ReplanRow};
@@ -70,20 +71,27 @@ impl Kind for Replan {
             flies: Flies::WholeDrops,
             settings: ReplanSettings::TABLE,
             judges: Err(COMPARES),
-            alone: Err("a drop whose plan is renewed alone is `samara drop --replan`"),
+            alone: Ok("K"),
             refuses: &[(Feature::Card, COMPARES)],
         }
     }
 
     fn begin<'a>(&self, given: Given<'a>, values: &Values) -> Result<Box<dyn Study + 'a>, Refused> {
-        let (rows, trials) = Renewals::rows(given, values)?;
-        let (shared, plan) = (Arc::new(given.mission.clone()), given.plan()?);
-        let fly_row = |row: &ReplanRow| -> Result<Box<FlyRenewed<'a>>, Refused> {
-            let flights = ReplanFlights::new(&shared, plan, row).map_err(Refused::by)?;
-            Ok(Box::new(move |trial, _| Some(flights.fly(trial))))
-        };
-        let fly = rows.iter().map(fly_row).collect::<Result<_, _>>()?;
-        Ok(Box::new(Renewals { mission: given.mission, autopilot: None, rows, fly, trials }))
+        Ok(Box::new(Renewals::without_a_wire(given, values)?))
+    }
+
+    fn alone(&self, given: Given<'_>, values: &Values, name: &str) -> Result<Results, Refused> {
+        let trials = trial_alone(name)?;
+        let renewals = Renewals::without_a_wire(given, values)?;
+        let fly = |fly: &Box<FlyRenewed<'_>>| fly(trials.start, &|| false).into_iter().collect();
+        let report = renewals.report(trials.clone(), renewals.fly.iter().map(fly).collect());
+        Ok(Results {
+            document: report.document(),
+            json: report.json(),
+            files: vec![("replan_only.csv".to_owned(), report.csv())],
+            holds: true,
+            ..Results::default()
+        })
     }
 }
 
@@ -104,7 +112,24 @@ pub struct Renewals<'a> {
     pub trials: u64,
 }
 
-impl Renewals<'_> {
+impl<'a> Renewals<'a> {
+    fn without_a_wire(given: Given<'a>, values: &Values) -> Result<Self, Refused> {
+        let (rows, trials) = Renewals::rows(given, values)?;
+        let (shared, plan) = (Arc::new(given.mission.clone()), given.plan()?);
+        let fly_row = |row: &ReplanRow| -> Result<Box<FlyRenewed<'a>>, Refused> {
+            let flights = ReplanFlights::new(&shared, plan, row).map_err(Refused::by)?;
+            Ok(Box::new(move |trial, _| Some(flights.fly(trial))))
+        };
+        let fly = rows.iter().map(fly_row).collect::<Result<_, _>>()?;
+        Ok(Self { mission: given.mission, autopilot: None, rows, fly, trials })
+    }
+
+    fn report(&self, trials: Range<u64>, drops: Vec<Vec<ReplanDrop>>) -> ReplanReport<'_> {
+        let of = |(row, drops): (&ReplanRow, _)| ReplanCampaign { row: row.clone(), drops };
+        let campaigns = self.rows.iter().zip(drops).map(of).collect();
+        ReplanReport { mission: self.mission, autopilot: self.autopilot, trials, campaigns }
+    }
+
     /// The campaigns of a mission, and the trials of each: the first by the mission's own gains, the others
     /// by those that were chosen, or that the mission has for renewed plans.
     ///
@@ -133,9 +158,7 @@ impl Study for Renewals<'_> {
             let fly = self.fly.get(set)?;
             some.map(|trial| (!stop()).then(|| fly(trial, stop)).flatten()).collect()
         })?;
-        let of = |(row, drops): (&ReplanRow, _)| ReplanCampaign { row: row.clone(), drops };
-        let campaigns = self.rows.iter().zip(drops).map(of).collect();
-        let report = ReplanReport { mission: self.mission, autopilot: self.autopilot, campaigns };
+        let report = self.report(0..self.trials, drops);
         Ok(Results {
             figures: report.figure()?.into_iter().collect(),
             document: report.document(),

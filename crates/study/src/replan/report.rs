@@ -1,8 +1,11 @@
 //! Drops along one plan and along plans that are renewed: table, JSON and rows of [`crate::replan::report`].
 
+use std::ops::Range;
+
 use crate::effects::JudgedDrop;
 use crate::effects::report::{
-    ComparedObject, change, compared, compared_figure, failed, number, numbered, outcomes, p99, summary,
+    ComparedObject, change, compared, compared_figure, failed, flown, number, numbered, outcomes, p99,
+    summary,
 };
 use crate::replan::{ReplanDrop, ReplanRow};
 use samara_core::assess::outcome::{ALTITUDE_LOST, COMPARED, J_TPF, STEADY_AFTER};
@@ -28,6 +31,8 @@ pub struct ReplanReport<'a> {
     pub mission: &'a Mission,
     /// The autopilot that flew them over the wire; `None`: the cascade without one.
     pub autopilot: Option<&'static str>,
+    /// Which trials each campaign has.
+    pub trials: Range<u64>,
     /// The campaigns, in the order of [`ReplanRow::campaigns`]: differences are from the first.
     pub campaigns: Vec<ReplanCampaign>,
 }
@@ -78,7 +83,6 @@ impl ReplanReport<'_> {
     /// The table.
     pub fn document(&self) -> Document {
         let mission = self.mission;
-        let trials = self.campaigns.first().map_or(0, |campaign| campaign.drops.len());
         let settings = &mission.replan.settings;
         let mut grid = Grid::new(
             "Plans renewed during the drop, the same drops in each row",
@@ -129,8 +133,9 @@ impl ReplanReport<'_> {
             );
         }
         let done = format!(
-            "{}: {trials} drops for each row{}, seed {}; a renewed plan takes effect {} s after its measurement, at most {} iterations",
+            "{}: {} for each row{}, seed {}; a renewed plan takes effect {} s after its measurement, at most {} iterations",
             mission.name,
+            flown(&self.trials),
             self.autopilot.map_or(String::new(), |name| format!(" by {name}")),
             mission.seed,
             settings.latency_s,
@@ -152,7 +157,7 @@ impl ReplanReport<'_> {
         let Mission { name, .. } = self.mission;
         let comment = self.mission.stamp().csv_comment();
         let above = format!("{comment}# drops of {name} along one plan and along renewed ones\n");
-        columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &of.drops)))
+        columns().csv(&above, self.campaigns.iter().flat_map(|of| numbered(of, &self.trials, &of.drops)))
     }
 }
 

@@ -6,6 +6,7 @@ use std::ops::Range;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
+use samara_core::assess::Quantity;
 use samara_core::control::Gains;
 use samara_core::control::px4::versions::Version;
 use samara_core::control::px4::{Law, Parameters, is_quad_x};
@@ -14,15 +15,18 @@ use samara_core::trajectory::Trajectory;
 use samara_core::tune::cma_es::CmaSettings;
 use samara_core::tune::px4::space::{Candidate, range_ends};
 use samara_core::tune::px4::{
-    Measures, Px4Drop, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from, latency_s,
+    MEASURED, Measures, Px4Drop, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from,
+    latency_s,
 };
 use samara_mission::{Mission, check_for_px4};
+use samara_report::document::Figure;
+use samara_report::figure::{Distribution, FigureError};
 use samara_report::params::params_file;
 
 use super::gain_ends;
 use super::report::px4::{PX4S_DEFAULTS, Px4Gains, document, gains_json};
 use super::search::{left_out, no_gains};
-use crate::feature::Feature;
+use crate::distributions::distribution_of;
 use crate::jobs::{HereAndNow, Jobs, Stage, Stopped};
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished};
 use crate::searching;
@@ -86,7 +90,7 @@ impl Kind for TunePx4 {
             alone: Err(
                 "parameters are judged by all their drops: `samara drop --params` flies what was found",
             ),
-            refuses: &[(Feature::Figure, "a few numbers are found, which the table has")],
+            refuses: &[],
         }
     }
 
@@ -172,7 +176,7 @@ impl<'a> TunedPx4<'a> {
     }
 
     /// The defaults and what was found on unseen drops.
-    fn on_unseen(&self, jobs: &mut dyn Jobs, found: &Parameters) -> Result<[Measures; 2], Stopped> {
+    fn on_unseen(&self, jobs: &mut dyn Jobs, found: &Parameters) -> Result<[Vec<Measures>; 2], Stopped> {
         let unseen = self.asked.unseen;
         jobs.stage(&Stage {
             unit: "drops",
@@ -186,8 +190,28 @@ impl<'a> TunedPx4<'a> {
                 drops_of(self.mission, &self.setting, UNSEEN_FROM + some.start..UNSEEN_FROM + some.end);
             Some(drops.iter().map(|drop| drop.fly(parameters)).collect())
         })?;
-        let mean = |set: usize| Measures::mean(flown.get(set).map_or(&[], Vec::as_slice));
-        Ok([mean(0), mean(1)])
+        let mut sets = flown.into_iter();
+        Ok(std::array::from_fn(|_| sets.next().unwrap_or_default()))
+    }
+
+    /// How the unseen drops are distributed.
+    fn figure(&self, unseen: &[Vec<Measures>; 2]) -> Result<Option<Figure>, FigureError> {
+        let controllers = [self.asked.name.as_str(), PX4S_DEFAULTS].into_iter().zip(unseen.iter().rev());
+        let of = |(place, quantity): (usize, &Quantity)| Distribution {
+            name: quantity.head(),
+            limit: (quantity.limit)(&self.mission.limits),
+            controllers: controllers
+                .clone()
+                .map(|(label, drops)| {
+                    let values = drops.iter().map(|drop| drop.measured[place]).collect();
+                    (label.to_owned(), values, drops.len())
+                })
+                .collect(),
+        };
+        let measures: Vec<Distribution> = MEASURED.iter().enumerate().map(of).collect();
+        let remark =
+            "Share of the unseen drops at or below a value; never steady counts as the whole flight.";
+        distribution_of(self.mission, ("tune_px4.svg", remark), &measures)
     }
 }
 
@@ -225,7 +249,8 @@ impl Study for TunedPx4<'_> {
         let found = search.parameters(&best);
         // A host that was stopped flies nothing any more.
         let jobs: &mut dyn Jobs = if stopped { &mut HereAndNow } else { jobs };
-        let [defaults, on_unseen] = self.on_unseen(jobs, &found)?;
+        let unseen = self.on_unseen(jobs, &found)?;
+        let [defaults, on_unseen] = unseen.each_ref().map(|drops| Measures::mean(drops));
         let result = Px4Gains {
             law: asked.px4_version.0,
             name: asked.name.clone(),
@@ -255,6 +280,7 @@ impl Study for TunedPx4<'_> {
         Ok(Results {
             document,
             json: gains_json(mission, &result),
+            figures: self.figure(&unseen)?.into_iter().collect(),
             files: files.map(|(name, text)| (name.to_owned(), text)).to_vec(),
             holds: result.found.beats(&result.defaults) && !stopped,
             noted: vec![("for", "px4".to_owned())],
