@@ -21,12 +21,13 @@ use samara::link::{
     StreamerSession,
 };
 use samara::trajectory::{Node, Trajectory};
+use samara::ulog::Ulog;
 
 /// A target: takes any bytes, and panics where something is wrong.
 pub type Target = fn(&[u8]);
 
 /// The targets by name.
-pub const TARGETS: [(&str, Target); 10] = [
+pub const TARGETS: [(&str, Target); 11] = [
     ("decoder", decoder),
     ("services", services),
     ("streamer", streamer),
@@ -37,6 +38,7 @@ pub const TARGETS: [(&str, Target); 10] = [
     ("trajectory", trajectory),
     ("params", params),
     ("plan_grid", plan_grid),
+    ("ulog", ulog),
 ];
 
 /// Bytes off a wire. However a stream is cut, the frames are the same; and what is counted adds up.
@@ -253,4 +255,17 @@ fn autopilot() -> AutopilotSession {
         parameters: Parameters::of(&m.parameter_subject(), 1).unwrap(),
         keeps_parameters: false,
     })
+}
+
+/// A flight log. All columns have as many values as there are rows, and what is lost lies in order in the file.
+pub fn ulog(data: &[u8]) {
+    let Ok(log) = Ulog::read(data) else { return };
+    for topic in log.topics().take(64) {
+        let columns: Vec<&str> = topic.columns().take(256).collect();
+        for column in columns {
+            assert_eq!(log.values(topic, column).unwrap().count(), topic.len());
+        }
+    }
+    assert!(log.lost.is_sorted_by(|a, b| a.end <= b.start) && log.lost.iter().all(|part| !part.is_empty()));
+    assert!(log.lost.last().is_none_or(|part| part.end <= data.len()));
 }

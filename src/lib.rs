@@ -11,6 +11,7 @@
 //! | [`real`], [`simd`] | the scalar of the dynamics, wider registers |
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
 //! | [`printable`] | texts of others made fit to be printed |
+//! | [`ulog`] | PX4's flight logs, read |
 //! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
@@ -35,7 +36,7 @@ pub mod link;
 
 pub use samara_core::{
     assess, checksum, control, design, frames, math, model, params, plan, printable, random, real, replan,
-    sim, simd, time, trajectory, tune, uncertain, units, vector, verify,
+    sim, simd, time, trajectory, tune, ulog, uncertain, units, vector, verify,
 };
 #[cfg(feature = "host")]
 pub use samara_host as host;

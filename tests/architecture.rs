@@ -17,7 +17,7 @@ mod prose;
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
     &["math", "real"],
-    &["checksum", "printable", "random", "simd", "units", "vector"],
+    &["checksum", "printable", "random", "simd", "ulog", "units", "vector"],
     &["frames", "time"],
     &["model"],
     &["trajectory"],

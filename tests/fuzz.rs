@@ -110,6 +110,11 @@ fn prop_params() {
 }
 
 #[test]
+fn prop_ulog() {
+    replay("ulog");
+}
+
+#[test]
 fn prop_plan_grid() {
     replay("plan_grid");
 }

@@ -500,3 +500,28 @@ fn an_export_for_a_drop_has_what_a_drop_needs() {
         samara(&["params", "export", "mission/titan_px4.json", "--for", "px4", "--drop", "--out", "-"]);
     assert!(code(&refused) == 2 && err(&refused).contains("--for px4-froude"), "{}", err(&refused));
 }
+
+/// The samara autopilot's own flight log holds the parameters that it was given, and is no PX4's: it is read as
+/// a file of parameters, and as such flies `px4-model` only with what suits.
+#[test]
+fn a_flight_log_is_a_file_of_parameters() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let flown = samara(&["drop", X500, "--autopilot", "reference", "--out", &place("flown")]);
+    assert_eq!(code(&flown), 0, "{}", err(&flown));
+    let log = place("flown/flight.ulg");
+    let checked = samara(&["params", "check", &log]);
+    assert_eq!(code(&checked), 0, "{}{}", out(&checked), err(&checked));
+    let exported = place("given.params");
+    let written = samara(&["params", "export", X500, "--for", "samara", "--out", &exported]);
+    assert_eq!(code(&written), 0, "{}", err(&written));
+    let compared = samara(&["params", "diff", &exported, &log, "--json"]);
+    let differs: Vec<String> = json(&compared)["differences"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|row| !row["a"].is_null())
+        .map(|row| row.to_string())
+        .collect();
+    assert!(differs.is_empty(), "{differs:?}");
+}

@@ -12,6 +12,7 @@
 //! | [`simd`], [`vector`] | wider registers; vectors of any number |
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
 //! | [`printable`] | texts of others made fit to be printed |
+//! | [`ulog`] | PX4's flight logs, read |
 //! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
@@ -47,6 +48,7 @@ pub mod simd;
 pub mod time;
 pub mod trajectory;
 pub mod tune;
+pub mod ulog;
 pub mod uncertain;
 pub mod units;
 pub mod vector;

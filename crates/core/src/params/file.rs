@@ -73,7 +73,7 @@ pub const AUTOPILOT_COMPONENT: u8 = 1;
 pub struct Entry {
     /// Value of the parameter.
     pub value: Value,
-    /// Line of the file, from 1.
+    /// Line of the file, from 1; of a flight log's, its number there.
     pub line: usize,
 }
 

@@ -61,11 +61,6 @@ fn looks_like_a_pair((name, value): (&str, &str)) -> bool {
 pub fn text(bytes: &[u8]) -> Result<&str, ParamsError> {
     let refuse = |what: &str| Err(ParamsError::Format(what.to_owned()));
     match bytes {
-        [b'U', b'L', b'o', b'g', 0x01, 0x12, 0x35, ..] => {
-            return refuse(
-                "a ULog: its parameters are not read; write them to a file with: ulog_params -f qgc LOG FILE.params",
-            );
-        }
         [0xFF, 0xFE, ..] | [0xFE, 0xFF, ..] => {
             return refuse("text in UTF-16, as PowerShell's `>` writes it; UTF-8 is expected");
         }

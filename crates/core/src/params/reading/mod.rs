@@ -6,10 +6,12 @@
 //! | [`mod@format`] | which format a file has, and what is named in a refusal |
 //! | `table` | QGroundControl's `.params`: five columns under a header |
 //! | `pairs` | a name and a value in a row: MAVProxy's `.parm`, comma-separated values |
+//! | `flight_log` | a ULog's parameters, as they were at its start |
 //! | `shell` | PX4's shell: what `param show` prints, scripts of `param set` and `param set-default` |
 //! | `reader` | what has been read, and values of texts |
 //! | `remarks` | remarks, by what there is to say, with their lines |
 
+mod flight_log;
 pub mod format;
 mod pairs;
 mod reader;
@@ -22,6 +24,7 @@ mod tests;
 
 use super::ParamsError;
 use super::file::ParameterFile;
+use crate::ulog::Ulog;
 use format::Format;
 use reader::Reader;
 
@@ -31,6 +34,11 @@ impl ParameterFile {
     /// # Errors
     /// [`ParamsError`] with the line that is wrong, or with the format where that is none of those read.
     pub fn read(bytes: &[u8]) -> Result<Self, ParamsError> {
+        if Ulog::is_one(bytes) {
+            let mut reader = Reader::default();
+            flight_log::read(bytes, &mut reader)?;
+            return reader.finished();
+        }
         Self::parse(format::text(bytes)?)
     }
 
@@ -47,9 +55,6 @@ impl ParameterFile {
             Format::Shown => shell::read_shown(text, &mut reader)?,
             Format::Script => shell::read_script(text, &mut reader)?,
         }
-        let Reader { mut file, remarks, .. } = reader;
-        format::refuse_another_stack(&file)?;
-        file.remark(remarks.said());
-        Ok(file)
+        reader.finished()
     }
 }

@@ -1,5 +1,6 @@
 //! What has been read of a file, and the values of its texts.
 
+use super::format::refuse_another_stack;
 use super::remarks::Remarks;
 use crate::control::px4::Parameters;
 use crate::params::ParamsError;
@@ -9,6 +10,8 @@ use crate::params::px4_required::RULES;
 
 /// More rows are refused: PX4 has less than 3000 parameters, and a file may have those of some components.
 pub(super) const MOST_ROWS: usize = 16_384;
+
+const FINITE: &str = "a finite number in single precision (type 9)";
 
 /// What has been read of a file.
 #[derive(Default)]
@@ -28,6 +31,14 @@ pub(super) enum Repeated {
 }
 
 impl Reader {
+    /// The file, with all remarks on it.
+    pub(super) fn finished(self) -> Result<ParameterFile, ParamsError> {
+        let Self { mut file, remarks, .. } = self;
+        refuse_another_stack(&file)?;
+        file.remark(remarks.said());
+        Ok(file)
+    }
+
     /// Takes a parameter of the autopilot's.
     pub(super) fn take(
         &mut self,
@@ -79,15 +90,25 @@ impl Reader {
 
     /// The value of a real number. `None`: passed over, as it is not finite and nobody needs it.
     pub(super) fn real(&mut self, line: usize, name: &str, text: &str) -> Result<Option<Value>, ParamsError> {
-        let expected = "a finite number in single precision (type 9)";
-        match text.parse::<f32>() {
-            Ok(x) if x.is_finite() => Ok(Some(Value::Real(x))),
-            Ok(_) if !matters(name) => {
-                self.remarks.note(line, "no finite number: passed over");
-                Ok(None)
-            }
-            _ => Err(refused(line, "value", expected, text)),
+        let number = text.parse::<f32>().map_err(|_| refused(line, "value", FINITE, text))?;
+        self.finite(line, name, number)
+    }
+
+    /// A real number as a value. `None`: passed over, as it is not finite and nobody needs it.
+    pub(super) fn finite(
+        &mut self,
+        line: usize,
+        name: &str,
+        number: f32,
+    ) -> Result<Option<Value>, ParamsError> {
+        if number.is_finite() {
+            return Ok(Some(Value::Real(number)));
         }
+        if matters(name) {
+            return Err(refused(line, "value", FINITE, &number.to_string()));
+        }
+        self.remarks.note(line, "no finite number: passed over");
+        Ok(None)
     }
 }
 

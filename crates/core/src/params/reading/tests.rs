@@ -185,7 +185,7 @@ fn a_format_that_is_not_read_is_named() {
     let ardupilot = "# Stack: ArduPilot\n1\t1\tATC_RAT_PIT_P\t0.1\t9\n1\t1\tFRAME_CLASS\t1\t2\n";
     let mission_planner = "#NOTE: x\nAHRS_EKF_TYPE,3\nATC_RAT_PIT_P,0.135\nRC1_MIN,1000\n";
     for (bytes, words) in [
-        (&b"ULog\x01\x12\x35\x01\0\0"[..], "a ULog"),
+        (&b"ULog\x01\x12\x35\x01\0\0"[..], "no ULog: it begins with"),
         (&bson[..], "BSON"),
         (b"\xff\xfe1\0", "UTF-16"),
         (b"1\t1\tA\t\xff", "byte 7 is not UTF-8"),
