@@ -18,7 +18,7 @@ mod prose;
 const FLOORS: &[&[&str]] = &[
     &["math", "real"],
     &["checksum", "printable", "random", "simd", "ulog", "units", "vector"],
-    &["frames", "time"],
+    &["flight_record", "frames", "time"],
     &["model"],
     &["trajectory"],
     &["control", "plan"],

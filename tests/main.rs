@@ -26,6 +26,7 @@ mod kept_files;
 #[cfg(feature = "files")]
 mod lanes;
 mod lockstep;
+mod log;
 mod own_study;
 mod own_vehicle;
 mod params;

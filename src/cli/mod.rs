@@ -24,6 +24,7 @@ mod fidelity;
 mod help;
 mod init;
 mod list;
+mod log;
 mod mission;
 mod narrator;
 mod new;
@@ -99,6 +100,7 @@ pub fn run() -> ExitCode {
         Verb::Compare(args) => compare::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
         Verb::List(args) => list::run(&args),
+        Verb::Log(args) => log::run(&args),
         Verb::Card(args) => card::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::New(args) => new::run(&args),

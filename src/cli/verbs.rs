@@ -15,6 +15,7 @@ use super::faults::FaultsArgs;
 use super::fidelity::FidelityArgs;
 use super::init::InitArgs;
 use super::list::ListArgs;
+use super::log::LogArgs;
 use super::new::NewArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
@@ -59,7 +60,7 @@ pub enum Verb {
     Design(DesignArgs),
     /// Judge candidates that a search asks about: `samara design --ask`, `samara tune --ask`.
     #[cfg(feature = "shards")]
-    #[command(after_long_help = include_str!("help/evaluate.txt"))]
+    #[command(hide = true, after_long_help = include_str!("help/evaluate.txt"))]
     Evaluate(EvaluateArgs),
     /// Fly campaigns: from random releases, of whole drops, the paper's study.
     #[command(after_long_help = samara::study::campaign::HELP)]
@@ -116,6 +117,9 @@ pub enum Verb {
     /// Write missions, vehicles, gains and schemas to a folder, to edit.
     #[command(after_long_help = include_str!("help/init.txt"))]
     Init(InitArgs),
+    /// Say what is in a flight log, what was flown, and what it tells of the vehicle.
+    #[command(after_long_help = include_str!("help/log.txt"))]
+    Log(LogArgs),
     /// List missions, vehicles and gains that can be named, and the runs that there are.
     #[command(after_long_help = include_str!("help/list.txt"))]
     List(ListArgs),

@@ -13,6 +13,7 @@
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
 //! | [`printable`] | texts of others made fit to be printed |
 //! | [`ulog`] | PX4's flight logs, read |
+//! | [`flight_record`] | a flight as a log has it |
 //! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
@@ -34,6 +35,7 @@ pub mod assess;
 pub mod checksum;
 pub mod control;
 pub mod design;
+pub mod flight_record;
 pub mod frames;
 pub mod math;
 pub mod model;

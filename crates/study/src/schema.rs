@@ -16,6 +16,7 @@ use crate::replan::report::ReplanObject;
 use crate::sobol::report::SobolObject;
 use crate::tuning::report::records::TuneObject;
 use samara_mission::schema::text;
+use samara_report::flight_record::LogObject;
 use samara_report::json::{CasesObject, DropObject};
 use samara_report::plan::PlanObject;
 use samara_report::verify::VerifyObject;
@@ -23,7 +24,7 @@ use samara_report::verify::VerifyObject;
 type Text = fn(&str) -> String;
 
 /// Name of each kind of result, and what makes its schema.
-const RESULTS: [(&str, Text); 20] = [
+const RESULTS: [(&str, Text); 21] = [
     ("drop", text::<DropObject>),
     ("cases", text::<CasesObject>),
     ("plan", text::<PlanObject>),
@@ -41,6 +42,7 @@ const RESULTS: [(&str, Text); 20] = [
     ("free_fall", text::<FreeFallObject>),
     ("plan_grid", text::<PlanGridObject>),
     ("compare", text::<CompareObject>),
+    ("log", text::<LogObject>),
     ("card", text::<CardObject>),
     ("manifest", text::<RunManifest>),
     ("verify", text::<VerifyObject>),

@@ -1,0 +1,134 @@
+//! Where PX4's topics of v1.12 to v1.18 have a flight's quantities.
+
+use super::{FlightRecord, MOST_ROTORS, Series};
+use crate::ulog::{Topic, Ulog};
+
+/// A place in a log: topic, columns, the name of both.
+type Place<'p> = (&'p str, &'p [&'p str], &'static str);
+
+impl FlightRecord {
+    /// What a ULog has, each quantity from the first of the places that have it.
+    pub fn of_ulog(log: &Ulog<'_>) -> Self {
+        let motors = [
+            // v1.13 and later.
+            ("actuator_motors", &CONTROL[..], "actuator_motors.control"),
+            ("actuator_outputs", &OUTPUT, "actuator_outputs.output"),
+        ];
+        Self {
+            motors: series_that(log, &motors, are_moved),
+            thrust: series(
+                log,
+                &[(
+                    "vehicle_thrust_setpoint",
+                    &["xyz[0]", "xyz[1]", "xyz[2]"],
+                    "vehicle_thrust_setpoint.xyz",
+                )],
+            ),
+            force_body_m_s2: quickest([
+                series(log, &[("vehicle_acceleration", &XYZ, "vehicle_acceleration.xyz")]),
+                series(log, &[("sensor_combined", &ACCELEROMETER, "sensor_combined.accelerometer_m_s2")]),
+            ]),
+            rates_body_rad_s: quickest([
+                series(log, &[("vehicle_angular_velocity", &XYZ, "vehicle_angular_velocity.xyz")]),
+                series(log, &[("sensor_combined", &GYRO, "sensor_combined.gyro_rad")]),
+            ]),
+            attitude: series(
+                log,
+                &[("vehicle_attitude", &["q[0]", "q[1]", "q[2]", "q[3]"], "vehicle_attitude.q")],
+            ),
+            velocity_ned_m_s: series(
+                log,
+                &[("vehicle_local_position", &["vx", "vy", "vz"], "vehicle_local_position.v")],
+            ),
+            battery: series(log, &[("battery_status", &["voltage_v", "current_a"], "battery_status")]),
+            armed: series(
+                log,
+                &[
+                    ("actuator_armed", &["armed"], "actuator_armed.armed"),
+                    ("vehicle_status", &["arming_state"], "vehicle_status.arming_state"),
+                ],
+            )
+            .map(|mut series| {
+                // ARMED is the second of the states.
+                if series.from == "vehicle_status.arming_state" {
+                    series.values.iter_mut().for_each(|[state]| *state = f64::from(*state == 2.0));
+                }
+                series
+            }),
+            landed: series(log, &[("vehicle_land_detected", &["landed"], "vehicle_land_detected.landed")]),
+        }
+    }
+}
+
+/// A time that is so much later than the one before is none [us].
+const JUMP_US: u64 = 3_600_000_000;
+/// Rotors of the least multirotor.
+const FEWEST_ROTORS: usize = 3;
+const CONTROL: [&str; MOST_ROTORS] = [
+    "control[0]",
+    "control[1]",
+    "control[2]",
+    "control[3]",
+    "control[4]",
+    "control[5]",
+    "control[6]",
+    "control[7]",
+];
+const OUTPUT: [&str; MOST_ROTORS] =
+    ["output[0]", "output[1]", "output[2]", "output[3]", "output[4]", "output[5]", "output[6]", "output[7]"];
+const XYZ: [&str; 3] = ["xyz[0]", "xyz[1]", "xyz[2]"];
+const ACCELEROMETER: [&str; 3] = ["accelerometer_m_s2[0]", "accelerometer_m_s2[1]", "accelerometer_m_s2[2]"];
+const GYRO: [&str; 3] = ["gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"];
+
+/// That of two series which has more values.
+fn quickest<const N: usize>(series: [Option<Series<N>>; 2]) -> Option<Series<N>> {
+    series.into_iter().flatten().max_by_key(|series| series.t_s.len())
+}
+
+/// The first place of a log that has rows.
+fn series<const N: usize>(log: &Ulog<'_>, places: &[Place<'_>]) -> Option<Series<N>> {
+    series_that(log, places, |_| true)
+}
+
+/// The first place of a log, of any instance, whose rows are as they are to be. Columns that are not there are
+/// NaN, but for the first, which is to be there; rows that go back in time, or jump, are left out.
+fn series_that<const N: usize>(
+    log: &Ulog<'_>,
+    places: &[Place<'_>],
+    fits: impl Fn(&Series<N>) -> bool,
+) -> Option<Series<N>> {
+    places.iter().find_map(|place| {
+        let topics = log.topics().filter(|topic| topic.name == place.0);
+        topics.filter_map(|topic| rows(log, topic, place)).find(&fits)
+    })
+}
+
+fn rows<const N: usize>(log: &Ulog<'_>, topic: &Topic, (_, columns, from): &Place<'_>) -> Option<Series<N>> {
+    let mut columns: Vec<_> = columns.iter().map(|column| log.values(topic, column)).collect();
+    columns.first().filter(|column| column.is_some())?;
+    let mut series = Series { from, t_s: Vec::new(), values: Vec::new() };
+    let mut newest = None;
+    for time in log.times_us(topic) {
+        let mut values = [f64::NAN; N];
+        for (value, column) in values.iter_mut().zip(&mut columns) {
+            *value = column.as_mut().and_then(Iterator::next).unwrap_or(f64::NAN);
+        }
+        if newest.is_some_and(|newest| time <= newest || time - newest > JUMP_US) {
+            continue;
+        }
+        newest = Some(time);
+        series.t_s.push((time as f64 - log.start_us as f64) * 1e-6);
+        series.values.push(values);
+    }
+    Some(series)
+}
+
+/// Whether so many rotors as a multirotor has are commanded one thing and then another.
+fn are_moved(motors: &Series<MOST_ROTORS>) -> bool {
+    let moves = |rotor: &usize| {
+        let commands = || motors.values.iter().filter_map(|row| row.get(*rotor)).filter(|x| x.is_finite());
+        commands().copied().fold(f64::INFINITY, f64::min)
+            < commands().copied().fold(f64::NEG_INFINITY, f64::max)
+    };
+    (0..MOST_ROTORS).filter(moves).count() >= FEWEST_ROTORS
+}

@@ -1,0 +1,129 @@
+//! What a log can tell of its vehicle, and why it cannot: by the rates of what it has, and by what was flown.
+//!
+//! A log whose rates cannot show a rotor's lag gives inertia and lag that are wrong with small errors of their
+//! own, so that rates come first: at 50 Hz a lag of 30 ms lies within a sample or two.
+
+use super::phases::{Doing, Phase};
+use super::{FlightRecord, Series};
+
+/// Lag and delay part at this rate [Hz].
+const LAG_HZ: f64 = 100.0;
+/// Forces are held against commands at this rate [Hz].
+const FORCE_HZ: f64 = 20.0;
+/// A hover's throttle takes so long a hover [s].
+const HOVER_S: f64 = 5.0;
+/// Drag takes such a speed [m/s].
+const DRAG_M_S: f64 = 3.0;
+/// Rates about an axis that move less show no torque [rad/s], as a standard deviation.
+const TURNED_RAD_S: f64 = 0.1;
+/// Thrust that moves by less shows no curve, as a share of its mean.
+const THRUST_SHARE: f64 = 0.1;
+
+/// What a log tells of a quantity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tells {
+    /// The quantity.
+    pub quantity: &'static str,
+    /// Why not, each reason by itself; none where it can.
+    pub lacks: Vec<String>,
+}
+
+/// What a log of such phases tells.
+pub fn tells(record: &FlightRecord, phases: &[Phase]) -> Vec<Tells> {
+    let hover_s = |doing| phases.iter().filter(|p| p.doing == doing).map(Phase::length_s).fold(0.0, f64::max);
+    let longest_s = hover_s(Doing::Hovering);
+    let motors = |hz| lack("commands to the rotors", record.motors.as_ref(), hz);
+    let force = |hz| lack("specific force", record.force_body_m_s2.as_ref(), hz);
+    let rates = |hz| lack("angular rates", record.rates_body_rad_s.as_ref(), hz);
+    let velocity = || lack("velocity", record.velocity_ned_m_s.as_ref(), 1.0);
+    let hover = || {
+        (longest_s < HOVER_S)
+            .then(|| format!("the longest hover is of {longest_s:.1} s, and {HOVER_S} s are needed"))
+    };
+    let speed = || {
+        let speed = airborne(record.velocity_ned_m_s.as_ref(), phases)
+            .map(|[north, east, _]| (north * north + east * east).sqrt())
+            .fold(0.0, f64::max);
+        (speed < DRAG_M_S).then(|| format!("it flew up to {speed:.1} m/s, and {DRAG_M_S} m/s are needed"))
+    };
+    let turned = |axis: usize, name: &str| {
+        let deviation = deviation(
+            airborne(record.rates_body_rad_s.as_ref(), phases).filter_map(|w| w.get(axis).copied()),
+        );
+        (!(deviation >= TURNED_RAD_S)).then(|| {
+            format!(
+                "rates of {name} moved by {:.3} rad/s, and {TURNED_RAD_S} rad/s are needed",
+                zero_if_none(deviation)
+            )
+        })
+    };
+    let pushed = || {
+        let force: Vec<f64> =
+            airborne(record.force_body_m_s2.as_ref(), phases).map(|[.., down]| -down).collect();
+        let mean = force.iter().sum::<f64>() / force.len().max(1) as f64;
+        let share = deviation(force.iter().copied()) / mean;
+        (!(share >= THRUST_SHARE)).then(|| {
+            format!(
+                "the thrust moved by {:.0} % of its mean, and {:.0} % are needed",
+                100.0 * zero_if_none(share),
+                100.0 * THRUST_SHARE
+            )
+        })
+    };
+    let row = |quantity, lacks: Vec<Option<String>>| Tells {
+        quantity,
+        lacks: lacks.into_iter().flatten().collect(),
+    };
+    vec![
+        row("throttle at the hover (thrust over mass)", vec![motors(1.0), force(1.0), hover()]),
+        row("curve of the thrust over mass", vec![motors(LAG_HZ), force(FORCE_HZ), pushed()]),
+        row("lag of the rotors, delay of commands", vec![motors(LAG_HZ), rates(LAG_HZ), turned(0, "roll")]),
+        row("inertia of roll over thrust", vec![motors(LAG_HZ), rates(LAG_HZ), turned(0, "roll")]),
+        row("inertia of pitch over thrust", vec![motors(LAG_HZ), rates(LAG_HZ), turned(1, "pitch")]),
+        row("inertia of yaw and torque over thrust", vec![motors(LAG_HZ), rates(LAG_HZ), turned(2, "yaw")]),
+        row("drag over mass, in still air", vec![force(FORCE_HZ), velocity(), speed()]),
+        row(
+            "mass",
+            vec![Some(
+                "no flight tells it: thrust and inertia are seen over mass alone, so weigh it".to_owned(),
+            )],
+        ),
+    ]
+}
+
+/// Why a series does not do.
+fn lack<const N: usize>(what: &str, series: Option<&Series<N>>, hz: f64) -> Option<String> {
+    let Some(series) = series else { return Some(format!("it has no {what}")) };
+    let rate = series.rate_hz();
+    // Clocks of a log are not exact.
+    (!(rate >= 0.9 * hz))
+        .then(|| format!("{what} are of {:.0} Hz, and {hz:.0} Hz are needed", zero_if_none(rate)))
+}
+
+fn zero_if_none(x: f64) -> f64 {
+    if x.is_finite() { x } else { 0.0 }
+}
+
+/// The values of a series while the vehicle was in the air under power.
+fn airborne<'a, const N: usize>(
+    series: Option<&'a Series<N>>,
+    phases: &'a [Phase],
+) -> impl Iterator<Item = &'a [f64; N]> {
+    let flown = |phase: &&Phase| matches!(phase.doing, Doing::Hovering | Doing::Manoeuvring);
+    phases
+        .iter()
+        .filter(flown)
+        .flat_map(move |phase| series.map_or(&[][..], |series| series.between(phase.from_s, phase.to_s)))
+}
+
+/// Standard deviation; NaN of nothing.
+fn deviation(values: impl Iterator<Item = f64>) -> f64 {
+    let (mut count, mut mean, mut sum) = (0.0, 0.0, 0.0);
+    for x in values.filter(|x| x.is_finite()) {
+        count += 1.0;
+        let off = x - mean;
+        mean += off / count;
+        sum += off * (x - mean);
+    }
+    if count > 0.0 { (sum / count).sqrt() } else { f64::NAN }
+}
