@@ -18,9 +18,8 @@ fn stdout(output: &Output) -> String {
 /// Name, place and vehicle of a draft.
 type Draft = (&'static str, &'static str, &'static str);
 
-/// The ends of what is drafted: a quadrotor of 0.25 kg, coaxial pairs, 450 kg on Titan.
-const ENDS: [Draft; 3] = [
-    ("wren", "earth --altitude 0", "--mass 0.25 --frame quad-x --arm 0.075 --propeller 3in --thrust 1.6"),
+/// Of the ends of what is drafted coaxial pairs, and 450 kg on Titan.
+const ENDS: [Draft; 2] = [
     ("gannet", "earth --altitude 1000", "--mass 6 --frame x8 --arm 0.4 --propeller 15in --thrust 22"),
     (
         "titan450",
@@ -29,8 +28,9 @@ const ENDS: [Draft; 3] = [
     ),
 ];
 
-/// What lies between them, and Mars, which takes half a minute.
-const BETWEEN: [Draft; 12] = [
+/// The lightest, what lies between, and Mars, which takes half a minute.
+const BETWEEN: [Draft; 13] = [
+    ("wren", "earth --altitude 0", "--mass 0.25 --frame quad-x --arm 0.075 --propeller 3in --thrust 1.6"),
     (
         "martian",
         "mars --altitude 0",
