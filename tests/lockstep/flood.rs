@@ -281,7 +281,7 @@ fn a_flood_of_bad_frames_changes_nothing_and_is_counted_by_kind() {
     assert!(wire.simulator.run().log() == alone.simulator.run().log(), "the flight is another");
     for (i, expected) in flood.expected.iter().enumerate() {
         let counted = flood.hub.faults(flood.endpoints[i]);
-        assert_eq!(Faults { skipped_bytes: 0, ..counted }, *expected, "peer {i}");
+        assert_eq!(Faults { skipped_bytes: 0, unknown_bytes: 0, ..counted }, *expected, "peer {i}");
         assert!(expected.bad_crc > 3000 && expected.wrong_target > 3000 && expected.signed > 3000);
         assert_eq!(flood.peers[i].answers, flood.peers[i].questions, "each question has its answer");
     }

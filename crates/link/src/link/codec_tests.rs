@@ -148,6 +148,7 @@ fn an_unknown_message_is_counted_and_the_next_one_found() {
     bytes.extend(encoder.encode(&heartbeat()));
     let (frames, decoder) = stream(&bytes);
     assert_eq!((frames.len(), decoder.faults().unknown_id), (1, 1));
+    assert_eq!((decoder.faults().unknown_bytes, decoder.faults().skipped_bytes), (42, 0), "a whole frame");
 }
 
 #[test]
@@ -186,7 +187,9 @@ proptest! {
             decoder.push(chunk);
             while let Some(frame) = decoder.next_frame() { framed += frame.bytes().len() }
         }
-        prop_assert_eq!(framed + decoder.faults().skipped_bytes as usize + decoder.pending(), bytes.len());
+        let faults = decoder.faults();
+        let passed_over = (faults.skipped_bytes + faults.unknown_bytes) as usize;
+        prop_assert_eq!(framed + passed_over + decoder.pending(), bytes.len());
         Decoder::new().datagram(&bytes, |_| ());
     }
 

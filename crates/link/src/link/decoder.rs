@@ -151,9 +151,12 @@ fn examine_whole(bytes: &[u8], next: Option<u8>, end: End, header: Header, fault
             return Found::Incomplete;
         }
         faults.unknown_id += 1;
-        let len = if next.is_none_or(|b| b == MAV_STX || b == MAV_STX_V2) { bytes.len() } else { 1 };
-        faults.skipped_bytes += len as u64;
-        return Found::Skip(len);
+        if next.is_none_or(|b| b == MAV_STX || b == MAV_STX_V2) {
+            faults.unknown_bytes += bytes.len() as u64;
+            return Found::Skip(bytes.len());
+        }
+        faults.skipped_bytes += 1;
+        return Found::Skip(1);
     }
     let at = header.checksum_at();
     let crc = u16::from_le_bytes([bytes[at], bytes[at + 1]]);

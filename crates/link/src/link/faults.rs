@@ -15,6 +15,8 @@ pub struct Faults {
     pub truncated: u64,
     /// Frames of a message that the dialect does not have; their checksum cannot be checked.
     pub unknown_id: u64,
+    /// Bytes of those behind which another frame begins, or the datagram ends: of a newer dialect.
+    pub unknown_bytes: u64,
     /// Frames with MAVLink 2 incompatibility flags other than "signed"; a receiver must drop them.
     pub incompatible: u64,
     /// Sound frames with a value that the parser refuses, given out without a [`super::Frame::message`].
@@ -65,9 +67,12 @@ impl Faults {
         self.bad_signature + self.unsigned + self.replayed + self.clock + self.own_name + self.crowded
     }
 
-    /// Whether anything was not as it should be.
+    /// Whether anything was not as it should be. A peer may speak a newer dialect; the messages that are not
+    /// known here then seem to be missing in its numbering.
     pub fn any(&self) -> bool {
-        Self { frames: 0, mavlink1: 0, signed: 0, doubled: 0, ..*self } != Self::default()
+        let missed = self.missed.saturating_sub(self.unknown_id);
+        let known = Self { unknown_id: 0, unknown_bytes: 0, missed, ..*self };
+        Self { frames: 0, mavlink1: 0, signed: 0, doubled: 0, ..known } != Self::default()
     }
 
     /// Adds what another has counted.
@@ -78,13 +83,14 @@ impl Faults {
     }
 
     /// Every count with its name.
-    fn all(&mut self) -> [(&'static str, &mut u64); 22] {
+    fn all(&mut self) -> [(&'static str, &mut u64); 23] {
         [
             ("frames", &mut self.frames),
             ("skipped bytes", &mut self.skipped_bytes),
             ("bad checksum", &mut self.bad_crc),
             ("cut off", &mut self.truncated),
             ("unknown message", &mut self.unknown_id),
+            ("bytes of those", &mut self.unknown_bytes),
             ("unknown flags", &mut self.incompatible),
             ("odd values", &mut self.unparsed),
             ("MAVLink 1", &mut self.mavlink1),
@@ -134,5 +140,13 @@ mod tests {
         }
         let some = Faults { frames: 12, bad_crc: 3, unsigned: 1, ..Faults::default() };
         assert_eq!(some.to_string(), "12 frames, bad checksum 3, unsigned 1");
+    }
+
+    /// PX4 v1.18 sends GNSS_INTEGRITY twice a second, which the dialect here does not have.
+    #[test]
+    fn a_newer_dialect_is_nothing_odd() {
+        let newer = Faults { frames: 12, unknown_id: 3, unknown_bytes: 130, missed: 3, ..Faults::default() };
+        assert!(!newer.any());
+        assert!(Faults { missed: 4, ..newer }.any() && Faults { skipped_bytes: 1, ..newer }.any());
     }
 }

@@ -29,8 +29,8 @@ pub fn attitude_for(thrust_ned: Vector3<f64>, yaw_rad: f64) -> Quaternion {
     [q.w, q.i, q.j, q.k]
 }
 
-/// Body rates [rad/s] for an attitude and its setpoint, and a heading that shall turn by itself [rad/s].
-pub fn rates_for(p: &Parameters, q: Quaternion, q_sp: Quaternion, yaw_rate_rad_s: f64) -> Vector3<f64> {
+/// Body rates [rad/s] for an attitude and its setpoint, and rates that are fed forward [rad/s].
+pub fn rates_for(p: &Parameters, q: Quaternion, q_sp: Quaternion, fed_forward: Vector3<f64>) -> Vector3<f64> {
     let z_ned = |q: Quaternion| dcm_body_from_ned(q).row(2).transpose();
     let between = shortest(z_ned(q), z_ned(q_sp));
     let opposite = 1.0 - 1e-5;
@@ -45,14 +45,13 @@ pub fn rates_for(p: &Parameters, q: Quaternion, q_sp: Quaternion, yaw_rate_rad_s
     let yaw_p = if weight > 1e-4 { p.yaw_p / weight } else { p.yaw_p };
     let gain = Vector3::new(p.roll_p, p.pitch_p, yaw_p);
     let error = Vector3::new(error[1], error[2], error[3]) * 2.0;
-    let down_body: Vector3<f64> = dcm_body_from_ned(q).column(2).into();
-    let rates = error.component_mul(&gain) + down_body * yaw_rate_rad_s;
+    let rates = error.component_mul(&gain) + fed_forward;
     let limit = Vector3::new(p.rollrate_max_deg_s, p.pitchrate_max_deg_s, p.yawrate_max_deg_s) * RAD_PER_DEG;
     rates.zip_map(&limit, |rate, limit| rate.max(-limit).min(limit))
 }
 
 /// The scalar part not negative: q and -q are one rotation.
-fn canonical(q: Quaternion) -> Quaternion {
+pub(super) fn canonical(q: Quaternion) -> Quaternion {
     if q[0] < 0.0 { q.map(|c| -c) } else { q }
 }
 
@@ -92,13 +91,13 @@ mod tests {
     #[test]
     fn closed_form_rates_of_an_error() {
         let p = Parameters::default();
-        let rates = rates_for(&p, quaternion_from_euler(0.0, 0.3, 0.0), LEVEL, 0.0);
+        let rates = rates_for(&p, quaternion_from_euler(0.0, 0.3, 0.0), LEVEL, Vector3::zeros());
         let expected = -6.5 * 2.0 * math::sin(0.15);
         assert!((rates - Vector3::y() * expected).norm() < 1e-12, "{rates}");
-        let rates = rates_for(&p, LEVEL, quaternion_from_euler(0.0, 0.0, 0.2), 0.0);
+        let rates = rates_for(&p, LEVEL, quaternion_from_euler(0.0, 0.0, 0.2), Vector3::zeros());
         let expected = 2.8 / 0.4 * 2.0 * math::sin(0.5 * 0.4 * 0.2);
         assert!((rates - Vector3::z() * expected).norm() < 1e-12, "{rates}");
-        let rates = rates_for(&p, LEVEL, quaternion_from_euler(1.5, 0.0, 0.0), 0.3);
+        let rates = rates_for(&p, LEVEL, quaternion_from_euler(1.5, 0.0, 0.0), Vector3::z() * 0.3);
         assert!((rates - Vector3::new(220.0 * RAD_PER_DEG, 0.0, 0.3)).norm() < 1e-12, "{rates}");
     }
 }

@@ -22,6 +22,7 @@ use super::law::Law;
 use super::mixer::{self, Saturation};
 use super::output;
 use super::rate::RateLoop;
+use super::reference::Reference;
 use super::velocity::VelocityLoop;
 use crate::control::{ControlOutput, Controller, Measurement, Setpoint};
 use crate::frames::{LEVEL, Quaternion, yaw};
@@ -55,6 +56,11 @@ pub struct Px4Controller {
     velocity_due_s: f64,
     velocity_run_s: Option<f64>,
     velocity: VelocityLoop,
+    /// The attitude setpoint's model, where the law has one.
+    reference: Reference,
+    /// Time at which the newest attitude setpoint was made, and of the one that the reference has taken [s].
+    attitude_asked_s: f64,
+    attitude_taken_s: f64,
     rate: RateLoop,
     filters: Option<Filters>,
     battery: BatteryScale,
@@ -131,6 +137,9 @@ impl Px4Controller {
             time_s: 0.0,
             velocity_due_s: 0.0,
             velocity_run_s: None,
+            reference: Reference::default(),
+            attitude_asked_s: 0.0,
+            attitude_taken_s: 0.0,
             filters: None,
             battery: BatteryScale::default(),
             motors: Motors::QUAD_X(),
@@ -218,6 +227,18 @@ impl Px4Controller {
         }
     }
 
+    fn attitude_control(&mut self, q: Quaternion) -> Vector3<f64> {
+        let (p, q_sp) = (&self.parameters, self.trace.q_sp);
+        if !self.law.follows_a_reference {
+            return rates_for(p, q, q_sp, Vector3::zeros());
+        }
+        if self.attitude_asked_s > self.attitude_taken_s {
+            self.reference.take(p, q_sp, self.attitude_asked_s - self.attitude_taken_s);
+            self.attitude_taken_s = self.attitude_asked_s;
+        }
+        rates_for(p, q, self.reference.attitude().unwrap_or(q_sp), self.reference.fed_forward(p, q))
+    }
+
     fn velocity_control(&mut self, m: &Measurement, setpoint: &Setpoint, dt_s: f64) {
         let k = self.similarity;
         let v_ned = m.v_ned * k;
@@ -231,6 +252,7 @@ impl Px4Controller {
                 let heading = yaw_rad.unwrap_or_else(|| yaw(m.q_ned_from_body));
                 self.trace.q_sp = attitude_for(thrust_ned, heading);
                 self.trace.thrust_sp = thrust_ned.norm();
+                self.attitude_asked_s = self.time_s;
             }
         }
     }
@@ -260,9 +282,7 @@ impl Controller for Px4Controller {
             self.trace.rate_sp_body = omega_body * k;
             self.trace.rate_thrust_sp = collective;
         } else {
-            let yaw_rate = 0.0;
-            let q_sp = self.trace.q_sp;
-            self.trace.rate_sp_body = rates_for(&self.parameters, m.q_ned_from_body, q_sp, yaw_rate);
+            self.trace.rate_sp_body = self.attitude_control(m.q_ned_from_body);
             self.trace.rate_thrust_sp = self.trace.thrust_sp;
         }
         self.velocity_due_s += dt_s;
@@ -276,6 +296,7 @@ impl Controller for Px4Controller {
         if let Setpoint::Attitude { q_ned_from_body, collective } = *setpoint {
             self.trace.q_sp = q_ned_from_body;
             self.trace.thrust_sp = collective;
+            self.attitude_asked_s = self.time_s;
         }
         ControlOutput {
             q_sp: self.trace.q_sp,

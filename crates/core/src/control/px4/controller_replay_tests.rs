@@ -1,6 +1,6 @@
-//! The whole controller against what PX4 v1.12.0, v1.14.3 and v1.16.0 logged of themselves in lockstep
-//! (`tests/data/px4_law.csv`, `px4_law_v1_14.csv`, `px4_law_v1_16.csv`): given PX4's own estimates sample
-//! by sample, the loops, their delays, the mixer and the outputs must give PX4's own.
+//! The whole controller against what PX4 v1.12.0, v1.14.3, v1.16.0 and v1.18.0-beta1 logged of themselves in
+//! lockstep (`tests/data/px4_law.csv`, `px4_law_v1_14.csv`, ..): given PX4's own estimates sample by sample,
+//! the loops, their delays, the mixer and the outputs must give PX4's own.
 
 use nalgebra::Vector3;
 

@@ -3,13 +3,15 @@
 use super::Parameters;
 use super::timing::SWITCH_S;
 
-/// How a thrust becomes a pulse of whole microseconds.
+/// How a thrust becomes a pulse, which is of whole microseconds up to v1.17.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Rounding {
     /// What is beyond a microsecond is cut off.
     Down,
     /// The nearest one.
     Nearest,
+    /// None: the pulse is a number of single precision.
+    Exact,
 }
 
 /// How PX4 comes from what a power module measures to the voltage of a cell without load, by which it scales
@@ -46,6 +48,8 @@ pub struct Law {
     pub smooths_acceleration_once: bool,
     /// Yaw torque passes a filter (MC_YAW_TQ_CUTOFF).
     pub filters_yaw_torque: bool,
+    /// The attitude setpoint passes a reference model (MC_REF_W_N), whose rates may be fed forward (MC_REF_FF).
+    pub follows_a_reference: bool,
     /// Rotors are given their thrusts by allocation from their geometry (CA_*), not by a mixer file.
     pub allocates: bool,
     /// The simulated outputs rest and come up slowly after arming.
@@ -68,6 +72,7 @@ impl Law {
         may_couple_accelerations: false,
         smooths_acceleration_once: false,
         filters_yaw_torque: false,
+        follows_a_reference: false,
         allocates: false,
         ramps_up: true,
         rounding: Rounding::Down,
@@ -96,6 +101,9 @@ impl Law {
         cell_voltage: CellVoltage::RaisedThenFiltered,
         ..Self::V1_14
     };
+    /// The law of v1.18.0-beta1.
+    pub const V1_18: Self =
+        Self { since: "v1.18", follows_a_reference: true, rounding: Rounding::Exact, ..Self::V1_16 };
 
     /// Whether the law reads a parameter of the model's.
     pub fn reads(&self, name: &str) -> bool {
@@ -103,6 +111,7 @@ impl Law {
             "MPC_THR_XY_MARG" => self.leaves_horizontal_room,
             "MPC_ACC_DECOUPLE" => self.may_couple_accelerations,
             "MC_YAW_TQ_CUTOFF" => self.filters_yaw_torque,
+            "MC_REF_W_N" | "MC_REF_FF" | "MC_REF_FF_MAX" => self.follows_a_reference,
             "BAT1_V_EMPTY" | "BAT1_V_LOAD_DROP" => self.cell_voltage != CellVoltage::RaisedThenFiltered,
             _ => true,
         }

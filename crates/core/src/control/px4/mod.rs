@@ -7,6 +7,7 @@
 //! | [`parameters`] | names and defaults | `mc_*_params.c`, `imu_gyro_parameters.c`, `motor_params.c` |
 //! | [`velocity`] | velocity error to thrust vector, tilt | `PositionControl`, `MulticopterPositionControl` |
 //! | [`attitude`] | thrust vector to attitude to body rates | `bodyzToAttitude`, `AttitudeControl::update` |
+//! | [`reference`](mod@reference) | the attitude that is tracked in a setpoint's place, v1.18 on | `AttitudeControl` |
 //! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
 //! | [`battery`] | torque and thrust scaled by the battery's voltage | `Battery::computeScale` |
 //! | [`law`] | what differs in the law between versions | |
@@ -32,6 +33,7 @@ pub mod mixer;
 pub mod output;
 pub mod parameters;
 pub mod rate;
+pub mod reference;
 pub mod timing;
 pub mod velocity;
 pub mod versions;

@@ -1,5 +1,5 @@
 //! Motor thrusts to what HIL_ACTUATOR_CONTROLS carries: thrust curve (`MultirotorMixer::mix`), ramp after
-//! arming (`output_limit_calc`), pulse widths in whole microseconds
+//! arming (`output_limit_calc`), pulse widths, in whole microseconds up to v1.17
 //! (`Simulator::actuator_controls_from_outputs`).
 
 use super::Parameters;
@@ -48,6 +48,7 @@ fn command(law: &Law, signal: f64, since_armed_s: f64) -> f64 {
     let pulse_us = match law.rounding {
         Rounding::Down => pulse_us.floor(),
         Rounding::Nearest => pulse_us.round(),
+        Rounding::Exact => pulse_us,
     };
     ((pulse_us - LEAST_US) / (GREATEST_US - LEAST_US)).clamp(0.0, 1.0)
 }
@@ -65,6 +66,8 @@ mod tests {
         let saturation = mixer::saturation(&signals);
         assert_eq!(commands(&Law::V1_12, signals, 10.0), [0.5, 0.707, 1.0, 0.0]);
         assert_eq!(commands(&Law::V1_16, signals.map(|s| s + 0.0012), 0.0), [0.501, 0.708, 1.0, 0.001]);
+        let exact = commands(&Law::V1_18, signals, 0.0)[1];
+        assert!((exact - 0.5f64.sqrt()).abs() < 1e-12, "{exact}");
         assert_eq!(saturation.positive, [true, true, true], "the fourth motor stands: {saturation:?}");
         let u = curve(0.4, 0.3);
         assert!((0.4 * u * u + 0.6 * u - 0.3).abs() < 1e-12);

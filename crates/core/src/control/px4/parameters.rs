@@ -143,6 +143,12 @@ parameters! {
     acc_decouple "MPC_ACC_DECOUPLE" 1.0
     /// Cutoff of the yaw torque's filter [Hz], from v1.16 on.
     yaw_tq_cutoff_hz "MC_YAW_TQ_CUTOFF" 2.0
+    /// Natural frequency of the attitude setpoint's reference model [rad/s], from v1.18 on.
+    ref_w_n_rad_s "MC_REF_W_N" 50.0
+    /// How much of the reference model's rates is fed forward, 0..1.
+    ref_ff "MC_REF_FF" 0.0
+    /// Most of that on an axis [deg/s]; 0: no limit.
+    ref_ff_max_deg_s "MC_REF_FF_MAX" 100.0
     /// Whether torque and thrust are scaled by the battery's voltage (1).
     bat_scale_en "MC_BAT_SCALE_EN" 0.0
     /// Cells of the battery in series; 0: unknown, nothing is scaled.

@@ -61,7 +61,7 @@ fn px4s_own_attitude_loop_gives_the_same_rates() {
     let p = Parameters::default();
     let (mut worst, mut largest) = (0.0f64, 0.0f64);
     for row in rows(RECORDED, "rates") {
-        let rates = rates_for(&p, quaternion(&row), quaternion(&row[4..]), 0.0);
+        let rates = rates_for(&p, quaternion(&row), quaternion(&row[4..]), Vector3::zeros());
         worst = worst.max((rates - vector(&row[8..])).norm());
         largest = largest.max(rates.norm());
     }

@@ -178,9 +178,16 @@ const V1_16: Version = Version {
 };
 const V1_17: Version =
     Version { number: number(17), read: "v1.17.0-beta1", known_by: Some("EKF2_GPS_MODE"), ..V1_16 };
+const V1_18: Version = Version {
+    number: number(18),
+    read: "v1.18.0-beta1",
+    known_by: Some("MC_REF_W_N"),
+    law: Some(Law::V1_18),
+    ..V1_17
+};
 
 /// All versions that are known, oldest first: each is the one before but for what it names.
-pub const VERSIONS: [Version; 6] = [V1_12, V1_13, V1_14, V1_15, V1_16, V1_17];
+pub const VERSIONS: [Version; 7] = [V1_12, V1_13, V1_14, V1_15, V1_16, V1_17, V1_18];
 
 /// A text is not the number of a version whose law the model has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -243,7 +250,7 @@ mod tests {
         let of = |major, minor| Version::of(Number { major, minor }).read;
         assert_eq!(
             [of(1, 16), of(1, 13), of(1, 11), of(1, 30), of(2, 0)],
-            ["v1.16.0", "v1.13.3", "v1.12.0", "v1.17.0-beta1", "v1.17.0-beta1"]
+            ["v1.16.0", "v1.13.3", "v1.12.0", "v1.18.0-beta1", "v1.18.0-beta1"]
         );
         assert!(VERSIONS.windows(2).all(|pair| pair[0].number < pair[1].number));
     }
@@ -271,10 +278,11 @@ mod tests {
         assert_eq!(Version::law_of("v1.14"), Ok(Law::V1_14));
         assert_eq!(Version::law_of("v1.16.0"), Ok(Law::V1_16));
         assert_eq!(Version::law_of("1.17"), Ok(Law::V1_16), "nothing differs in what the model has");
+        assert_eq!(Version::law_of("1.18"), Ok(Law::V1_18));
         for text in ["", "1", "1.13", "1.11", "1.30", "one", "1.16.0.0", "1.16x"] {
             assert_eq!(Version::law_of(text), Err(NotModelled), "{text}");
         }
-        let words = "a version of PX4 is expected whose law the model has: v1.12, v1.14, v1.16, v1.17";
+        let words = "a version of PX4 is expected whose law the model has: v1.12, v1.14, v1.16, v1.17, v1.18";
         assert_eq!(NotModelled.to_string(), words);
     }
 }

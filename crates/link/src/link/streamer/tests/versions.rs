@@ -40,7 +40,7 @@ fn a_version_is_believed_and_one_in_the_making_is_looked_at() {
     for (software, has, told) in [
         (0x0110_00FF, 12, "the vehicle flies PX4 v1.16.0 00000000"),
         (0x0110_0000, 17, "the vehicle flies PX4 v1.16.0-dev 00000000, taken for v1.17"),
-        (0x0116_00FF, 12, "the vehicle flies PX4 v1.22.0 00000000, taken for v1.17"),
+        (0x0116_00FF, 12, "the vehicle flies PX4 v1.22.0 00000000, taken for v1.18"),
     ] {
         let mut careful = ScriptedPx4::new(Some(ALIGNED), PASS, WILLING);
         careful.px4 = of(has);
