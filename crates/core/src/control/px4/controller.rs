@@ -166,9 +166,12 @@ impl Px4Controller {
         self
     }
 
-    /// Takes over what PX4's rate loop held: its integral and its last yaw torque.
+    /// Takes over what PX4's rate loop held, its integral and its last yaw torque, and how long ago PX4 was
+    /// asked for the last attitude [s].
     #[cfg(test)]
-    pub(super) fn hold(&mut self, integral: Vector3<f64>, yaw_torque: f64) {
+    pub(super) fn hold(&mut self, integral: Vector3<f64>, yaw_torque: f64, asked_before_s: f64) {
+        self.attitude_asked_s = self.time_s - asked_before_s;
+        self.attitude_taken_s = self.attitude_asked_s;
         self.rate = RateLoop::holding(integral);
         if let Some((_, filtered)) = self.filters.as_mut().and_then(|filters| filters.yaw_torque.as_mut()) {
             *filtered = Some(yaw_torque);
