@@ -142,7 +142,7 @@ impl Preparation {
         let number = px4.number;
         if procedure.canopy_moves && !flight.config.commands_release && !px4.is_armed_in_motion {
             return Err(format!(
-                "PX4 {number} is not armed in time under a canopy that moves, and the release does not wait for it: fly v1.16 or later, or \
+                "PX4 {number} is not armed in time under a canopy that moves, and the release does not wait for it: fly v1.18, or \
                  let it be released by command (release.trigger)"
             ));
         }
