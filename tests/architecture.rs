@@ -17,7 +17,7 @@ mod prose;
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
     &["math", "real"],
-    &["checksum", "printable", "random", "simd", "ulog", "units", "vector"],
+    &["checksum", "kalman", "printable", "random", "simd", "ulog", "units", "vector"],
     &["flight_record", "frames", "time"],
     &["model"],
     &["trajectory"],

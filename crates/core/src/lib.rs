@@ -11,6 +11,7 @@
 //! | [`math`], [`real`] | elementary functions, the same on every machine; the number of the dynamics |
 //! | [`simd`], [`vector`] | wider registers; vectors of any number |
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
+//! | [`kalman`] | the covariance of a filter's errors |
 //! | [`printable`] | texts of others made fit to be printed |
 //! | [`ulog`] | PX4's flight logs, read |
 //! | [`flight_record`] | a flight as a log has it |
@@ -37,6 +38,7 @@ pub mod control;
 pub mod design;
 pub mod flight_record;
 pub mod frames;
+pub mod kalman;
 pub mod math;
 pub mod model;
 pub mod params;

@@ -15,7 +15,7 @@ pub mod link;
 // The core's modules by their own names.
 #[allow(unused_imports, reason = "each is named by some feature")]
 use samara_core::{
-    checksum, control, frames, math, model, params, plan, printable, random, real, replan, sim, time,
+    checksum, control, frames, kalman, math, model, params, plan, printable, random, real, replan, sim, time,
     trajectory, units,
 };
 

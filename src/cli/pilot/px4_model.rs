@@ -73,13 +73,14 @@ impl Pilot for Px4Model {
         let watch = Stopwatch::start();
         let density_kg_m3 = mission.site.environment.density_kg_m3;
         let thrust_limit_n = mission.vehicle.static_thrust_n(density_kg_m3);
+        let senses = mission.px4_senses(&parameters, &self.law);
         let mut controller = Px4Controller::new(parameters, similarity, thrust_limit_n).with_law(
             self.law,
             &mission.vehicle,
             density_kg_m3,
         );
         let mut log = Vec::new();
-        let _ = sim::fly(&mut flight, &mut controller, &plan, &mut |sample| {
+        let _ = sim::fly_sensing(&mut flight, &mut controller, &plan, senses, &mut |sample| {
             log.push(*sample);
             ControlFlow::Continue(())
         });

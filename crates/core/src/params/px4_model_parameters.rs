@@ -1,8 +1,16 @@
 //! Parameters of the model of PX4's controller ([`crate::control::px4`]), from gains or a file and back.
 
 use super::export::{curve_factor, export_for_law, hover_thrust};
+use super::px4_required::{DropEnvelope, estimators_window};
 use super::{Against, Export, Mixing, ParameterFile, ParamsError, Purpose, Subject, Value};
-use crate::control::px4::{Law, Parameters};
+use crate::control::px4::estimator::Receiver;
+use crate::control::px4::versions::ToldBy;
+use crate::control::px4::{Law, Parameters, Window};
+use crate::sim::sensors::Satellite;
+use crate::time::seconds;
+
+/// Steps by which PX4's estimator reckons how far it looks back [ms] (EKF2_PREDICT_US).
+const STEP_MS: f64 = 10.0;
 
 /// The parameters with which a PX4 of a law flies a subject: PX4's defaults, the vehicle's hover thrust and
 /// thrust curve, velocities up to the subject's speed, and the file's parameters, or without a file the
@@ -36,6 +44,23 @@ pub fn px4_model_parameters(
             .for_each(|(name, value)| take(name, *value)),
     }
     Ok(made)
+}
+
+/// What a PX4 of a law is told of a satellite receiver before a drop, where its clock runs slower than the
+/// site's by `similarity`, Froude's k.
+pub fn px4_receiver(satellite: &Satellite, law: &Law, similarity: f64) -> Receiver {
+    let delay_s = seconds(satellite.delay_us) / similarity;
+    let of = DropEnvelope { satellite_delay_s: Some(delay_s), ..DropEnvelope::default() };
+    let longest_ms = |by| estimators_window(&of, by).iter().map(|(_, ms)| *ms).fold(0.0, f64::max);
+    let told_ms = (1e3 * delay_s).round();
+    let window_ms = match law.window {
+        Window::Fixes => told_ms + STEP_MS,
+        Window::OldestSensor => longest_ms(ToldBy::Script),
+        Window::DelayMax => longest_ms(ToldBy::Environment),
+    };
+    let [horizontal_m, vertical_m] = satellite.reported_accuracy_m();
+    let us = |ms: f64| (1e3 * ms).round() as u64;
+    Receiver { horizontal_m, vertical_m, told_delay_us: us(told_ms), window_us: us(window_ms) }
 }
 
 /// Content of a parameter file with every parameter that a law reads, so that a flight does not depend on an

@@ -6,7 +6,7 @@
 //! [`mod@super::export`].
 
 use super::Value;
-use crate::control::px4::versions::Number;
+use crate::control::px4::versions::{Number, ToldBy};
 
 /// The quantities of a drop on which the required parameters depend.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -59,6 +59,36 @@ const WINDOW_PER_AGE: f64 = 1.5;
 /// How long PX4's estimator must look back at the least [ms]; `None`: unknown.
 pub fn estimators_window_ms(of: &DropEnvelope) -> Option<f64> {
     of.satellite_delay_s.map(|s| 1e3 * WINDOW_PER_AGE * s)
+}
+
+/// Shortest window of PX4's estimator, and longest that widens v1.14's [ms].
+const WINDOW_MS: [f64; 2] = [200.0, 300.0];
+
+/// Parameters that PX4's estimator reads once, at its start: the age of satellite fixes, and a window of the
+/// past that holds them. v1.14 sizes it by the oldest sensor, in steps of 10 ms; with samples of 4 ms its
+/// steps are shorter, and fixes of 110 ms would lie beyond its end. EKF2_AVEL_DELAY is of a sensor that is
+/// not there. Later versions have a window of their own, EKF2_DELAY_MAX, which must be longer than any age of
+/// a sensor.
+pub fn estimators_window(envelope: &DropEnvelope, by: ToldBy) -> Vec<(&'static str, f64)> {
+    let (Some(delay_s), Some(needed_ms)) = (envelope.satellite_delay_s, estimators_window_ms(envelope))
+    else {
+        return Vec::new();
+    };
+    let [least, most] = WINDOW_MS;
+    let (age_ms, window_ms) = ((1e3 * delay_s).round(), needed_ms.round().max(least));
+    match by {
+        ToldBy::Script => {
+            let other_ms = (2.0 * age_ms).clamp(least, most);
+            vec![
+                ("EKF2_GPS_DELAY", age_ms),
+                ("EKF2_AVEL_DELAY", other_ms),
+                (ESTIMATORS_WINDOW, window_ms.max(other_ms)),
+            ]
+        }
+        ToldBy::Environment => {
+            vec![("EKF2_GPS_DELAY", age_ms), ("SENS_GPS0_DELAY", age_ms), (ESTIMATORS_WINDOW, window_ms)]
+        }
+    }
 }
 
 fn int(i: i32) -> Option<Value> {
@@ -213,6 +243,23 @@ mod tests {
         let of = DropEnvelope { satellite_delay_s: Some(0.2), ..DropEnvelope::default() };
         assert!(broken(ESTIMATORS_WINDOW, 200.0, &of).is_some());
         assert!(broken(ESTIMATORS_WINDOW, 300.0, &of).is_none());
+    }
+
+    /// PX4's default of EKF2_DELAY_MAX, 200 ms (`ekf2/module.yaml`), holds fixes of the shipped missions; a
+    /// window that is shorter than the fixes are old is never filled, and PX4 is never released.
+    #[test]
+    fn the_estimators_window_holds_the_fixes() {
+        let of = |delay_s: f64, by| {
+            let envelope = DropEnvelope { satellite_delay_s: Some(delay_s), ..DropEnvelope::default() };
+            estimators_window(&envelope, by)
+        };
+        let window = |delay_s: f64| of(delay_s, ToldBy::Environment).last().map(|(_, ms)| *ms);
+        assert_eq!([0.0, 0.11, 0.13, 0.2, 0.4].map(window), [200.0, 200.0, 200.0, 300.0, 600.0].map(Some));
+        for delay_s in [0.0, 0.11, 0.25, 0.4] {
+            let told = of(delay_s, ToldBy::Script);
+            assert!(told.iter().all(|(_, ms)| *ms <= told[2].1), "no age beyond the window: {told:?}");
+        }
+        assert_eq!(of(0.11, ToldBy::Script)[1..], [("EKF2_AVEL_DELAY", 220.0), (ESTIMATORS_WINDOW, 220.0)]);
     }
 
     /// PX4 v1.12's defaults: the traps that are known from drops.

@@ -10,6 +10,7 @@ use std::ops::ControlFlow;
 use nalgebra::Vector3;
 
 use super::drop::{DropSimulation, Phase};
+use super::px4_senses::Px4Senses;
 use super::record::Sample;
 use crate::control::px4::Law;
 use crate::control::px4::timing::{IMU_PERIOD_S, SETPOINT_PERIOD_S};
@@ -153,6 +154,19 @@ pub fn fly(
     fly_by(sim, controller, plan, &mut |sim| plan.velocity_now(sim), observe)
 }
 
+/// Flies as [`fly`] does, on what PX4's estimator believes; `None`: on the truth.
+pub fn fly_sensing(
+    sim: &mut DropSimulation,
+    controller: &mut dyn Controller,
+    plan: &FlightPlan<'_>,
+    senses: Option<Px4Senses>,
+    observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
+) -> ControlFlow<()> {
+    let Some(mut senses) = senses else { return fly(sim, controller, plan, observe) };
+    let measure = &mut |sim: &DropSimulation| senses.measure(sim, measured(sim));
+    fly_measuring(sim, controller, plan, measure, &mut |sim| plan.velocity_now(sim), observe)
+}
+
 /// Flies as [`fly`] does, by the velocity [m/s] and fed-forward acceleration [m/s^2], NED, that `setpoint`
 /// gives at each control step and at the end, in place of the plan's reference; `None`: level, without
 /// thrust.
@@ -163,13 +177,24 @@ pub fn fly_by(
     setpoint: &mut impl FnMut(&DropSimulation) -> Option<(Vector3<f64>, Vector3<f64>)>,
     observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
 ) -> ControlFlow<()> {
+    fly_measuring(sim, controller, plan, &mut measured, setpoint, observe)
+}
+
+fn fly_measuring(
+    sim: &mut DropSimulation,
+    controller: &mut dyn Controller,
+    plan: &FlightPlan<'_>,
+    measure: &mut impl FnMut(&DropSimulation) -> Measurement,
+    setpoint: &mut impl FnMut(&DropSimulation) -> Option<(Vector3<f64>, Vector3<f64>)>,
+    observe: &mut impl FnMut(&Sample) -> ControlFlow<()>,
+) -> ControlFlow<()> {
     let dt_s = plan.control_period_s;
     let mut throttle = [0.0; MAX_ROTORS];
     controller.reset();
     for _ in 0..plan.steps() {
         let velocity = setpoint(sim);
         let asked = plan.asked(velocity);
-        throttle = controller.step(&measured(sim), &asked, dt_s).throttle;
+        throttle = controller.step(&measure(sim), &asked, dt_s).throttle;
         let row = sim.row_start();
         let loads = sim.step(&throttle, dt_s);
         observe(&row.sample(loads, &throttle, velocity.map(|(v_ned, _)| v_ned)))?;

@@ -17,6 +17,7 @@
 //! | [`two_bodies`] | vehicle and canopy under one riser, and the canopy after the release |
 //! | [`ground`] | what a vehicle stands on |
 //! | [`battery`], [`electric_battery`] | what the rotors take, of a store of energy; of a pack on a bus |
+//! | [`px4_senses`] | what PX4 believes of a drop, by its estimator on the sensors |
 //! | [`record`] | one row of a flight's record |
 //! | [`sensors`] | what the sensors read |
 //! | [`rotor_start`] | the start of each rotor of a flight |
@@ -35,6 +36,7 @@ pub mod limits;
 pub mod many;
 pub mod planar;
 pub mod plant;
+pub mod px4_senses;
 pub mod record;
 mod ring;
 pub mod rotor_start;
@@ -66,12 +68,13 @@ pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start, nominal_state_at_t0
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, PARAMETER, ReleaseCause};
 pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};
-pub use flight::{FlightPlan, Reference, fly, fly_by};
+pub use flight::{FlightPlan, Reference, fly, fly_by, fly_sensing};
 pub use ground::Ground;
 pub use integrator::PlantState;
 pub use limits::{SafetyLimits, StateCost};
 pub use many::fly_many;
 pub use plant::PlantKind;
+pub use px4_senses::Px4Senses;
 pub use record::Sample;
 pub use rotor_start::{EscState, RotorStarted};
 pub use sensors::SensorSettings;

@@ -117,6 +117,13 @@ struct GpsJson {
     delay_s: NonNegative<1>,
 }
 
+impl SensorsJson {
+    /// Whether the satellite receiver is named.
+    pub(super) fn has_receiver(&self) -> bool {
+        self.gps.is_some()
+    }
+}
+
 /// The sensors of a mission at its site, on the day of `epoch_unix_us`.
 pub(super) fn sensors(
     source: &Source,

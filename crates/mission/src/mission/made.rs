@@ -12,11 +12,12 @@ use crate::shipped::{MISSIONS, built_in};
 use crate::trajectory_csv::Stamp;
 use samara_core::assess::Scenario;
 use samara_core::assess::{IntegratedPlan, RandomDrop, ReleaseDistribution, SafetyStudy, nodes_enough};
+use samara_core::control::px4;
 use samara_core::model::{MAX_ROTORS, Parachute};
-use samara_core::params::{Purpose, Subject};
+use samara_core::params::{Purpose, Subject, px4_receiver};
 use samara_core::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, SolveProgress, SolverOptions, plan};
 use samara_core::replan::{Cadence, PlanSource};
-use samara_core::sim::{DropSimulation, ElectricBattery, Start, nominal_state_at_t0};
+use samara_core::sim::{DropSimulation, ElectricBattery, Px4Senses, Start, nominal_state_at_t0};
 use samara_core::trajectory::Trajectory;
 
 /// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
@@ -241,6 +242,16 @@ impl Mission {
     pub fn unplanned(&self, source: PlanError) -> UnplannedError {
         let (vehicle_file, target_v_ned) = (self.vehicle_file.clone(), self.target_v_ned);
         UnplannedError { vehicle_file, target_v_ned, source }
+    }
+
+    /// What PX4 with these parameters and a version's law believes of a drop, by its estimator on the
+    /// mission's sensors; `None` where the mission says nothing of its satellite receiver: PX4 is then given
+    /// the truth.
+    pub fn px4_senses(&self, parameters: &px4::Parameters, law: &px4::Law) -> Option<Px4Senses> {
+        let k = self.px4_purpose().factors(self.site.environment.gravity_m_s2).k;
+        let receiver = px4_receiver(&self.sensors.satellite, law, k);
+        let sensors = (&self.site.environment, self.sensors, self.seed);
+        self.has_receiver.then(|| Px4Senses::new(sensors, (parameters, law, &receiver), k))
     }
 
     /// The random releases, (40)-(44).

@@ -185,6 +185,8 @@ pub struct Mission {
     pub replan: Replan,
     /// Errors of the sensors.
     pub sensors: SensorSettings,
+    /// Whether the mission says what its satellite receiver is like.
+    pub has_receiver: bool,
     /// The battery as a store of energy, if it matters and has no voltage.
     pub battery: Option<Battery>,
     /// The battery that the motors run on in drops, if it has a voltage.
@@ -335,6 +337,7 @@ fn mission_of(
         )?,
         design: design::design(source, json.design.as_ref())?,
         replan,
+        has_receiver: json.sensors.as_ref().is_some_and(equipment::SensorsJson::has_receiver),
         sensors: equipment::sensors(
             source,
             json.sensors.as_ref(),

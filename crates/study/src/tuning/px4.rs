@@ -10,13 +10,15 @@ use samara_core::assess::Quantity;
 use samara_core::control::Gains;
 use samara_core::control::px4::versions::Version;
 use samara_core::control::px4::{Law, Parameters, is_quad_x};
-use samara_core::params::{ParameterFile, Purpose, Subject, px4_model_export, px4_model_parameters};
+use samara_core::params::{
+    ParameterFile, Purpose, Subject, px4_model_export, px4_model_parameters, px4_receiver,
+};
 use samara_core::trajectory::Trajectory;
 use samara_core::tune::cma_es::CmaSettings;
 use samara_core::tune::px4::space::{Candidate, range_ends};
 use samara_core::tune::px4::{
-    MEASURED, Measures, Px4Drop, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, drops, drops_from,
-    latency_s,
+    MEASURED, Measures, Px4Drop, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, Sensing, drops,
+    drops_from, latency_s,
 };
 use samara_mission::{Mission, check_for_px4};
 use samara_report::document::Figure;
@@ -154,6 +156,12 @@ impl<'a> TunedPx4<'a> {
             feed_forward: mission.control.feed_forward,
             settle_s: mission.settle_s(plan),
             start: mission.release.start,
+            sensing: mission.has_receiver.then(|| Sensing {
+                sensors: mission.sensors,
+                seed: mission.seed,
+                receiver: px4_receiver(&mission.sensors.satellite, &law, similarity),
+                hang_s: mission.release.hang_s,
+            }),
             v_error_ned: Vector3::zeros(),
         };
         let [least, most] = gain_ends(&late).map(|gains| {

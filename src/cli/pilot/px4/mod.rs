@@ -51,11 +51,12 @@ use samara::control::px4::Version;
 use samara::link::shell::{Ports, run_hosted_drop, system_of_instance};
 use samara::link::streamer::{Clock, Procedure, SolvedBy, Uploads};
 use samara::link::{Link, parties};
+use samara::params::px4_required::estimators_window;
 use samara::params::{Against, ParameterFile};
 use samara::report::FlownBy;
 use samara::report::params::given_parameters;
 use samara::trajectory::Trajectory;
-use upload::{Preparation, estimators_window, preparation};
+use upload::{Preparation, preparation};
 pub use watched::Patience;
 use watched::WatchedPx4;
 

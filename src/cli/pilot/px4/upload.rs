@@ -3,9 +3,8 @@
 
 use crate::cli::answer::{BadInput as _, Failure};
 use samara::config::Mission;
-use samara::control::px4::versions::ToldBy;
 use samara::link::parties;
-use samara::params::px4_required::{DropEnvelope, ESTIMATORS_WINDOW, estimators_window_ms};
+use samara::params::px4_required::DropEnvelope;
 use samara::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
 use samara::time::seconds;
 use samara::trajectory::Trajectory;
@@ -62,36 +61,6 @@ pub fn preparation(
     Ok(Preparation { envelope, upload, export })
 }
 
-/// Shortest window of PX4's estimator, and longest that widens v1.14's [ms].
-const WINDOW_MS: [f64; 2] = [200.0, 300.0];
-
-/// Parameters that PX4's estimator reads once, at its start: the age of satellite fixes, and a window of the
-/// past that holds them. v1.14 sizes it by the oldest sensor, in steps of 10 ms; with samples of 4 ms its
-/// steps are shorter, and fixes of 110 ms would lie beyond its end. EKF2_AVEL_DELAY is of a sensor that is
-/// not there. Later versions have a window of their own, EKF2_DELAY_MAX, which must be longer than any age of
-/// a sensor.
-pub fn estimators_window(envelope: &DropEnvelope, by: ToldBy) -> Vec<(&'static str, f64)> {
-    let (Some(delay_s), Some(needed_ms)) = (envelope.satellite_delay_s, estimators_window_ms(envelope))
-    else {
-        return Vec::new();
-    };
-    let [least, most] = WINDOW_MS;
-    let (age_ms, window_ms) = ((1e3 * delay_s).round(), needed_ms.round().max(least));
-    match by {
-        ToldBy::Script => {
-            let other_ms = (2.0 * age_ms).clamp(least, most);
-            vec![
-                ("EKF2_GPS_DELAY", age_ms),
-                ("EKF2_AVEL_DELAY", other_ms),
-                (ESTIMATORS_WINDOW, window_ms.max(other_ms)),
-            ]
-        }
-        ToldBy::Environment => {
-            vec![("EKF2_GPS_DELAY", age_ms), ("SENS_GPS0_DELAY", age_ms), (ESTIMATORS_WINDOW, window_ms)]
-        }
-    }
-}
-
 impl Preparation {
     /// All that PX4 is given, as a file's content; `by_a_file`: whether a file stands in the gains' place.
     pub fn into_export(self, by_a_file: bool) -> Export {
@@ -125,27 +94,5 @@ pub fn envelope(mission: &Mission, trajectory: &Trajectory) -> DropEnvelope {
         fastest_horizontal_m_s: scale * setpoints().map(|v| v.xy().norm()).fold(0.0, f64::max),
         hover_thrust: None,
         satellite_delay_s: Some(seconds(on_px4s_clock(mission.sensors.satellite.delay_us))),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// PX4's default of EKF2_DELAY_MAX, 200 ms (`ekf2/module.yaml`), holds fixes of the shipped missions; a
-    /// window that is shorter than the fixes are old is never filled, and PX4 is never released.
-    #[test]
-    fn the_estimators_window_holds_the_fixes() {
-        let of = |delay_s: f64, by| {
-            let envelope = DropEnvelope { satellite_delay_s: Some(delay_s), ..DropEnvelope::default() };
-            estimators_window(&envelope, by)
-        };
-        let window = |delay_s: f64| of(delay_s, ToldBy::Environment).last().map(|(_, ms)| *ms);
-        assert_eq!([0.0, 0.11, 0.13, 0.2, 0.4].map(window), [200.0, 200.0, 200.0, 300.0, 600.0].map(Some));
-        for delay_s in [0.0, 0.11, 0.25, 0.4] {
-            let told = of(delay_s, ToldBy::Script);
-            assert!(told.iter().all(|(_, ms)| *ms <= told[2].1), "no age beyond the window: {told:?}");
-        }
-        assert_eq!(of(0.11, ToldBy::Script)[1..], [("EKF2_AVEL_DELAY", 220.0), (ESTIMATORS_WINDOW, 220.0)]);
     }
 }

@@ -27,6 +27,17 @@ pub enum CellVoltage {
     RaisedThenFiltered,
 }
 
+/// How far PX4's estimator looks back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Window {
+    /// A step beyond the age of satellite fixes.
+    Fixes,
+    /// As the oldest sensor's readings are, which a drop sets for it (EKF2_AVEL_DELAY).
+    OldestSensor,
+    /// By a parameter of its own (EKF2_DELAY_MAX).
+    DelayMax,
+}
+
 /// The control law of a version, in what differs from the others'.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Law {
@@ -58,6 +69,8 @@ pub struct Law {
     pub rounding: Rounding,
     /// How the voltage of a cell without load is estimated.
     pub cell_voltage: CellVoltage,
+    /// How far the estimator looks back.
+    pub window: Window,
 }
 
 impl Law {
@@ -77,6 +90,7 @@ impl Law {
         ramps_up: true,
         rounding: Rounding::Down,
         cell_voltage: CellVoltage::RaisedByFilteredThrottle,
+        window: Window::Fixes,
     };
     /// The law of v1.14.3.
     pub const V1_14: Self = Self {
@@ -89,6 +103,7 @@ impl Law {
         allocates: true,
         ramps_up: false,
         cell_voltage: CellVoltage::RaisedByThrottle,
+        window: Window::OldestSensor,
         ..Self::V1_12
     };
     /// The law of v1.16.0 and v1.17.0-beta1.
@@ -99,6 +114,7 @@ impl Law {
         filters_yaw_torque: true,
         rounding: Rounding::Nearest,
         cell_voltage: CellVoltage::RaisedThenFiltered,
+        window: Window::DelayMax,
         ..Self::V1_14
     };
     /// The law of v1.18.0-beta1.

@@ -9,6 +9,7 @@
 //! | [`attitude`] | thrust vector to attitude to body rates | `bodyzToAttitude`, `AttitudeControl::update` |
 //! | [`reference`](mod@reference) | the attitude that is tracked in a setpoint's place, v1.18 on | `AttitudeControl` |
 //! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
+//! | [`estimator`] | what PX4 believes of attitude and velocity | `EKF2` |
 //! | [`battery`] | torque and thrust scaled by the battery's voltage | `Battery::computeScale` |
 //! | [`law`] | what differs in the law between versions | |
 //! | [`allocator`] | torque and thrust to any rotors, v1.14 on | `ControlAllocationSequentialDesaturation` |
@@ -27,6 +28,7 @@ pub mod attitude;
 pub mod battery;
 pub mod controller;
 pub mod effectiveness;
+pub mod estimator;
 pub mod filter;
 pub mod law;
 pub mod mixer;
@@ -44,7 +46,7 @@ mod controller_replay_tests;
 mod replay_tests;
 
 pub use controller::{Px4Controller, Trace};
-pub use law::{CellVoltage, Law};
+pub use law::{CellVoltage, Law, Window};
 pub use parameters::Parameters;
 pub use versions::{NotModelled, Version};
 

@@ -149,6 +149,16 @@ parameters! {
     ref_ff "MC_REF_FF" 0.0
     /// Most of that on an axis [deg/s]; 0: no limit.
     ref_ff_max_deg_s "MC_REF_FF_MAX" 100.0
+    /// Least noise that a satellite's velocity is believed to have [m/s].
+    gps_v_noise "EKF2_GPS_V_NOISE" 0.3
+    /// Least noise that a satellite's position is believed to have [m].
+    gps_p_noise "EKF2_GPS_P_NOISE" 0.5
+    /// Noise that the accelerometer is believed to have [m/s^2].
+    acc_noise "EKF2_ACC_NOISE" 0.35
+    /// Time constant by which the velocity put out follows the estimator's [s].
+    tau_vel_s "EKF2_TAU_VEL" 0.25
+    /// Time constant by which the height put out follows the estimator's [s].
+    tau_pos_s "EKF2_TAU_POS" 0.25
     /// Whether torque and thrust are scaled by the battery's voltage (1).
     bat_scale_en "MC_BAT_SCALE_EN" 0.0
     /// Cells of the battery in series; 0: unknown, nothing is scaled.

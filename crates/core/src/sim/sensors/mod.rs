@@ -6,6 +6,7 @@
 //! | [`inertial`] | accelerometer and gyroscope |
 //! | [`barometer`] | pressure by PX4's atmosphere |
 //! | [`satellite`] | delayed position and velocity |
+//! | [`rate`] | when something periodic is due |
 //! | [`faulty`] | what a fault makes of the readings |
 //!
 //! The magnetometer is a few lines: the site's field in body axes, and white noise. Each error has a stream
@@ -18,6 +19,7 @@ pub mod barometer;
 pub mod faulty;
 pub mod inertial;
 pub mod noise;
+pub mod rate;
 pub mod satellite;
 
 #[cfg(test)]

@@ -39,6 +39,18 @@ impl Default for Satellite {
     }
 }
 
+/// Accuracy of a fix that is reported at the least [m], horizontal and vertical: nobody believes a receiver
+/// without errors.
+const LEAST_ACCURACY_M: [f64; 2] = [0.9, 1.2];
+
+impl Satellite {
+    /// Accuracy that is reported with a fix [m], horizontal and vertical.
+    pub fn reported_accuracy_m(&self) -> [f64; 2] {
+        let [horizontal_m, vertical_m] = LEAST_ACCURACY_M;
+        [self.horizontal_noise_m.max(horizontal_m), self.vertical_noise_m.max(vertical_m)]
+    }
+}
+
 /// Position and velocity that a receiver reports.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fix {

@@ -11,9 +11,10 @@ use super::measures::Tracking;
 use crate::assess::Scenario;
 use crate::assess::{ReleaseDistribution, VerdictBuilder};
 use crate::control::WithVelocityError;
+use crate::control::px4::estimator::Receiver;
 use crate::control::px4::{Law, Parameters, Px4Controller, output};
 use crate::model::Parachute;
-use crate::sim::{DropSimulation, FlightPlan, Reference, Start, fly};
+use crate::sim::{DropSimulation, FlightPlan, Px4Senses, Reference, SensorSettings, Start, fly_sensing};
 use crate::trajectory::Trajectory;
 use crate::uncertain::Deviations;
 
@@ -57,14 +58,30 @@ pub struct Px4Setting<'a> {
     pub settle_s: f64,
     /// How the vehicle comes from the release to t = 0.
     pub start: Start,
+    /// What PX4's estimator goes by; `None`: it is given the truth, but for `v_error_ned`.
+    pub sensing: Option<Sensing>,
     /// Error of PX4's estimate of its velocity, NED [m/s].
     pub v_error_ned: Vector3<f64>,
+}
+
+/// Sensors that PX4's estimator goes by, and how long it does before the release.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensing {
+    /// The sensors.
+    pub sensors: SensorSettings,
+    /// Seed of their errors.
+    pub seed: u64,
+    /// What PX4 is told of the receiver.
+    pub receiver: Receiver,
+    /// Time under the canopy or on the hook before the release, the site's [s].
+    pub hang_s: f64,
 }
 
 impl Px4Setting<'_> {
     /// Time under the canopy before the release, the site's [s].
     pub fn hang_s(&self) -> f64 {
-        HANG_PX4_S * self.similarity
+        let least_s = HANG_PX4_S * self.similarity;
+        self.sensing.map_or(least_s, |sensing| sensing.hang_s.max(least_s))
     }
 
     /// Length of the powered flight [s].
@@ -96,10 +113,14 @@ impl Px4Setting<'_> {
         );
         let mut controller =
             WithVelocityError { controller: Box::new(controller), v_error_ned: self.v_error_ned };
+        let senses = self.sensing.map(|Sensing { sensors, seed, receiver, .. }| {
+            let sensors = (&self.scenario.environment, sensors, seed);
+            Px4Senses::new(sensors, (parameters, &self.law, &receiver), similarity)
+        });
         let mut verdict =
             VerdictBuilder::judging(self.scenario.limits, self.scenario.target_v_ned).along(self.plan);
         let mut tracking = Tracking::new(self.plan.end_s());
-        let flown = fly(&mut sim, &mut controller, &plan, &mut |sample| {
+        let flown = fly_sensing(&mut sim, &mut controller, &plan, senses, &mut |sample| {
             verdict.observe(sample);
             tracking.observe(sample);
             let lost = !(sample.state.body.v_ned.norm() <= LOST_M_S);
@@ -131,7 +152,7 @@ impl Px4Drop<'_> {
 /// Random drops of a seed, by their numbers, as campaigns draw them: swing, turbulence, and wind on top of
 /// the site's, of deviation `wind_sigma_m_s` north and east. What is uncertain of the vehicle is drawn; where
 /// nobody says, every other drop is flown as it is known, the others with a mass or an inertia that is a
-/// tenth more, or with an estimated descent that is off by `ESTIMATE_OFF` either way.
+/// tenth more, or, without an estimator, with a descent that is off by `ESTIMATE_OFF` either way.
 pub fn drops<'a>(
     setting: &Px4Setting<'a>,
     releases: &ReleaseDistribution,
@@ -152,17 +173,27 @@ pub fn drops<'a>(
         parachute.delay_s = (parachute.delay_s + drawn.off.release_delay_s()).max(0.0);
         setting.scenario.environment.wind_ned_m_s += drawn.wind_ned_m_s;
         setting.air = trial + 1;
+        if let Some(sensing) = &mut setting.sensing {
+            sensing.seed = drawn.seed;
+        }
         Px4Drop { setting, parachute }
     };
     trials.map(drop).collect()
 }
 
-/// Drops from given swings, flown as they are known.
+/// Drops from given swings, flown as they are known, each with errors of the sensors of its own.
 pub fn drops_from<'a>(
     setting: &Px4Setting<'a>,
     parachutes: impl IntoIterator<Item = Parachute>,
 ) -> Vec<Px4Drop<'a>> {
-    parachutes.into_iter().map(|parachute| Px4Drop { setting: setting.clone(), parachute }).collect()
+    let drop = |(number, parachute)| {
+        let mut setting = setting.clone();
+        if let Some(sensing) = &mut setting.sensing {
+            sensing.seed = sensing.seed.wrapping_add(number);
+        }
+        Px4Drop { setting, parachute }
+    };
+    (0..).zip(parachutes).map(drop).collect()
 }
 
 /// Name of the scales that costs are measured by where no reference comes through the drops.
@@ -223,10 +254,11 @@ fn off<'a>(setting: &Px4Setting<'a>, off: &Deviations) -> Px4Setting<'a> {
 fn varied<'a>(setting: &Px4Setting<'a>, trial: u64) -> Px4Setting<'a> {
     let mut setting = setting.clone();
     let off_m_s = ESTIMATE_OFF * setting.scenario.limits.steady_within_m_s;
+    let is_true = setting.sensing.is_none();
     let vehicle = Arc::make_mut(&mut setting.scenario.vehicle);
     match trial % 8 {
-        1 => setting.v_error_ned.z += off_m_s,
-        5 => setting.v_error_ned.z -= off_m_s,
+        1 if is_true => setting.v_error_ned.z += off_m_s,
+        5 if is_true => setting.v_error_ned.z -= off_m_s,
         3 => vehicle.mass.mass_kg *= 1.1,
         7 => {
             vehicle.mass.inertia_kg_m2 *= 1.1;
@@ -282,6 +314,7 @@ mod tests {
             feed_forward: false,
             settle_s: 60.0,
             start: Start::Release,
+            sensing: None,
             v_error_ned: Vector3::zeros(),
         };
         let pendulum =

@@ -12,7 +12,9 @@ pub mod measures;
 pub mod search;
 pub mod space;
 
-pub use judge::{FIXED_SCALES, LATENCY_S, Px4Drop, Px4Judge, Px4Setting, drops, drops_from, latency_s};
+pub use judge::{
+    FIXED_SCALES, LATENCY_S, Px4Drop, Px4Judge, Px4Setting, Sensing, drops, drops_from, latency_s,
+};
 pub use measures::{MEASURED, Measures};
 pub use search::{Px4Search, Px4SearchSettings};
 pub use space::{DIMENSIONS, parameters, start, widest};

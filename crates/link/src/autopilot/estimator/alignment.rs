@@ -8,7 +8,7 @@
 
 use nalgebra::Vector3;
 
-use super::covariance::{
+use super::error_state::{
     ACCELEROMETER_BIAS, ATTITUDE, BARO_OFFSET, Column, GYRO_BIAS, N, POSITION, VELOCITY,
 };
 use super::filter::{Filter, Fix};

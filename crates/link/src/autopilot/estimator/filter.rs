@@ -6,7 +6,7 @@
 
 use nalgebra::Vector3;
 
-use super::covariance::{ATTITUDE, BARO_OFFSET, Column, Covariance, N, POSITION, VELOCITY};
+use super::error_state::{ATTITUDE, BARO_OFFSET, Column, Covariance, N, POSITION, VELOCITY};
 use super::nominal::{Inertial, NominalState, impulses, reset};
 use super::settings::EstimatorSettings;
 use crate::frames::{dcm_body_from_ned, rotate_body_from_ned, rotate_ned_from_body, wrap_pi};

@@ -4,7 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | [`nominal`] | the state, its motion, the error's transition |
-//! | [`covariance`] | the error's covariance |
+//! | [`error_state`] | which number of the error is what; its covariance |
 //! | [`filter`] | predictions and gated measurements |
 //! | [`alignment`] | where it begins, hanging or standing |
 //! | [`settings`] | site, noise, delay |
@@ -22,7 +22,7 @@
 //! taken for gravity, but for the first guess of level, which has the swing for its error.
 
 pub mod alignment;
-pub mod covariance;
+pub mod error_state;
 pub mod filter;
 pub mod nominal;
 pub mod settings;
@@ -39,7 +39,7 @@ use nalgebra::Vector3;
 use crate::control::Measurement;
 use crate::units::{RAD_PER_DEG, US_PER_S};
 use alignment::Alignment;
-use covariance::{POSITION, VELOCITY};
+use error_state::{POSITION, VELOCITY};
 
 /// Samples that may wait: a second at 250 Hz, the longest delay of a mission. Where more would have to, the
 /// filter stands less far behind.

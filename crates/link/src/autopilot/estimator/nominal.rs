@@ -7,7 +7,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::covariance::{
+use super::error_state::{
     ACCELEROMETER_BIAS, ATTITUDE, BARO_OFFSET, Column, GYRO_BIAS, IDENTITY, Matrix, POSITION, VELOCITY,
 };
 use super::settings::Noise;
@@ -120,7 +120,7 @@ pub fn reset(dx: &Column) -> Matrix {
 
 /// Variances that a step of `dt_s` [s] adds to the errors: the impulses (265).
 pub fn impulses(noise: &Noise, dt_s: f64) -> Column {
-    let mut q = [0.0; super::covariance::N];
+    let mut q = [0.0; super::error_state::N];
     for (at, density) in [
         (VELOCITY, noise.accelerometer),
         (ATTITUDE, noise.gyro),

@@ -25,9 +25,6 @@ use crate::units::{DEG_PER_RAD, SEA_LEVEL_DENSITY_KG_M3, STANDARD_GRAVITY_M_S2, 
 /// Fields of HIL_SENSOR that the barometer makes: pressure, pressure altitude and temperature. A multirotor
 /// has no airspeed sensor: the differential pressure (0x400) is never there.
 const BAROMETER: HilSensorUpdatedFlags = HilSensorUpdatedFlags::from_bits_retain(0x1A00);
-/// Accuracy of a fix that is reported at the least [m], horizontal and vertical: nobody believes a receiver
-/// without errors.
-const LEAST_ACCURACY_M: [f64; 2] = [0.9, 1.2];
 /// Below this ground speed [m/s] there is no course.
 const COURSE_SPEED_M_S: f64 = 0.1;
 
@@ -156,12 +153,12 @@ impl HilSensors {
         }
         let ground_speed = fix.v_ned.xy().norm();
         let course_deg = math::atan2(fix.v_ned.y, fix.v_ned.x) * DEG_PER_RAD;
-        let receiver = &self.sensors.settings().satellite;
-        let accuracy_cm = |deviation_m: f64, least_m: f64| (deviation_m.max(least_m) * 100.0).round() as u16;
+        let accuracy_m = self.sensors.settings().satellite.reported_accuracy_m();
+        let [eph, epv] = accuracy_m.map(|m| (m * 100.0).round() as u16);
         let mut m = HIL_GPS_DATA {
             time_usec: truth.at,
-            eph: accuracy_cm(receiver.horizontal_noise_m, LEAST_ACCURACY_M[0]),
-            epv: accuracy_cm(receiver.vertical_noise_m, LEAST_ACCURACY_M[1]),
+            eph,
+            epv,
             vel: (ground_speed * 100.0).round() as u16,
             cog: if ground_speed < COURSE_SPEED_M_S {
                 u16::MAX

@@ -10,6 +10,7 @@ use mavlink::dialects::common::{HIL_STATE_QUATERNION_DATA, MavCmd, MavResult, OD
 use super::super::frame::Command;
 use super::super::froude::Froude;
 use crate::sim::SensorSettings;
+use crate::sim::sensors::rate::Rate;
 use crate::time::TimeUs;
 
 const HIL_STATE_QUATERNION_ID: f32 = HIL_STATE_QUATERNION_DATA::ID as f32;
@@ -18,30 +19,6 @@ const ODOMETRY_ID: f32 = ODOMETRY_DATA::ID as f32;
 const BATTERY_PERIOD_US: TimeUs = 500_000;
 /// Period of that of a battery with a voltage, by which an autopilot may scale its throttles.
 const VOLTAGE_PERIOD_US: TimeUs = 20_000;
-
-/// How often a message goes out.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Rate {
-    /// `None`: off.
-    period_us: Option<TimeUs>,
-    next: TimeUs,
-    /// Step of the simulation.
-    step_us: TimeUs,
-}
-
-impl Rate {
-    /// Whether the message is due at the step `now`: the one nearest to its time.
-    pub(super) fn due(&mut self, now: TimeUs) -> bool {
-        let Some(period_us) = self.period_us else { return false };
-        if now + self.step_us / 2 < self.next {
-            return false;
-        }
-        // Keep the phase, unless behind by more than a period.
-        let start = if self.next.saturating_add(period_us) > now { self.next } else { now };
-        self.next = start.saturating_add(period_us);
-        true
-    }
-}
 
 /// The rates of all messages but HIL_SENSOR, and of the sensors in that.
 #[derive(Clone, Copy, Debug)]
@@ -60,12 +37,12 @@ pub(super) struct HilRates {
 impl HilRates {
     /// Rates at a step of the simulation, to a peer on a wire of the scale `froude`.
     pub(super) fn new(step_us: TimeUs, sensors: &SensorSettings, froude: Option<Froude>) -> Self {
-        let every = |period_us| Rate { period_us: Some(period_us), next: 0, step_us };
+        let every = |period_us| Rate::every(Some(period_us), 0, step_us);
         Self {
             step_us,
             froude,
             state_quaternion: every(step_us),
-            odometry: Rate { period_us: None, next: 0, step_us },
+            odometry: Rate::every(None, 0, step_us),
             gps: every(sensors.satellite.period_us),
             magnetometer: every(sensors.magnetometer.period_us),
             barometer: every(sensors.barometer.period_us),
@@ -94,7 +71,7 @@ impl HilRates {
             Some(us) if us > 0.0 && us.is_finite() => Some(whole_steps(us, self.step_us)),
             _ => return MavResult::MAV_RESULT_DENIED,
         };
-        *rate = Rate { period_us, next: now.saturating_add(self.step_us), step_us: self.step_us };
+        *rate = Rate::every(period_us, now.saturating_add(self.step_us), self.step_us);
         MavResult::MAV_RESULT_ACCEPTED
     }
 }

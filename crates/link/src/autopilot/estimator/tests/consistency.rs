@@ -1,7 +1,7 @@
 //! Whether the filter knows how wrong it is: normalised squared errors inside their chi-square bounds through
 //! hang, fall and pull-out (Bar-Shalom, Li, Kirubarajan 2001, section 5.4.2).
 
-use super::super::covariance::N;
+use super::super::error_state::N;
 use super::super::{Estimator, Filter, Inertial, NominalState};
 use super::flight::{DT_S, EARTH, HANG_S, STEP_US, Site, TITAN, fly};
 use super::sensors::{Random, Sensors};

@@ -3,7 +3,7 @@
 use nalgebra::{SMatrix, Vector3};
 use proptest::prelude::*;
 
-use super::super::covariance::{ATTITUDE, Column, Covariance, N};
+use super::super::error_state::{ATTITUDE, Column, Covariance, N};
 use super::super::nominal::{NominalState, reset};
 use super::super::{EstimatorSettings, Filter, Inertial};
 use super::{error, squared_error};

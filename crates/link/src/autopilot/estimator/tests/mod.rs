@@ -14,7 +14,7 @@ mod sensors;
 use nalgebra::SMatrix;
 
 use super::EstimatorSettings;
-use super::covariance::{Column, Covariance, N};
+use super::error_state::{Column, Covariance, N};
 use super::nominal::NominalState;
 use crate::frames::{conjugate, product, rotation_vector};
 use flight::Site;

@@ -1,33 +1,16 @@
-//! The covariance of the error state: propagation, and the update by one scalar measurement.
+//! The covariance of the errors of a state, of any size: propagation, and the update by one scalar
+//! measurement.
 //!
 //! Sola (2017), "Quaternion kinematics for the error-state Kalman filter", (269), (274)-(276). Measurements
 //! are taken one number at a time, so that the innovation's covariance is a number and nothing is inverted;
 //! the update has Joseph's form, which keeps the covariance positive whatever the gain's rounding. Products
 //! are plain loops over arrays: no allocation, and the same operations in the same order on every processor.
 
-/// Size of the error state: position, velocity, attitude, accelerometer bias, gyro bias (three each, Sola's
-/// order), and the barometer's offset.
-pub const N: usize = 16;
-/// Where position begins.
-pub const POSITION: usize = 0;
-/// Where velocity begins.
-pub const VELOCITY: usize = 3;
-/// Where attitude begins: a rotation vector in body axes.
-pub const ATTITUDE: usize = 6;
-/// Where the accelerometer's bias begins.
-pub const ACCELEROMETER_BIAS: usize = 9;
-/// Where the gyro's bias begins.
-pub const GYRO_BIAS: usize = 12;
-/// The barometer's offset.
-pub const BARO_OFFSET: usize = 15;
-
-/// A column of the error state's size.
-pub type Column = [f64; N];
-/// A matrix of the error state's size, by rows.
-pub type Matrix = [Column; N];
+/// A matrix of N by N numbers, by rows.
+pub type Matrix<const N: usize> = [[f64; N]; N];
 
 /// The identity.
-pub const IDENTITY: Matrix = {
+pub const fn identity<const N: usize>() -> Matrix<N> {
     let mut m = [[0.0; N]; N];
     let mut i = 0;
     while i < N {
@@ -35,16 +18,16 @@ pub const IDENTITY: Matrix = {
         i += 1;
     }
     m
-};
+}
 
 /// A covariance; symmetric to the last bit.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Covariance(Matrix);
+pub struct Covariance<const N: usize>(Matrix<N>);
 
-impl Covariance {
+impl<const N: usize> Covariance<N> {
     /// Independent errors with these variances.
-    pub fn of_variances(variances: &Column) -> Self {
-        let mut p = IDENTITY;
+    pub fn of_variances(variances: &[f64; N]) -> Self {
+        let mut p = identity();
         for (i, variance) in variances.iter().enumerate() {
             p[i][i] = *variance;
         }
@@ -57,12 +40,12 @@ impl Covariance {
     }
 
     /// The entries, by rows.
-    pub fn entries(&self) -> &Matrix {
+    pub fn entries(&self) -> &Matrix<N> {
         &self.0
     }
 
     /// `P <- F P F^T`.
-    pub fn transform(&mut self, f: &Matrix) {
+    pub fn transform(&mut self, f: &Matrix<N>) {
         let mut fp = [[0.0; N]; N];
         for (row, f_row) in fp.iter_mut().zip(f) {
             // Most of F is zero.
@@ -85,7 +68,7 @@ impl Covariance {
     }
 
     /// `P <- P + diag(q)`.
-    pub fn add_variances(&mut self, q: &Column) {
+    pub fn add_variances(&mut self, q: &[f64; N]) {
         for (i, variance) in q.iter().enumerate() {
             self.0[i][i] += variance;
         }
@@ -101,13 +84,13 @@ impl Covariance {
     }
 
     /// Variance of the innovation of a measurement with the row `h` and noise of variance `r`: `h P h^T + r`.
-    pub fn innovation_variance(&self, h: &Column, r: f64) -> f64 {
+    pub fn innovation_variance(&self, h: &[f64; N], r: f64) -> f64 {
         dot(h, &self.times(h)) + r
     }
 
     /// Takes a measurement with the row `h` and noise of variance `r` in, and returns the gain, (274) and
     /// (276) in Joseph's form `(I - K h) P (I - K h)^T + K r K^T`.
-    pub fn update(&mut self, h: &Column, r: f64) -> Column {
+    pub fn update(&mut self, h: &[f64; N], r: f64) -> [f64; N] {
         let ph = self.times(h);
         let s = dot(h, &ph) + r;
         let gain = ph.map(|x| x / s);
@@ -118,7 +101,7 @@ impl Covariance {
                 *x -= k * hp;
             }
         }
-        let aph: Column = std::array::from_fn(|i| dot(&ap[i], h));
+        let aph: [f64; N] = std::array::from_fn(|i| dot(&ap[i], h));
         for i in 0..N {
             for j in i..N {
                 let x = ap[i][j] - aph[i] * gain[j] + r * gain[i] * gain[j];
@@ -129,11 +112,11 @@ impl Covariance {
         gain
     }
 
-    fn times(&self, h: &Column) -> Column {
+    fn times(&self, h: &[f64; N]) -> [f64; N] {
         std::array::from_fn(|i| dot(&self.0[i], h))
     }
 }
 
-fn dot(a: &Column, b: &Column) -> f64 {
+fn dot<const N: usize>(a: &[f64; N], b: &[f64; N]) -> f64 {
     a.iter().zip(b).map(|(x, y)| x * y).sum()
 }
