@@ -49,7 +49,8 @@ impl Pilot for Px4Model {
 
     fn check(&self, mission: &Mission, trajectory: &Trajectory, _: u16) -> Result<(), Failure> {
         mission.faults.check_without_wire().bad_input()?;
-        let (_, remarks) = parameters_for(mission, trajectory, &self.law, self.parameters.as_ref())?;
+        let (_, mut remarks) = parameters_for(mission, trajectory, &self.law, self.parameters.as_ref())?;
+        remarks.extend(mission.receiver_remark().map(str::to_owned));
         print_remarks(&mission.control.gains_name, &remarks);
         Ok(())
     }
@@ -100,7 +101,7 @@ impl Pilot for Px4Model {
 /// The parameters that a law flies the mission by, from a file or from the mission's gains; the error says
 /// why it cannot.
 pub fn suits(mission: &Mission, law: &Law, given: Option<&ParameterFile>) -> anyhow::Result<Parameters> {
-    // The model flies on the true state, whatever the sensors.
+    // What PX4 would take for a dead sensor the model's estimator takes.
     check_site_for_px4(mission)?;
     if !law.allocates {
         is_quad_x(&mission.vehicle).map_err(|why| allocated_by_hint(law, &why))?;

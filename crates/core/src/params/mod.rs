@@ -46,7 +46,9 @@ pub use import::{Import, Scale, adopt, import};
 pub use metadata::{Metadata, Parameter};
 pub use normalised::{Mixing, NormalisedUnits};
 pub use purpose::Purpose;
-pub use px4_model_parameters::{px4_model_export, px4_model_parameters, px4_receiver};
+pub use px4_model_parameters::{
+    believed_speed_noise_m_s, px4_model_export, px4_model_parameters, px4_receiver,
+};
 pub use upload::Upload;
 
 /// Why a parameter file is refused. Errors of a line start with its number, so that `file:` before them makes

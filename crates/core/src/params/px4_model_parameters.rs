@@ -46,6 +46,9 @@ pub fn px4_model_parameters(
     Ok(made)
 }
 
+/// Least noise of a receiver's velocity that PX4 is to believe in [m/s].
+const LEAST_SPEED_NOISE_M_S: f64 = 0.1;
+
 /// What a PX4 of a law is told of a satellite receiver before a drop, where its clock runs slower than the
 /// site's by `similarity`, Froude's k.
 pub fn px4_receiver(satellite: &Satellite, law: &Law, similarity: f64) -> Receiver {
@@ -61,6 +64,12 @@ pub fn px4_receiver(satellite: &Satellite, law: &Law, similarity: f64) -> Receiv
     let [horizontal_m, vertical_m] = satellite.reported_accuracy_m();
     let us = |ms: f64| (1e3 * ms).round() as u64;
     Receiver { horizontal_m, vertical_m, told_delay_us: us(told_ms), window_us: us(window_ms) }
+}
+
+/// Noise of a receiver's velocity that PX4 is to believe in (EKF2_GPS_V_NOISE) [m/s]: the receiver's own, but
+/// no less than receivers claim of themselves at their best, since theirs is not white.
+pub fn believed_speed_noise_m_s(satellite: &Satellite) -> f64 {
+    satellite.speed_noise_m_s.max(LEAST_SPEED_NOISE_M_S)
 }
 
 /// Content of a parameter file with every parameter that a law reads, so that a flight does not depend on an

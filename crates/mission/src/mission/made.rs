@@ -244,6 +244,13 @@ impl Mission {
         UnplannedError { vehicle_file, target_v_ned, source }
     }
 
+    /// What there is to remark where the mission says nothing of its satellite receiver.
+    pub fn receiver_remark(&self) -> Option<&'static str> {
+        let remark =
+            "sensors.gps: without a receiver the model of PX4 flies on the truth, not on PX4's estimate";
+        (!self.has_receiver).then_some(remark)
+    }
+
     /// What PX4 with these parameters and a version's law believes of a drop, by its estimator on the
     /// mission's sensors; `None` where the mission says nothing of its satellite receiver: PX4 is then given
     /// the truth.

@@ -11,7 +11,8 @@ use samara_core::control::Gains;
 use samara_core::control::px4::versions::Version;
 use samara_core::control::px4::{Law, Parameters, is_quad_x};
 use samara_core::params::{
-    ParameterFile, Purpose, Subject, px4_model_export, px4_model_parameters, px4_receiver,
+    ParameterFile, Purpose, Subject, believed_speed_noise_m_s, px4_model_export, px4_model_parameters,
+    px4_receiver,
 };
 use samara_core::trajectory::Trajectory;
 use samara_core::tune::cma_es::CmaSettings;
@@ -101,7 +102,8 @@ impl Kind for TunePx4 {
     }
 
     fn remarks(&self, mission: &Mission) -> Vec<String> {
-        left_out(mission)
+        let of_the_receiver = mission.receiver_remark().map(|remark| format!("{}: {remark}", mission.name));
+        left_out(mission).into_iter().chain(of_the_receiver).collect()
     }
 
     fn hangs_on(&self, _: &Mission, values: &Values) -> Result<Vec<(&'static str, String)>, Refused> {
@@ -141,7 +143,10 @@ impl<'a> TunedPx4<'a> {
         let untouched = ParameterFile::default();
         let subject = mission.parameter_subject();
         let of = |given| px4_model_parameters(&subject, purpose, &law, given).map_err(Refused::by);
-        let (defaults, missions) = (of(Some(&untouched))?, of(None)?);
+        let (defaults, mut missions) = (of(Some(&untouched))?, of(None)?);
+        if mission.has_receiver {
+            missions.gps_v_noise = believed_speed_noise_m_s(&mission.sensors.satellite);
+        }
         let similarity = purpose.factors(mission.site.environment.gravity_m_s2).k;
         // With the latency of a PX4 that flies.
         let mut late = mission.clone();
@@ -268,6 +273,7 @@ impl Study for TunedPx4<'_> {
             found: on_unseen,
             parameters: found,
             range_ends: range_ends(&best, search.bounds()),
+            estimates: mission.has_receiver,
             latency_s: self.latency_s,
             drops: self.judge.count() as u64,
             unseen: asked.unseen,

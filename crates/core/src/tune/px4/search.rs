@@ -41,7 +41,7 @@ impl Px4Search {
     pub fn new(defaults: &Parameters, missions: &Parameters, settings: Px4SearchSettings) -> Self {
         let widest = widest(settings.tilt_limit_rad * DEG_PER_RAD);
         // A vehicle that needs more torque for its rates than P's range has an overall gain above 1. What the
-        // mission says of tilt and battery is no gain.
+        // mission says of tilt, battery and receiver is no gain.
         let base = Parameters {
             rollrate_k: missions.rollrate_k,
             pitchrate_k: missions.pitchrate_k,
@@ -52,6 +52,7 @@ impl Px4Search {
             bat_v_empty: missions.bat_v_empty,
             bat_v_load_drop: missions.bat_v_load_drop,
             bat_r_internal_ohm: missions.bat_r_internal_ohm,
+            gps_v_noise: missions.gps_v_noise,
             ..defaults.clone()
         };
         let starts = [defaults, missions].map(|from| start(from, &widest));

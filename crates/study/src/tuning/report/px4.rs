@@ -34,6 +34,8 @@ pub struct Px4Gains {
     pub parameters: Parameters,
     /// Those of the numbers searched that stand at an end of their range.
     pub range_ends: RangeEnds,
+    /// Whether all these drops were flown on PX4's estimate, and not on the truth.
+    pub estimates: bool,
     /// Latency of all these drops, on the site's clock [s].
     pub latency_s: f64,
     /// Drops that candidates were judged by.
@@ -69,6 +71,17 @@ impl Px4Gains {
             .then(|| format!("candidates were measured by {by}: {PX4S_DEFAULTS} fly not every drop safely"))
     }
 
+    /// What of PX4 the model has flown.
+    fn modelled(&self) -> &'static str {
+        if self.estimates { "control law and estimator" } else { "control law, given the truth," }
+    }
+
+    /// What the search did not choose but took from the mission's receiver.
+    fn of_the_receiver(&self) -> Option<String> {
+        let noise = self.parameters.gps_v_noise;
+        self.estimates.then(|| format!("EKF2_GPS_V_NOISE {noise}: the noise of the mission's receiver"))
+    }
+
     /// The remarks in the header of the parameter file.
     pub fn remarks(&self) -> Vec<String> {
         let listed = |m: &Measures| {
@@ -81,8 +94,9 @@ impl Px4Gains {
         let measured_by = self.other_measure();
         let found = vec![
             format!(
-                "found on the model of PX4 {}'s control law with {:.1} ms of latency, {} drops; means of {} others: {}",
+                "found on the model of PX4 {}'s {} with {:.1} ms of latency, {} drops; means of {} others: {}",
                 self.law.since,
+                self.modelled(),
                 1e3 * self.latency_s,
                 self.drops,
                 self.unseen,
@@ -90,19 +104,21 @@ impl Px4Gains {
             ),
             format!("PX4's defaults on the same: {}", listed(&self.defaults)),
         ];
-        found.into_iter().chain(measured_by).chain(range_ends_words(&self.range_ends)).collect()
+        let more = measured_by.into_iter().chain(self.of_the_receiver());
+        found.into_iter().chain(more).chain(range_ends_words(&self.range_ends)).collect()
     }
 }
 
 /// What is said of the gains, beside PX4's defaults.
 pub fn document(mission: &Mission, gains: &Px4Gains) -> Document {
     let done = format!(
-        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4's control law with {:.1} ms of latency{}",
+        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4's {} with {:.1} ms of latency{}",
         mission.name,
         gains.name,
         gains.purpose.name(),
         gains.evaluations,
         gains.drops,
+        gains.modelled(),
         1e3 * gains.latency_s,
         if gains.stopped { ", stopped" } else { "" }
     );
@@ -125,7 +141,8 @@ pub fn document(mission: &Mission, gains: &Px4Gains) -> Document {
         "{verdict} PX4's defaults: J_TPF no worse, every drop safe, two of the other four a tenth better"
     );
     let mut passages = vec![Passage::Table(parameters), Passage::Table(drops), Passage::Said(verdict)];
-    let remarks = gains.other_measure().into_iter().chain(range_ends_words(&gains.range_ends));
+    let remarks = gains.other_measure().into_iter().chain(gains.of_the_receiver());
+    let remarks = remarks.chain(range_ends_words(&gains.range_ends));
     passages.extend(remarks.map(Passage::Remark));
     Document::of_one(format!("Gains of PX4 for {}", mission.name), done, passages)
 }

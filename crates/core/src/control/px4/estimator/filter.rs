@@ -4,8 +4,8 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Noise;
 use super::inertial::Increment;
+use super::noise::Noise;
 use crate::frames::{
     Quaternion, dcm_body_from_ned, normalized, product, quaternion_from_rotation_vector, rotate_ned_from_body,
 };

@@ -5,6 +5,7 @@
 //! |---|---|---|
 //! | [`inertial`] | readings to increments of angle and velocity | `ImuDownSampler` |
 //! | [`filter`] | the error-state filter, at a horizon in the past | `Ekf` |
+//! | [`noise`] | what sensors are taken for | `module.yaml`, `EKF/common.h` |
 //! | [`predictor`] | from there to the present | `OutputPredictor` |
 //!
 //! The filter stands as far in the past as its buffer of inertial increments is long (EKF2_DELAY_MAX), and
@@ -24,10 +25,12 @@ use nalgebra::Vector3;
 
 mod filter;
 mod inertial;
+mod noise;
 mod predictor;
 
 use filter::{Filter, State};
 use inertial::{Increment, Sum};
+use noise::Noise;
 use predictor::Predictor;
 
 use super::Parameters;
@@ -42,65 +45,8 @@ const PREDICT_US: u64 = 10_000;
 const SAMPLE_US: i64 = IMU_PERIOD_US as i64;
 /// EKF2 aligns while it turns more slowly than this [rad/s] (`initialiseTilt`).
 const ALIGNS_BELOW_RAD_S: f64 = 15.0 * RAD_PER_DEG;
-/// Speed accuracy that PX4's simulator has every receiver claim [m/s] (`handle_message_hil_gps`).
-const CLAIMED_SPEED_M_S: f64 = 0.25;
-/// Vertical noise of a fix in parts of the horizontal (`updateGnssVel`, `controlGnssHeightFusion`).
-const VERTICAL: f64 = 1.5;
 /// Standard deviation of the magnetometer [gauss] (EKF2_MAG_NOISE).
 const MAGNETOMETER_GAUSS: f64 = 0.05;
-
-/// What EKF2 takes sensors for, one sigma; on PX4's clock.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Noise {
-    /// Accelerometer, as a step adds it [m/s^2] (EKF2_ACC_NOISE).
-    accelerometer_m_s2: f64,
-    /// Gyroscope, likewise [rad/s] (EKF2_GYR_NOISE).
-    gyro_rad_s: f64,
-    /// Change of the accelerometer's bias [m/s^3] (EKF2_ACC_B_NOISE).
-    accelerometer_bias_m_s3: f64,
-    /// Change of the gyroscope's bias [rad/s^2] (EKF2_GYR_B_NOISE).
-    gyro_bias_rad_s2: f64,
-    /// Velocity of a fix, NED [m/s].
-    satellite_speed_m_s: [f64; 3],
-    /// Position of a fix, NED [m].
-    satellite_place_m: [f64; 3],
-    /// Barometer [m] (EKF2_BARO_NOISE).
-    barometer_m: f64,
-    /// Walk of the barometer's bias [m/sqrt(s)] (`baro_bias_nsd`).
-    barometer_walk_m: f64,
-    /// Innovations beyond this many sigmas are not believed (EKF2_GPS_V_GATE, EKF2_GPS_P_GATE).
-    gate: f64,
-    /// Attitude at the start [rad] (EKF2_ANGERR_INIT).
-    first_tilt_rad: f64,
-    /// Gyroscope's bias at the start [rad/s] (EKF2_GBIAS_INIT).
-    first_gyro_bias_rad_s: f64,
-    /// Accelerometer's bias at the start [m/s^2] (EKF2_ABIAS_INIT).
-    first_accelerometer_bias_m_s2: f64,
-    /// Time constant of the predictor's velocity [s] (EKF2_TAU_VEL).
-    velocity_tau_s: f64,
-    /// Time constant of the predictor's height [s] (EKF2_TAU_POS).
-    position_tau_s: f64,
-}
-
-impl Noise {
-    /// EKF2's defaults (`module.yaml`, `params_*.yaml`, `EKF/common.h`), with a receiver that claims nothing.
-    const DEFAULT: Self = Self {
-        accelerometer_m_s2: 0.35,
-        gyro_rad_s: 0.015,
-        accelerometer_bias_m_s3: 0.003,
-        gyro_bias_rad_s2: 0.001,
-        satellite_speed_m_s: [0.3, 0.3, VERTICAL * 0.3],
-        satellite_place_m: [0.5, 0.5, VERTICAL * 0.5],
-        barometer_m: 3.5,
-        barometer_walk_m: 0.13,
-        gate: 5.0,
-        first_tilt_rad: 0.1,
-        first_gyro_bias_rad_s: 0.1,
-        first_accelerometer_bias_m_s2: 0.2,
-        velocity_tau_s: 0.25,
-        position_tau_s: 0.25,
-    };
-}
 
 /// What PX4 is told of its satellite receiver, on its clock.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -186,18 +132,8 @@ impl Estimator {
     /// An estimator that has heard of nothing.
     pub fn new(p: &Parameters, law: &Law, receiver: &Receiver, field_ned_gauss: Vector3<f64>) -> Self {
         let period_us = (law.velocity_period_s * US_PER_S).round() as i64;
-        let speed_m_s = CLAIMED_SPEED_M_S.max(p.gps_v_noise);
-        let horizontal_m = receiver.horizontal_m.max(p.gps_p_noise);
-        let vertical_m = receiver.vertical_m.max(VERTICAL * p.gps_p_noise);
         Self {
-            noise: Noise {
-                accelerometer_m_s2: p.acc_noise,
-                satellite_speed_m_s: [speed_m_s, speed_m_s, VERTICAL * speed_m_s],
-                satellite_place_m: [horizontal_m, horizontal_m, vertical_m],
-                velocity_tau_s: p.tau_vel_s,
-                position_tau_s: p.tau_pos_s,
-                ..Noise::DEFAULT
-            },
+            noise: Noise::of(p, [receiver.horizontal_m, receiver.vertical_m]),
             field_ned_gauss,
             period_us,
             steps: receiver.window_steps(),
@@ -230,6 +166,9 @@ impl Estimator {
         let (force, omega) = self.last.replace(read).unwrap_or(read);
         let Some((filter, predictor)) = &mut self.running else {
             self.running = self.begin(readings);
+            keep_last(&mut self.altitudes);
+            keep_last(&mut self.fields);
+            keep_last(&mut self.fixes);
             return;
         };
         let increment = Increment {
@@ -295,6 +234,10 @@ impl Estimator {
     }
 }
 
+fn keep_last<T>(waiting: &mut VecDeque<T>) {
+    waiting.drain(..waiting.len().saturating_sub(1));
+}
+
 /// The newest measurement that is due at the horizon; older ones are forgotten (`pop_first_older_than`).
 fn due<T>(waiting: &mut VecDeque<(i64, T)>, horizon_us: i64) -> Option<T> {
     let mut newest = None;
@@ -311,3 +254,6 @@ fn heading_off(q: Quaternion, field_body: &Vector3<f64>, field_ned: &Vector3<f64
     let off_rad = wrap_pi(math::atan2(field_ned.y, field_ned.x) - math::atan2(seen.y, seen.x));
     (off_rad, MAGNETOMETER_GAUSS / field_ned.xy().norm())
 }
+
+#[cfg(test)]
+mod tests;

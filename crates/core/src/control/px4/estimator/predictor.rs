@@ -5,9 +5,9 @@ use std::collections::VecDeque;
 
 use nalgebra::Vector3;
 
-use super::Noise;
 use super::filter::State;
 use super::inertial::Increment;
+use super::noise::Noise;
 use crate::frames::{
     Quaternion, conjugate, normalized, product, quaternion_from_rotation_vector, rotate_ned_from_body,
 };
