@@ -1,4 +1,4 @@
-//! What is in a flight log: of which vehicle it is, its topics, what was flown, and what it tells of the vehicle.
+//! What is in a flight log: whose it is, its topics, what was flown, and what it tells of the vehicle.
 
 use samara_core::flight_record::phases::{Phase, phases};
 use samara_core::flight_record::tells::{Tells, tells};
@@ -45,7 +45,7 @@ impl<'a> LogReport<'a> {
         Self { name, log, record, phases, tells }
     }
 
-    /// What it says of itself, each with its name.
+    /// Facts that the log states, each with its name.
     fn says(&self) -> Vec<(&'static str, String)> {
         let release = self.log.release().map(|[major, minor, patch, kind]| {
             // PX4's kinds: alpha from 64, beta from 128, candidates from 192, 255 the release itself.
@@ -231,13 +231,13 @@ result_objects! {
         parameters: usize = of.log.parameters.len(),
         /// Bytes that are no messages and were passed over.
         lost_bytes: usize = of.lost_bytes(),
-        /// What it says of itself.
+        /// Facts that the log states.
         says: Vec<LogSaysObject> = of.says().into_iter().map(LogSaysObject::of).collect(),
         /// Quantities of the flight.
         quantities: Vec<LogQuantityObject> = of.quantities().iter().map(LogQuantityObject::of).collect(),
         /// What was flown, one behind the other.
         phases: Vec<LogPhaseObject> = of.phases.iter().map(LogPhaseObject::of).collect(),
-        /// What it may tell of the vehicle.
+        /// Quantities of the vehicle, and whether the log may tell them.
         tells: Vec<LogTellsObject> = of.tells.iter().map(LogTellsObject::of).collect(),
         /// Topics that have rows.
         topics: Vec<LogTopicObject> = of.log.topics().map(LogTopicObject::of).collect(),
@@ -267,7 +267,8 @@ result_objects! {
 
     /// A time in which the vehicle was doing one thing.
     LogPhaseObject(phase: &Phase) {
-        /// What: `disarmed`, `on the ground`, `carried, rotors still`, `falling`, `hovering` or `manoeuvring`.
+        /// One of `disarmed`, `on the ground`, `carried, rotors still`, `falling`, `hovering`,
+        /// `manoeuvring`.
         doing: String = phase.doing.words().to_owned(),
         /// From this time on since the log's start [s].
         from_s: f64 = phase.from_s,

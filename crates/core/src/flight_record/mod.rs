@@ -20,7 +20,7 @@ pub const MOST_ROTORS: usize = 8;
 /// Values in the order of their times.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Series<const N: usize> {
-    /// What it was read from: `vehicle_acceleration.xyz`.
+    /// Topic and columns that were read: `vehicle_acceleration.xyz`.
     pub from: &'static str,
     /// Times since the log's start [s], rising.
     pub t_s: Vec<f64>,

@@ -90,8 +90,8 @@ fn series<const N: usize>(log: &Ulog<'_>, places: &[Place<'_>]) -> Option<Series
     series_that(log, places, |_| true)
 }
 
-/// The first place of a log, of any instance, whose rows are as they are to be. Columns that are not there are
-/// NaN, but for the first, which is to be there; rows that go back in time, or jump, are left out.
+/// The first place of a log, of any instance, whose rows are as they are to be. Columns that are not there
+/// are /// NaN, but for the first, which is to be there; rows that go back in time, or jump, are left out.
 fn series_that<const N: usize>(
     log: &Ulog<'_>,
     places: &[Place<'_>],

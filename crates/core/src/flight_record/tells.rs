@@ -1,7 +1,7 @@
 //! What a log can tell of its vehicle, and why it cannot: by the rates of what it has, and by what was flown.
 //!
-//! A log whose rates cannot show a rotor's lag gives inertia and lag that are wrong with small errors of their
-//! own, so that rates come first: at 50 Hz a lag of 30 ms lies within a sample or two.
+//! A log whose rates cannot show a rotor's lag gives inertia and lag that are wrong with small errors of
+//! their own, so that rates come first: at 50 Hz a lag of 30 ms lies within a sample or two.
 
 use super::phases::{Doing, Phase};
 use super::{FlightRecord, Series};

@@ -3,12 +3,21 @@
 use std::collections::BTreeMap;
 use std::ops::RangeInclusive;
 
-use super::Value;
-
 /// Messages within messages go no deeper.
 const DEEPEST: usize = 8;
 /// A row has no more bytes: a message's length is of 16 bits, and its first three are the subscription's.
 const LONGEST: usize = u16::MAX as usize;
+
+/// A value of what a log says of itself.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value {
+    /// A text.
+    Text(String),
+    /// A whole number.
+    Whole(i128),
+    /// A real number.
+    Real(f64),
+}
 
 /// Type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

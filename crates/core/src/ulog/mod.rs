@@ -20,7 +20,7 @@ mod tests;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-pub use format::{Column, Kind};
+pub use format::{Column, Kind, Value};
 use format::{Format, Layout};
 use walk::{Message, Walk};
 
@@ -47,17 +47,6 @@ pub enum UlogError {
         /// In which of the eight bytes, from 0.
         byte: usize,
     },
-}
-
-/// A value of what a log says of itself.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Value {
-    /// A text.
-    Text(String),
-    /// A whole number.
-    Whole(i128),
-    /// A real number.
-    Real(f64),
 }
 
 /// A parameter's value, in one of PX4's two types.
@@ -98,7 +87,7 @@ pub struct Ulog<'a> {
     bytes: &'a [u8],
     /// Time of its start since the vehicle's [us].
     pub start_us: u64,
-    /// What it says of itself: `sys_name`, `ver_hw`, `ver_sw_release`, ..
+    /// Facts that the log states: `sys_name`, `ver_hw`, `ver_sw_release`, ..
     pub information: BTreeMap<String, Value>,
     /// Parameters as they were at its start.
     pub parameters: BTreeMap<String, Parameter>,
@@ -173,7 +162,7 @@ impl<'a> Ulog<'a> {
         self.topics.iter().map(|topic| topic.rows.len()).sum()
     }
 
-    /// What it says of itself by a name, where that is a text.
+    /// A fact that the log states by a name, where that is a text.
     pub fn text(&self, name: &str) -> Option<&str> {
         match self.information.get(name)? {
             Value::Text(text) => Some(text),
@@ -190,7 +179,7 @@ impl<'a> Ulog<'a> {
     }
 
     /// The values of a topic's column, in the file's order; none where it has no such column. Times are
-    /// `timestamp`, in microseconds; elements of arrays `q[0]`, fields of a message in a message `esc[0].esc_rpm`.
+    /// `timestamp`, in microseconds; elements of arrays `q[0]`, fields of inner messages `esc[0].esc_rpm`.
     pub fn values(&self, topic: &Topic, column: &str) -> Option<impl Iterator<Item = f64> + use<'a>> {
         let column = topic.layout.column(column)?;
         let (bytes, rows) = (self.bytes, topic.rows.clone());
@@ -224,8 +213,8 @@ impl Topic {
     }
 }
 
-/// Where parts begin that were appended to a log, whatever is cut off before them, by its flags, which are its
-/// first message.
+/// Where parts begin that were appended to a log, whatever is cut off before them, by its flags, which are
+/// its first message.
 fn appended(bytes: &[u8]) -> Result<Vec<usize>, UlogError> {
     /// Data were appended.
     const APPENDED: u8 = 1;
@@ -284,7 +273,7 @@ impl Reading<'_> {
                 let lasted = body.try_into().map(u16::from_le_bytes);
                 self.log.dropouts.extend(lasted.map(|lasted_ms| (self.newest_us, lasted_ms)));
             }
-            // Flags, several values of one name, defaults of parameters, ends of subscriptions, synchronisation.
+            // Flags, several values of one name, defaults of parameters, ends of subscriptions, marks.
             _ => {}
         }
     }

@@ -59,7 +59,7 @@ pub struct Law {
     pub smooths_acceleration_once: bool,
     /// Yaw torque passes a filter (MC_YAW_TQ_CUTOFF).
     pub filters_yaw_torque: bool,
-    /// The attitude setpoint passes a reference model (MC_REF_W_N), whose rates may be fed forward (MC_REF_FF).
+    /// The attitude setpoint passes a reference model (MC_REF_W_N); its rates may be fed forward (MC_REF_FF).
     pub follows_a_reference: bool,
     /// Rotors are given their thrusts by allocation from their geometry (CA_*), not by a mixer file.
     pub allocates: bool,

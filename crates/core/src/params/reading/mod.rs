@@ -37,7 +37,7 @@ impl ParameterFile {
         if Ulog::is_one(bytes) {
             let mut reader = Reader::default();
             flight_log::read(bytes, &mut reader)?;
-            return reader.finished();
+            return finished(reader);
         }
         Self::parse(format::text(bytes)?)
     }
@@ -55,6 +55,14 @@ impl ParameterFile {
             Format::Shown => shell::read_shown(text, &mut reader)?,
             Format::Script => shell::read_script(text, &mut reader)?,
         }
-        reader.finished()
+        finished(reader)
     }
+}
+
+/// What was read, with all remarks on it.
+fn finished(reader: Reader) -> Result<ParameterFile, ParamsError> {
+    let Reader { mut file, remarks, .. } = reader;
+    format::refuse_another_stack(&file)?;
+    file.remark(remarks.said());
+    Ok(file)
 }

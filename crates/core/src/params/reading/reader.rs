@@ -1,6 +1,5 @@
 //! What has been read of a file, and the values of its texts.
 
-use super::format::refuse_another_stack;
 use super::remarks::Remarks;
 use crate::control::px4::Parameters;
 use crate::params::ParamsError;
@@ -31,14 +30,6 @@ pub(super) enum Repeated {
 }
 
 impl Reader {
-    /// The file, with all remarks on it.
-    pub(super) fn finished(self) -> Result<ParameterFile, ParamsError> {
-        let Self { mut file, remarks, .. } = self;
-        refuse_another_stack(&file)?;
-        file.remark(remarks.said());
-        Ok(file)
-    }
-
     /// Takes a parameter of the autopilot's.
     pub(super) fn take(
         &mut self,
