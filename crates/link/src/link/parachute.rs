@@ -39,6 +39,8 @@ const NAMED_VALUE_INT_ID: f32 = NAMED_VALUE_INT_DATA::ID as f32;
 pub struct ParachuteComponent {
     encoder: Encoder,
     now: TimeUs,
+    /// How far the clock that it stamps by is ahead of simulated time [us].
+    ahead_us: i64,
     next_heartbeat: TimeUs,
     released_at: Option<TimeUs>,
     release_asked: bool,
@@ -62,6 +64,7 @@ impl ParachuteComponent {
         Self {
             encoder: Encoder::new(system_id, PARACHUTE_COMPONENT),
             now: 0,
+            ahead_us: 0,
             next_heartbeat: 0,
             released_at: None,
             release_asked: false,
@@ -83,6 +86,12 @@ impl ParachuteComponent {
         let outbox = std::mem::take(&mut self.outbox);
         let fresh = Self::new(self.encoder.system_id());
         *self = Self { encoder: self.encoder.clone(), texts: self.texts, outbox, ..fresh };
+    }
+
+    /// From now on what it stamps is so far ahead of simulated time [us]: by the clock of an autopilot that
+    /// has one of its own, which is the clock of who hears the vehicle.
+    pub(super) fn set_ahead(&mut self, ahead_us: i64) {
+        self.ahead_us = ahead_us;
     }
 
     /// From now on a command to cut is obeyed.
@@ -257,11 +266,15 @@ impl ParachuteComponent {
     }
 
     fn send_instant(&mut self, now: TimeUs, to: Recipient, name: &str, at: TimeUs) {
-        self.send_value(now, to, name, ((at + 500) / 1_000) as i32);
+        self.send_value(now, to, name, ((self.stamped(at) + 500) / 1_000) as i32);
+    }
+
+    fn stamped(&self, at: TimeUs) -> TimeUs {
+        at.saturating_add_signed(self.ahead_us)
     }
 
     fn send_value(&mut self, now: TimeUs, to: Recipient, name: &str, value: i32) {
-        let time_boot_ms = (now / 1_000) as u32;
+        let time_boot_ms = (self.stamped(now) / 1_000) as u32;
         let named = NAMED_VALUE_INT_DATA { time_boot_ms, value, name: name.into() };
         self.send(to, &MavMessage::NAMED_VALUE_INT(named));
     }

@@ -23,6 +23,8 @@ pub struct HilConfig {
     /// simulated time waits for no companion. With it, nothing moves before a companion is heard on the
     /// parachute's socket, and nothing goes ahead of its setpoints.
     pub companion: Option<Duration>,
+    /// For an autopilot with a clock of its own, which waits for nobody; `None`: lockstep.
+    pub real_time: Option<Stamps>,
     /// Whether faults may be ordered in flight, by MAV_CMD_INJECT_FAILURE.
     pub allow_faults: bool,
 }
@@ -36,9 +38,19 @@ impl Default for HilConfig {
             sensors: SensorSettings::default(),
             seed: 1,
             companion: None,
+            real_time: None,
             allow_faults: false,
         }
     }
+}
+
+/// The clock of what the parachute stamps where the autopilot has a clock of its own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stamps {
+    /// Simulated time: a streamer in the same process goes by that.
+    Simulated,
+    /// The autopilot's: one that hears the vehicle alone goes by that.
+    Autopilots,
 }
 
 /// What the host may do next.
@@ -46,7 +58,8 @@ impl Default for HilConfig {
 pub enum Pace {
     /// No autopilot is connected.
     NoPeer,
-    /// The autopilot has not answered yet: steps are made in real time, or at the speed asked for.
+    /// The autopilot has not answered yet, or is not waited for: steps are made in real time, or at the speed
+    /// asked for.
     Free,
     /// The autopilot's answer is missing.
     AwaitingControls,
@@ -61,7 +74,7 @@ pub enum Pace {
 pub struct HilCounts {
     /// Steps made.
     pub steps: u64,
-    /// Steps made without an answer, the free run included.
+    /// Steps made without an answer, the free run included; in real time no answer belongs to a step.
     pub unanswered: u64,
     /// Commands to motors that were not numbers, taken as zero.
     pub not_finite: u64,

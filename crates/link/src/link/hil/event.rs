@@ -3,6 +3,7 @@
 use core::time::Duration;
 use std::fmt;
 
+use super::board::Checked;
 use crate::sim::DropEvent;
 use crate::time::TimeUs;
 
@@ -11,6 +12,8 @@ use crate::time::TimeUs;
 pub enum Missing {
     /// No autopilot has connected.
     Autopilot,
+    /// The line to a board is gone.
+    Board,
     /// The autopilot has connected and not sent a single frame.
     AnyFrame,
     /// The autopilot owes the answer to a HIL_SENSOR.
@@ -25,6 +28,7 @@ impl fmt::Display for Missing {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Autopilot => "an autopilot, which connects to TCP 4560 + instance",
+            Self::Board => "the line to the board, which is looked for",
             Self::AnyFrame => "any message from the autopilot, which has connected but sent nothing",
             Self::ActuatorControls => "HIL_ACTUATOR_CONTROLS from the autopilot, the answer to HIL_SENSOR",
             Self::Companion => {
@@ -47,6 +51,10 @@ pub enum HilEvent {
     },
     /// The first answer has come; from here on, simulator and autopilot run in lockstep.
     Lockstep,
+    /// The first answer has come from an autopilot with a clock of its own; from here on, time goes on.
+    RealTime,
+    /// How a parameter that hardware in the loop depends on is set on the board.
+    Board(Checked),
     /// An answer is missing; simulated time stands still.
     Waiting {
         /// What is missing.
@@ -81,6 +89,8 @@ impl fmt::Display for HilEvent {
             Self::Connected { again: false } => f.write_str("autopilot connected"),
             Self::Connected { again: true } => f.write_str("autopilot connected; the drop starts over"),
             Self::Lockstep => f.write_str("first answer from the autopilot, lockstep from here"),
+            Self::RealTime => f.write_str("first answer from the autopilot, in real time from here"),
+            Self::Board(checked) => checked.fmt(f),
             Self::Waiting { missing, waited } => {
                 write!(f, "waiting since {:.1} s for {missing}", waited.as_secs_f64())
             }

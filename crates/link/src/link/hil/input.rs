@@ -10,20 +10,32 @@ use super::super::autopilot::COMMANDED;
 use super::super::frame::{Command, CommandAck, Frame};
 use super::super::injection::{INJECT_FAILURE, orders};
 use super::super::parachute::PARACHUTE_COMPONENT;
-use super::{HilCounts, HilEvent, HilSession, Pace, SIMULATOR_COMPONENT};
+use super::{FIRST_REPORT, HilCounts, HilEvent, HilSession, Pace, SIMULATOR_COMPONENT, Stamps};
 use crate::autopilot::FlightMode;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::params::file::AUTOPILOT_COMPONENT;
 use crate::sim::ReleaseCause;
+use crate::time::TimeUs;
 
 impl HilSession {
     pub(super) fn take_from_autopilot(&mut self, frame: &Frame) {
-        self.peer.heard = true;
+        if !std::mem::replace(&mut self.peer.heard, true)
+            && self.is_in_real_time()
+            && self.pace == Pace::AwaitingControls
+        {
+            self.pace = Pace::Free;
+            self.peer.answered_at = self.host_time();
+        }
         match frame.known() {
             Some(MavMessage::HIL_ACTUATOR_CONTROLS(m)) => self.take_controls(m),
             Some(MavMessage::HEARTBEAT(m)) => {
                 self.peer.mode_on_link |= m.custom_mode != 0;
                 self.take_heartbeat(m);
+            }
+            Some(MavMessage::PARAM_VALUE(m)) => {
+                if let Some(board) = &mut self.board {
+                    board.take(m);
+                }
             }
             Some(MavMessage::STATUSTEXT(m)) if !matches!(self.pace, Pace::NoPeer | Pace::Done) => {
                 for text in self.texts.take((frame.system_id, frame.component_id), m) {
@@ -70,7 +82,9 @@ impl HilSession {
     fn take_controls(&mut self, m: &HIL_ACTUATOR_CONTROLS_DATA) {
         let stamp = self.config.froude.map_or(m.time_usec, |f| f.site_us(m.time_usec));
         let now = self.now();
-        if now == 0 || stamp > now {
+        if self.is_in_real_time() {
+            self.note_clock(stamp);
+        } else if now == 0 || stamp > now {
             self.counts.mistimed += 1;
             // One report at the 1st, 2nd, 4th, 8th .. of them.
             if self.counts.mistimed.is_power_of_two() {
@@ -86,7 +100,10 @@ impl HilSession {
         self.peer.turned = armed && (self.peer.turned || throttle.iter().any(|&u| u > 0.0));
         self.run.set_throttle(throttle);
         if !std::mem::replace(&mut self.peer.answered, true) {
-            self.report(HilEvent::Lockstep);
+            self.report(if self.is_in_real_time() { HilEvent::RealTime } else { HilEvent::Lockstep });
+        }
+        if self.is_in_real_time() {
+            return;
         }
         if stamp == now {
             if matches!(self.pace, Pace::Free | Pace::AwaitingControls) {
@@ -98,6 +115,19 @@ impl HilSession {
                 self.pace = Pace::AwaitingControls;
             }
         }
+    }
+
+    /// An autopilot with a clock of its own has answered, by that at `stamp`.
+    fn note_clock(&mut self, stamp: TimeUs) {
+        let ahead_us = stamp as i64 - self.now() as i64;
+        // What came soonest shows best how far it is ahead.
+        let ahead_us = self.peer.ahead_us.map_or(ahead_us, |before| before.max(ahead_us));
+        self.peer.ahead_us = Some(ahead_us);
+        if self.config.real_time == Some(Stamps::Autopilots) {
+            self.parachute.set_ahead(ahead_us);
+        }
+        self.peer.answered_at = self.host_time();
+        self.next_report = FIRST_REPORT;
     }
 
     fn take_heartbeat(&mut self, m: &HEARTBEAT_DATA) {

@@ -7,6 +7,11 @@
 //! a limited time; from then on each step waits for its answer. The first message is that of the first step,
 //! not of time 0, because a time stamp of 0 does not start PX4's clock.
 //!
+//! **An autopilot with a clock of its own** ([`HilConfig::real_time`]), as a board has, cannot be waited for.
+//! The first step's messages are sent again and again until it answers; from then on each step is made when
+//! the host says that its time has come, under the commands that have come by then, whatever their stamps. A
+//! board is asked how it is set up, and lets nothing go where that does not do.
+//!
 //! **Time stands still without an autopilot**, and nothing is released then. Whenever one connects it finds
 //! the vehicle under its canopy at time 0, whatever an earlier one has done.
 //!
@@ -14,6 +19,7 @@
 //! |---|---|
 //! | `config`, `event` | how a session runs; what it reports |
 //! | `input` | messages of the autopilot |
+//! | `board` | how a board must be set up for hardware in the loop |
 //! | `companion` | a script that simulated time keeps step with |
 //! | `rates`, [`messages`] | which messages are due at a step, and what is in them |
 //!
@@ -25,21 +31,25 @@
 use core::time::Duration;
 use std::collections::VecDeque;
 
-use mavlink::dialects::common::MavSeverity;
+use mavlink::dialects::common::{COMMAND_LONG_DATA, MavCmd, MavMessage, MavSeverity, MavType};
 use nalgebra::Vector3;
 
+use self::board::BoardCheck;
 use self::companion::CompanionPace;
 use self::messages::HilSensors;
 use self::rates::HilRates;
+use super::autopilot::AUTOPILOT_COMPONENT;
 use super::encoder::Encoder;
 use super::frame::Frame;
 use super::parachute::ParachuteComponent;
 use super::session::{Link, Session, Transmit};
 use super::statustext::TextReader;
+use super::wire::heartbeat_of;
 use crate::sim::faults::FaultCourse;
 use crate::sim::{DropEvent, DropRun, DropSimulation, Phase, ReleaseCause};
 use crate::time::{TimeUs, Timed};
 
+mod board;
 mod companion;
 mod config;
 mod event;
@@ -52,11 +62,14 @@ mod companion_tests;
 #[cfg(test)]
 mod fault_tests;
 #[cfg(test)]
+mod real_time_tests;
+#[cfg(test)]
 mod release_tests;
 #[cfg(test)]
 mod tests;
 
-pub use config::{HilConfig, HilCounts, Pace};
+pub use board::Checked;
+pub use config::{HilConfig, HilCounts, Pace, Stamps};
 pub use event::{HilEvent, Missing};
 
 /// Component of the simulator: the number that PX4's Gazebo bridge uses.
@@ -89,6 +102,10 @@ pub struct HilSession {
     companion: Option<CompanionPace>,
     /// What the autopilot says on the link.
     texts: TextReader,
+    /// In real time, while a board is asked.
+    board: Option<BoardCheck>,
+    /// By how much the host's time is ahead of simulated time, which has waited for the first answer [us].
+    waited_us: TimeUs,
     next_report: Duration,
     next_call: Duration,
 }
@@ -100,6 +117,10 @@ struct Peer {
     heard: bool,
     /// It has answered a HIL_SENSOR.
     answered: bool,
+    /// The host's time of its last answer, or of its first frame.
+    answered_at: TimeUs,
+    /// How far its clock is ahead of simulated time, in the site's units, where it has one of its own [us].
+    ahead_us: Option<i64>,
     /// A HEARTBEAT on the simulator link has named its mode: what comes elsewhere is older.
     mode_on_link: bool,
     /// It has commanded a motor to turn since it was armed.
@@ -115,9 +136,10 @@ impl HilSession {
     fn hosting(run: DropRun, config: HilConfig) -> Self {
         let step_us = config.run.step_us;
         let environment = run.simulation().environment();
+        let rates = HilRates::new(step_us, &config.sensors, config.froude);
         Self {
             sensors: HilSensors::new(environment, config.sensors, config.seed, step_us),
-            rates: HilRates::new(step_us, &config.sensors, config.froude),
+            rates: if config.real_time.is_some() { rates.sensors_alone() } else { rates },
             encoder: Encoder::new(config.system_id, SIMULATOR_COMPONENT).scaled(config.froude),
             parachute: ParachuteComponent::new(config.system_id).scaled(config.froude),
             outbox: VecDeque::new(),
@@ -129,6 +151,8 @@ impl HilSession {
             next_report: FIRST_REPORT,
             next_call: Duration::ZERO,
             texts: TextReader::default(),
+            board: config.real_time.map(|_| BoardCheck::of(run.simulation().vehicle().rotors.len())),
+            waited_us: 0,
             run,
             config,
         }
@@ -153,7 +177,7 @@ impl HilSession {
         } else {
             self.parachute.refuse_release("the vehicle hangs from no parachute");
         }
-        self.pace = Pace::Free;
+        self.pace = if self.is_in_real_time() { Pace::AwaitingControls } else { Pace::Free };
         self.report(HilEvent::Connected { again });
     }
 
@@ -182,6 +206,10 @@ impl HilSession {
     }
 
     fn end(&mut self, why: &'static str) {
+        if self.is_in_real_time() && self.pace != Pace::NoPeer {
+            // Nobody ends a board's flight but who has begun it.
+            self.outbox.push_back(self.encoder.encode(&disarming(self.config.system_id)));
+        }
         self.pace = Pace::Done;
         self.parachute.refuse_release("the mission is over");
         self.parachute.note_end(self.now(), why);
@@ -212,6 +240,11 @@ impl HilSession {
         &self.config
     }
 
+    /// Whether the autopilot has a clock of its own, and is not waited for.
+    pub fn is_in_real_time(&self) -> bool {
+        self.config.real_time.is_some()
+    }
+
     /// What has been counted.
     pub fn counts(&self) -> &HilCounts {
         &self.counts
@@ -238,10 +271,12 @@ impl HilSession {
     pub fn missing(&self) -> Option<Missing> {
         let companion = self.companion.as_ref();
         match self.pace {
+            Pace::NoPeer if self.is_in_real_time() => Some(Missing::Board),
             Pace::NoPeer => Some(Missing::Autopilot),
             Pace::Done => None,
             Pace::AwaitingControls if self.peer.heard => Some(Missing::ActuatorControls),
             Pace::AwaitingControls => Some(Missing::AnyFrame),
+            Pace::Free if self.is_in_real_time() && !self.peer.answered => Some(Missing::ActuatorControls),
             Pace::Free | Pace::Ready if companion.is_some_and(|c| !c.is_heard()) => Some(Missing::Companion),
             Pace::Free | Pace::Ready => self.next_wake().is_none().then_some(Missing::Setpoint),
         }
@@ -266,11 +301,17 @@ impl HilSession {
             self.next_call = waited + CALL_PERIOD;
             self.parachute.call();
         }
+        if missing == Missing::AnyFrame && self.is_in_real_time() && waited >= self.next_call {
+            // PX4 may leave its USB port alone until it hears one (SYS_USB_AUTO).
+            self.next_call = waited + CALL_PERIOD;
+            self.outbox.push_back(self.encoder.encode(&heartbeat_of(MavType::MAV_TYPE_GENERIC)));
+        }
         if missing == Missing::Setpoint && self.companion.as_mut().is_some_and(|c| c.gives_up(waited)) {
             self.report(HilEvent::CompanionSilent(waited));
             return;
         }
-        let nobody_yet = missing == Missing::Autopilot && waited < FIRST_REPORT_OF_NOBODY;
+        let nobody_yet =
+            matches!(missing, Missing::Autopilot | Missing::Board) && waited < FIRST_REPORT_OF_NOBODY;
         if waited >= self.next_report && !nobody_yet {
             self.next_report = waited * 2;
             self.report(HilEvent::Waiting { missing, waited });
@@ -279,21 +320,63 @@ impl HilSession {
 
     /// Makes one step and sends the messages of the new time; HIL_SENSOR last, since it is the clock.
     fn advance(&mut self) {
-        self.counts.steps += 1;
-        self.counts.unanswered += u64::from(self.pace == Pace::Free);
-        self.run.step();
-        self.report_drop();
+        let real_time = self.is_in_real_time();
+        if real_time && !self.peer.answered && self.now() > 0 {
+            self.waited_us += self.config.run.step_us;
+        } else {
+            self.counts.steps += 1;
+            self.counts.unanswered += u64::from(self.pace == Pace::Free && !real_time);
+            self.run.step();
+            self.report_drop();
+        }
         let Self { run, sensors, rates, encoder, outbox, .. } = self;
         sensors.messages(run, rates, &mut |m| outbox.push_back(encoder.encode(m)));
         self.parachute.handle_time(self.run.now());
-        self.next_report = FIRST_REPORT;
+        if real_time {
+            self.ask_board();
+            self.look_at_answers();
+        } else {
+            self.next_report = FIRST_REPORT;
+        }
         if self.run.is_over() {
             self.report(HilEvent::Finished);
             self.end("end of the mission");
-        } else if self.peer.answered || self.now() >= FREE_RUN_LIMIT_US {
+        } else if !real_time && (self.peer.answered || self.now() >= FREE_RUN_LIMIT_US) {
             self.pace = Pace::AwaitingControls;
         } else {
             self.pace = Pace::Free;
+        }
+    }
+
+    /// The time of the next step as the host counts: simulated time, and what was waited before it went on.
+    fn host_time(&self) -> TimeUs {
+        self.now() + self.waited_us
+    }
+
+    /// In real time: asks the board how it is set up, and says so once it has answered.
+    fn ask_board(&mut self) {
+        let (now, system_id) = (self.host_time(), self.config.system_id);
+        let Some(board) = &mut self.board else { return };
+        for message in board.poll(now, system_id) {
+            self.outbox.push_back(self.encoder.encode(&message));
+        }
+        let Some(checked) = board.outcome() else { return };
+        self.board = None;
+        for checked in checked {
+            if !checked.is_fit() {
+                self.parachute.refuse_release("the board is not set up for hardware in the loop");
+            }
+            self.report(HilEvent::Board(checked));
+        }
+    }
+
+    /// In real time: reports that answers have stayed out, as [`Self::handle_silence`] does in lockstep.
+    fn look_at_answers(&mut self) {
+        let waited_us = self.host_time().saturating_sub(self.peer.answered_at);
+        let waited = Duration::from_micros(self.config.froude.map_or(waited_us, |f| f.wire_us(waited_us)));
+        if waited >= self.next_report {
+            self.next_report = waited * 2;
+            self.report(HilEvent::Waiting { missing: Missing::ActuatorControls, waited });
         }
     }
 
@@ -341,6 +424,18 @@ impl HilSession {
     }
 }
 
+/// MAV_CMD_COMPONENT_ARM_DISARM: disarms an autopilot that believes it is in flight, too.
+fn disarming(target_system: u8) -> MavMessage {
+    const BY_FORCE: f32 = 21196.0;
+    MavMessage::COMMAND_LONG(COMMAND_LONG_DATA {
+        command: MavCmd::MAV_CMD_COMPONENT_ARM_DISARM,
+        target_system,
+        target_component: AUTOPILOT_COMPONENT,
+        param2: BY_FORCE,
+        ..COMMAND_LONG_DATA::default()
+    })
+}
+
 impl Session for HilSession {
     fn handle_input(&mut self, link: Link, frame: &Frame) {
         match link {
@@ -367,7 +462,7 @@ impl Session for HilSession {
     /// The time of the next step, if the [pace](Self::pace) allows one, and the companion where one is waited
     /// for.
     fn next_wake(&self) -> Option<TimeUs> {
-        let next = self.now() + self.config.run.step_us;
+        let next = self.host_time() + self.config.run.step_us;
         let held = self.companion.as_ref().is_some_and(|c| !c.allows(next)) && !self.is_mute();
         (matches!(self.pace, Pace::Free | Pace::Ready) && !held).then_some(next)
     }

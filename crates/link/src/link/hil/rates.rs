@@ -1,8 +1,9 @@
 //! Which HIL messages are due, and SET_MESSAGE_INTERVAL about them.
 //!
-//! HIL_STATE_QUATERNION goes out with every step unless asked otherwise; ODOMETRY only to a peer that asks
-//! for it, since PX4, which does not, would take it for vision. HIL_SENSOR is the clock, and its rate cannot
-//! be changed; magnetometer and barometer are in it when they have been read.
+//! HIL_STATE_QUATERNION goes out with every step unless asked otherwise, to an autopilot with a clock of its
+//! own only if asked; ODOMETRY only to a peer that asks for it, since PX4, which does not, would take it for
+//! vision. HIL_SENSOR is the clock, and its rate cannot be changed; magnetometer and barometer are in it when
+//! they have been read.
 
 use mavlink::MessageData as _;
 use mavlink::dialects::common::{HIL_STATE_QUATERNION_DATA, MavCmd, MavResult, ODOMETRY_DATA};
@@ -49,6 +50,13 @@ impl HilRates {
             battery: every(BATTERY_PERIOD_US),
             voltage: every(VOLTAGE_PERIOD_US),
         }
+    }
+
+    /// Without what a PX4 with a clock of its own would take for its own estimate and its own battery, unless
+    /// it asks (`handle_message_hil_state_quaternion` and `.._battery_status` of its receiver).
+    pub(super) fn sensors_alone(self) -> Self {
+        let off = Rate::every(None, 0, self.step_us);
+        Self { state_quaternion: off, battery: off, voltage: off, ..self }
     }
 
     /// MAV_CMD_SET_MESSAGE_INTERVAL: param1 the message, param2 the interval on the wire's clock [us], 0 the

@@ -19,7 +19,7 @@ use crate::params::px4_required::other_name;
 use crate::time::TimeUs;
 
 /// What is not answered is sent again after this, on the autopilot's clock.
-pub(super) const RETRY_US: TimeUs = 300_000;
+pub(in crate::link) const RETRY_US: TimeUs = 300_000;
 /// What has been asked for so often is not there, what has been written so often is not taken: PX4 answers in
 /// a hundredth of that time.
 const TRIES: u32 = 4;
@@ -30,7 +30,7 @@ const BY_NAME: i16 = -1;
 
 /// Why a value is not in the vehicle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Refusal {
+pub(in crate::link) enum Refusal {
     /// The vehicle says why (PARAM_ERROR).
     Told(MavParamError),
     /// The parameter's type has no such value; this is the value that it has.
@@ -124,26 +124,29 @@ impl Item {
 
 /// Parameters under way.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Exchange(Vec<Item>);
+pub(in crate::link) struct Exchange(Vec<Item>);
 
 /// Result of an exchange.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Exchanged {
+pub(in crate::link) struct Exchanged {
     /// What the vehicle has.
-    pub(super) values: BTreeMap<String, Value>,
+    pub(in crate::link) values: BTreeMap<String, Value>,
     /// How many were set.
-    pub(super) set: usize,
+    pub(in crate::link) set: usize,
     /// Were to be set and do not exist there.
-    pub(super) absent: Vec<String>,
+    pub(in crate::link) absent: Vec<String>,
     /// Were to be set or read, and no value has come.
-    pub(super) silent: Vec<String>,
+    pub(in crate::link) silent: Vec<String>,
     /// Were to be set to a value and were not.
-    pub(super) refused: Vec<(String, Value, Refusal)>,
+    pub(in crate::link) refused: Vec<(String, Value, Refusal)>,
 }
 
 impl Exchange {
     /// Sets some parameters and reads others.
-    pub(super) fn new<'a>(set: &BTreeMap<String, Value>, read: impl Iterator<Item = &'a str>) -> Self {
+    pub(in crate::link) fn new<'a>(
+        set: &BTreeMap<String, Value>,
+        read: impl Iterator<Item = &'a str>,
+    ) -> Self {
         let item = |name: &str, set| {
             let name = name.to_owned();
             Item { name, set, sent: None, tries: 0, stage: Stage::Reading }
@@ -154,7 +157,7 @@ impl Exchange {
 
     /// What is to be sent now to the autopilot of a system; what is not answered is sent again after
     /// `retry_us`.
-    pub(super) fn poll(
+    pub(in crate::link) fn poll(
         &mut self,
         now: TimeUs,
         retry_us: TimeUs,
@@ -177,7 +180,7 @@ impl Exchange {
     }
 
     /// Takes the vehicle's value of a parameter.
-    pub(super) fn take(&mut self, m: &PARAM_VALUE_DATA) {
+    pub(in crate::link) fn take(&mut self, m: &PARAM_VALUE_DATA) {
         let value = match m.param_type {
             MavParamType::MAV_PARAM_TYPE_INT32 => Value::Int(m.param_value.to_bits() as i32),
             MavParamType::MAV_PARAM_TYPE_REAL32 => Value::Real(m.param_value),
@@ -195,7 +198,7 @@ impl Exchange {
     }
 
     /// The vehicle does not do what it was asked for about a parameter.
-    pub(super) fn take_error(&mut self, name: &str, error: MavParamError) {
+    pub(in crate::link) fn take_error(&mut self, name: &str, error: MavParamError) {
         let asked = |item: &&mut Item| item.name == name && item.tries > 0 && !item.is_over();
         if let Some(item) = self.0.iter_mut().find(asked) {
             item.stage = match error {
@@ -206,12 +209,12 @@ impl Exchange {
     }
 
     /// Whether each has been answered or given up.
-    pub(super) fn is_over(&self) -> bool {
+    pub(in crate::link) fn is_over(&self) -> bool {
         self.0.iter().all(Item::is_over)
     }
 
     /// Result of the exchange so far.
-    pub(super) fn outcome(&self) -> Exchanged {
+    pub(in crate::link) fn outcome(&self) -> Exchanged {
         let mut outcome = Exchanged::default();
         for item in &self.0 {
             match (item.stage, item.set) {

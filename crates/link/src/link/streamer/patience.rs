@@ -15,7 +15,7 @@ const LEAST_WALL: Duration = Duration::from_millis(300);
 
 /// What the host tells of the wire; a host without sockets tells nothing.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Wire {
+pub(in crate::link) struct Wire {
     /// When the socket was last found empty, in wall time since the host began.
     empty_at: Option<Duration>,
     /// Up to which simulated time the vehicle had taken all that was sent when the socket was found empty.
@@ -24,15 +24,15 @@ pub(super) struct Wire {
 
 /// A message that was sent.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Sent {
-    pub(super) at: TimeUs,
+pub(in crate::link) struct Sent {
+    pub(in crate::link) at: TimeUs,
     wall: Option<Duration>,
 }
 
 impl Wire {
     /// The socket has been found empty at a wall time, and at a simulated one, up to which all was taken if
     /// `taken`.
-    pub(super) fn note_empty(&mut self, wall: Duration, now: TimeUs, taken: bool) {
+    pub(in crate::link) fn note_empty(&mut self, wall: Duration, now: TimeUs, taken: bool) {
         self.empty_at = Some(wall);
         if taken {
             self.taken_to = Some(now);
@@ -40,17 +40,17 @@ impl Wire {
     }
 
     /// Wall time since the host began, as last told.
-    pub(super) fn wall(&self) -> Option<Duration> {
+    pub(in crate::link) fn wall(&self) -> Option<Duration> {
         self.empty_at
     }
 
     /// A message that is sent now.
-    pub(super) fn send(&self, now: TimeUs) -> Sent {
+    pub(in crate::link) fn send(&self, now: TimeUs) -> Sent {
         Sent { at: now, wall: self.empty_at }
     }
 
     /// Whether a message has had its time for an answer.
-    pub(super) fn has_waited(&self, sent: Sent, now: TimeUs, retry_us: TimeUs) -> bool {
+    pub(in crate::link) fn has_waited(&self, sent: Sent, now: TimeUs, retry_us: TimeUs) -> bool {
         let by_wall = match (sent.wall, self.empty_at) {
             (Some(sent), Some(empty)) => empty >= sent + LEAST_WALL,
             _ => self.empty_at.is_none(),
