@@ -122,6 +122,8 @@ pub struct Hub<A> {
     speaks_unasked: bool,
     /// The endpoint behind which a simulator keeps step with companions.
     watcher: Option<EndpointId>,
+    /// The endpoint of the autopilot in whose place the party stands.
+    stands_for: Option<EndpointId>,
     events: VecDeque<HubEvent<A>>,
     /// Frames to be passed on: by which endpoint, to whom.
     to_forward: VecDeque<(EndpointId, A, Vec<u8>)>,
@@ -145,6 +147,7 @@ impl<A: Copy + PartialEq> Hub<A> {
             doubles: None,
             speaks_unasked: true,
             watcher: None,
+            stands_for: None,
             events: VecDeque::new(),
             to_forward: VecDeque::new(),
         }
@@ -236,6 +239,12 @@ impl<A: Copy + PartialEq> Hub<A> {
     /// there before them.
     pub fn show_companions_to(&mut self, endpoint: EndpointId) {
         self.watcher = Some(endpoint);
+    }
+
+    /// Behind this endpoint is an autopilot that has no others: what it says to everybody goes to all that
+    /// are kept, who need not speak first, as an autopilot's own does.
+    pub fn stand_for(&mut self, endpoint: EndpointId) {
+        self.stands_for = Some(endpoint);
     }
 
     /// A connection has ended.
@@ -422,14 +431,19 @@ impl<A: Copy + PartialEq> Hub<A> {
     fn route(&mut self, now: u64, endpoint: EndpointId, frame: &Frame) {
         let (target, own) = (frame.target(), self.config.own);
         let watcher = self.watcher.filter(|_| is_setpoint(frame.message_id) && includes(target, own));
+        let for_all = self.stands_for == Some(endpoint) && target.0 == 0;
         let (mut known, mut full) = (false, false);
         for peer in &self.peers {
-            let reached = watcher == Some(peer.endpoint) || reaches(target, own, peer.components());
+            let reached = watcher == Some(peer.endpoint)
+                || for_all && peer.kept
+                || reaches(target, own, peer.components());
             let heard = reached && peer.is_served(now, self.config.memory_us);
             known |= heard;
             let sender = (frame.system_id, frame.component_id);
             let is_way_back = peer.id == frame.peer || peer.components().any(|c| c == sender);
-            if !heard || is_way_back || !self.config.forwards || !may_leave(frame.message_id) {
+            // Of an autopilot in whose place we stand all is passed on: what is left out would count as lost.
+            let leaves = for_all || may_leave(frame.message_id);
+            if !heard || is_way_back || !self.config.forwards || !leaves {
                 continue;
             }
             if self.to_forward.len() < MAX_FORWARDS {

@@ -44,11 +44,13 @@ impl Speed {
 pub(super) struct Pacer {
     factor: f64,
     anchor: Option<(Instant, TimeUs)>,
+    /// How often it was late by more than it makes up for.
+    pub(super) slips: u32,
 }
 
 impl Pacer {
     pub(super) fn new(speed: Speed) -> Self {
-        Self { factor: speed.factor(), anchor: None }
+        Self { factor: speed.factor(), anchor: None, slips: 0 }
     }
 
     /// Begins anew with the next step: after a wait or a restart.
@@ -67,6 +69,7 @@ impl Pacer {
         let late = Duration::try_from_secs_f64(LATE_SIMULATED_S / self.factor).unwrap_or(Duration::MAX);
         if now.saturating_duration_since(due) > late.max(LATE_LEAST) {
             self.anchor = Some((now, at));
+            self.slips += 1;
             return Duration::ZERO;
         }
         due.saturating_duration_since(now)

@@ -43,6 +43,9 @@ pub(super) struct Companion {
     pub(super) fence: Option<Since>,
     /// Stamp of the last TIMESYNC.
     stamp: i64,
+    /// Whether simulator and parachute are spoken to in memory, and simulated time waits for the autopilot;
+    /// otherwise it is behind the ports of a board, as any other is.
+    pub(super) is_inside: bool,
     /// The autopilot has answered a TIMESYNC. Before, nothing waits for one: its receiver may be asleep in
     /// simulated time.
     answers: bool,
@@ -58,6 +61,7 @@ impl Companion {
     pub(super) async fn open<O: Observer>(
         session: StreamerSession,
         ports: &Ports,
+        is_inside: bool,
         observer: &mut O,
     ) -> Result<Self, ShellError> {
         let own = (STREAMER_SYSTEM, STREAMER_COMPONENT);
@@ -71,6 +75,7 @@ impl Companion {
             encoder: Encoder::new(STREAMER_SYSTEM, STREAMER_COMPONENT),
             decoder: Decoder::new(),
             fence: None,
+            is_inside,
             stamp: 0,
             answers: false,
             asked: None,
@@ -102,7 +107,7 @@ impl Companion {
     /// own link.
     pub(super) fn receive<O: Observer>(&mut self, simulator: &mut HilSession, observer: &mut O) {
         let now = simulator.now();
-        let Self { session, links, fence, stamp, answers, .. } = self;
+        let Self { session, links, fence, stamp, answers, is_inside, .. } = self;
         let is_empty = links.receive(observer, |observer, link, frame: &Frame| {
             if let Some(MavMessage::TIMESYNC(m)) = frame.known() {
                 *answers |= m.tc1 != 0 && (1..=*stamp).contains(&m.ts1);
@@ -111,8 +116,11 @@ impl Companion {
                 }
                 return;
             }
-            observer.frame(now, link, frame.bytes());
             session.handle_input(link, frame);
+            if !*is_inside {
+                return;
+            }
+            observer.frame(now, link, frame.bytes());
             if matches!(frame.known(), Some(MavMessage::HEARTBEAT(_))) {
                 simulator.handle_input(Link::Parachute, frame);
             }
@@ -158,8 +166,11 @@ impl Companion {
         let mut any = false;
         while let Some(sent) = self.session.poll_output() {
             any = true;
-            observer.frame(now, sent.link, &sent.bytes);
             self.links.send(&sent);
+            if !self.is_inside {
+                continue;
+            }
+            observer.frame(now, sent.link, &sent.bytes);
             self.decoder.datagram(&sent.bytes, |frame| simulator.handle_input(Link::Parachute, &frame));
         }
         if any {
@@ -176,6 +187,9 @@ impl Companion {
     }
 
     fn put_fence(&mut self) {
+        if !self.is_inside {
+            return;
+        }
         self.stamp += 1;
         self.asked.get_or_insert_with(Since::now);
         let ping = TIMESYNC_DATA { tc1: 0, ts1: self.stamp, ..TIMESYNC_DATA::default() };

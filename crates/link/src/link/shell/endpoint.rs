@@ -1,5 +1,5 @@
-//! The sockets of a link: UDP, and TCP as server and as client. They move bytes; who a peer is and what it
-//! gets is the hub's business. None of them ever waits.
+//! The sockets of a link: UDP, and TCP as server and as client; and a serial line. They move bytes; who a
+//! peer is and what it gets is the hub's business. None of them ever waits.
 
 use std::future::Future as _;
 use std::io;
@@ -13,6 +13,7 @@ use tokio::task::JoinHandle;
 
 use super::clock::Since;
 use super::notice::{Notice, Observer, ShellError, What};
+use super::serial::{LineNews, SerialLine};
 use super::url::{Kind, LinkUrl};
 
 /// Longest datagram.
@@ -46,9 +47,14 @@ pub(super) enum Arrival<'a> {
     Ended(SocketAddr, String),
     /// Nobody listens there yet.
     NobodyThere(SocketAddr),
+    /// News of a serial line.
+    Line(LineNews<'a>),
 }
 
-/// A socket with its connections.
+/// Stands for the other end of a serial line, which has no address.
+pub(super) const LINE_END: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::UNSPECIFIED), 0);
+
+/// A socket with its connections, or a serial line.
 #[derive(Debug)]
 pub(super) enum Endpoint {
     /// Hears everybody (`udpin`) or one remote (`udpout`), and always sends from where it hears.
@@ -60,6 +66,8 @@ pub(super) enum Endpoint {
     },
     /// As many connections as the hub has room for (`tcpin`), or one (`tcpout`).
     Tcp(TcpSource, Vec<Stream>),
+    /// One board.
+    Serial(Box<SerialLine>),
 }
 
 impl Endpoint {
@@ -116,6 +124,7 @@ impl Endpoint {
         match self {
             Self::Udp { remote, .. } => *remote,
             Self::Tcp(..) => None,
+            Self::Serial(_) => Some(LINE_END),
         }
     }
 
@@ -131,6 +140,7 @@ impl Endpoint {
                 }
                 if ready { Poll::Ready(()) } else { Poll::Pending }
             }
+            Self::Serial(line) => line.poll_readable(cx),
         }
     }
 
@@ -169,6 +179,10 @@ impl Endpoint {
                 streams.retain_mut(|stream| stream.receive(each));
                 true
             }
+            Self::Serial(line) => {
+                line.receive(&mut |news| _ = each(Arrival::Line(news)));
+                true
+            }
         }
     }
 
@@ -200,6 +214,7 @@ impl Endpoint {
                     stream.queue(frame);
                 }
             }
+            Self::Serial(line) => line.queue(frame),
         }
     }
 
@@ -213,6 +228,8 @@ impl Endpoint {
                 }
             }
             Self::Tcp(_, streams) => streams.iter_mut().for_each(Stream::flush),
+            // What is wrong shows at the next receive.
+            Self::Serial(line) => _ = line.flush(),
         }
     }
 }

@@ -11,11 +11,13 @@ use super::super::autopilot::AUTOPILOT_COMPONENT;
 use super::super::faults::Faults;
 use super::super::frame::{Frame, message_id};
 use super::super::hub::{EndpointId, Hub, HubConfig, HubEvent};
+use super::super::parachute::PARACHUTE_COMPONENT;
 use super::super::session::{Link, Transmit};
 use super::clock::UnixClock;
-use super::endpoint::{Arrival, Endpoint};
-use super::notice::{GarbageWatch, Notice, Observer, ShellError, What};
+use super::endpoint::{Arrival, Endpoint, LINE_END};
+use super::notice::{GarbageWatch, LineNotice, Notice, Observer, ShellError, What};
 use super::ports::{Ports, loopback};
+use super::serial::{LineNews, SerialLine, SerialUrl};
 use super::stamp_store::{Keeper, SignWith};
 use super::url::LinkUrl;
 
@@ -50,6 +52,8 @@ pub(super) struct Links {
     stamps: Option<Keeper>,
     /// There is a component of the vehicle behind the party.
     routes: bool,
+    /// The serial line is there.
+    line_is_up: bool,
 }
 
 impl Links {
@@ -73,7 +77,7 @@ impl Links {
             hub.resume(clock.now_us(), earlier).map_err(|error| keeper.refuse(error))?;
             stamps = Some(keeper);
         }
-        Ok(Self { hub, endpoints: Vec::new(), clock, stamps, routes: false })
+        Ok(Self { hub, endpoints: Vec::new(), clock, stamps, routes: false, line_is_up: false })
     }
 
     /// The links of an autopilot: to ground stations, to companions, to the parachute, and those that are
@@ -94,6 +98,26 @@ impl Links {
         for url in &wiring.urls {
             links.open(url, observer).await?;
         }
+        Ok(links)
+    }
+
+    /// The links of a parachute that a simulator hosts for a board on a serial line, in whose place it stands
+    /// for all others: the ports of the board's autopilot are opened here, and what comes by them goes on
+    /// over the line, and the other way round.
+    pub(super) async fn of_board(
+        system_id: u8,
+        ports: &Ports,
+        url: &SerialUrl,
+        observer: &mut impl Observer,
+    ) -> Result<Self, ShellError> {
+        let mut links = Self::new((system_id, PARACHUTE_COMPONENT), PEER_MEMORY, true, None)?;
+        let line = Endpoint::Serial(Box::new(SerialLine::open(url)?));
+        let id = links.add(line, Link::Simulator, What::from(url.to_string()));
+        links.hub.stand_for(id);
+        let (at, to) = (ports.autopilot_ground, [ports.ground_station]);
+        links.bind_udp(Link::GroundStation, at, "board, for ground stations", &to, observer).await?;
+        let (at, to) = (ports.autopilot_api, [ports.api]);
+        links.bind_udp(Link::Api, at, "board, for companions", &to, observer).await?;
         Ok(links)
     }
 
@@ -154,6 +178,17 @@ impl Links {
         self.hub.speak_unasked(speaks);
     }
 
+    /// Whether the serial line is there, for links that have one.
+    pub(super) fn line_is_up(&self) -> bool {
+        self.line_is_up
+    }
+
+    /// The name of the serial line, for links that have one.
+    pub(super) fn line_name(&self) -> &str {
+        let line = self.endpoints.iter().find(|named| matches!(named.endpoint, Endpoint::Serial(_)));
+        line.map_or("", |named| &named.what)
+    }
+
     fn add(&mut self, endpoint: Endpoint, link: Link, what: What) -> EndpointId {
         let id = self.hub.add_endpoint(link);
         if let Some(remote) = endpoint.default_remote() {
@@ -181,12 +216,13 @@ impl Links {
         observer: &mut O,
         mut each: impl FnMut(&mut O, Link, &Frame),
     ) -> bool {
-        let Self { hub, endpoints, clock, .. } = self;
+        let Self { hub, endpoints, clock, line_is_up, .. } = self;
         let now = clock.now_us();
         let mut is_empty = true;
         for (i, named) in endpoints.iter_mut().enumerate() {
             let id = EndpointId(i as u8);
             let (link, what) = (named.link, &named.what);
+            let mut any_frame = false;
             is_empty &= named.endpoint.receive(&mut |arrival| match arrival {
                 Arrival::Datagram(from, bytes) => {
                     hub.datagram(now, id, from, bytes, |frame| each(observer, link, frame));
@@ -216,7 +252,39 @@ impl Links {
                     observer.notice(Notice::NobodyThere(at, what.clone()));
                     true
                 }
+                Arrival::Line(LineNews::Bytes(bytes)) => {
+                    hub.stream(now, id, LINE_END, bytes, |frame| {
+                        any_frame = true;
+                        each(observer, link, frame);
+                    });
+                    true
+                }
+                Arrival::Line(news) => {
+                    let notice = match news {
+                        LineNews::Lost(why) => LineNotice::Lost(why),
+                        LineNews::Stalled(frames) => LineNotice::Stalled(frames),
+                        LineNews::Open | LineNews::Bytes(_) => LineNotice::Open,
+                    };
+                    match &notice {
+                        LineNotice::Open => {
+                            hub.forget(id, LINE_END);
+                            *line_is_up = hub.keep(now, id, LINE_END);
+                        }
+                        LineNotice::Lost(_) => *line_is_up = false,
+                        _ => {}
+                    }
+                    observer.notice(Notice::Line(what.to_string(), notice));
+                    true
+                }
             });
+            if let Endpoint::Serial(line) = &mut named.endpoint {
+                let skipped = hub.faults(id).skipped_bytes;
+                if any_frame {
+                    line.note_frame();
+                } else if line.is_garbled_now(skipped) {
+                    observer.notice(Notice::Line(what.to_string(), LineNotice::Garbled(skipped)));
+                }
+            }
             named.garbage.look(what, &hub.faults(id), observer);
         }
         while let Some((id, peer)) = self.hub.poll_close(now) {
@@ -234,6 +302,7 @@ impl Links {
         while let Some(event) = self.hub.poll_event() {
             let what = |id: EndpointId| self.endpoints[usize::from(id.0)].what.clone();
             observer.notice(match event {
+                HubEvent::Heard(id, LINE_END) => Notice::Line(what(id).to_string(), LineNotice::Heard),
                 HubEvent::Heard(id, peer) => Notice::Heard(peer, what(id)),
                 HubEvent::Crowded(id, peer) => Notice::Crowded(peer, what(id)),
                 HubEvent::OtherClock(id, peer, sender, ahead_s) => {

@@ -4,13 +4,14 @@
 //! |---|---|
 //! | [`ports`] | which ports an instance has |
 //! | [`clock`] | the wall clock: pacing by a speed factor |
+//! | [`serial`] | a serial line to a board, and what it carries |
 //! | [`url`] | endpoints as they are typed |
 //! | `endpoint` | sockets for ground stations and companions, by kind |
 //! | `connection` | the simulator's link: one TCP connection as frames |
 //! | `links` | a party's endpoints and the hub between them and its session |
 //! | [`stamp_store`] | where the time stamps of signed frames are kept between two starts |
 //! | [`notice`] | notices to the caller; errors |
-//! | [`simulator`] | [`run_simulator`]: TCP server for the autopilot, UDP for the parachute |
+//! | [`simulator`] | [`run_simulator`]: TCP for the autopilot, UDP for the parachute; [`run_board`] |
 //! | `busy_wait` | waiting for an answer without giving the processor up, while that pays |
 //! | `companion` | a streamer beside the simulator, and the fence that holds simulated time back |
 //! | [`autopilot`] | [`run_autopilot`]: TCP client of the simulator, UDP for ground stations and companions |
@@ -34,6 +35,7 @@ mod event_texts;
 mod links;
 pub mod notice;
 pub mod ports;
+pub mod serial;
 pub mod simulator;
 mod solver;
 pub mod stamp_store;
@@ -55,9 +57,10 @@ pub use autopilot::{AfterSimulator, run_autopilot};
 pub use clock::Speed;
 pub use event_texts::event_texts;
 pub use links::Wiring;
-pub use notice::{Notice, Observer, ShellError};
+pub use notice::{LineNotice, Notice, Observer, ShellError};
 pub use ports::{Ports, system_of_instance};
-pub use simulator::{Attendance, Guest, HostedDrop, run_hosted_drop, run_simulator};
+pub use serial::{SerialError, SerialUrl};
+pub use simulator::{Attendance, Guest, HostedDrop, run_board, run_hosted_drop, run_simulator};
 pub use stamp_store::{SignWith, StampStore};
 pub use streamer::run_streamer;
 pub use url::LinkUrl;

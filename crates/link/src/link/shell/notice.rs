@@ -10,6 +10,7 @@ use super::super::hil::HilEvent;
 use super::super::session::Link;
 use super::super::signing::ClockError;
 use super::super::streamer::StreamerEvent;
+use super::serial::SerialError;
 use crate::autopilot::flight_log::LogEntry;
 use crate::time::{TimeUs, Timed};
 
@@ -51,6 +52,9 @@ pub enum ShellError {
         /// The system's reason.
         source: io::Error,
     },
+    /// A serial line that cannot be used.
+    #[error(transparent)]
+    Serial(#[from] SerialError),
     /// The time stamps of signed frames cannot be kept.
     #[error("{place}: the last time stamps of signed frames are kept there")]
     Stamps {
@@ -119,6 +123,10 @@ pub enum Notice {
     /// Bytes have come by the socket of this purpose that are no frames, or frames that are not let in;
     /// reported at the 1st, 2nd, 4th, .. time, with all that the socket has dropped so far.
     Garbage(What, Faults),
+    /// A serial line, by its name, is open, gone, or not what it should be.
+    Line(String, LineNotice),
+    /// So often the simulator was late by more than a tenth of a second, and real time was not kept.
+    NotInTime(u32),
     /// A report of the simulator.
     Simulator(Timed<HilEvent>),
     /// A report of the streamer.
@@ -132,6 +140,48 @@ pub enum Notice {
         /// The text.
         text: String,
     },
+}
+
+/// What has become of a serial line.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum LineNotice {
+    /// It is open.
+    Open,
+    /// The board has sent a frame for the first time, or after a silence.
+    Heard,
+    /// It is gone, for this reason; it is looked for.
+    Lost(String),
+    /// The board does not read: so many frames have been left out so far.
+    Stalled(u64),
+    /// So many bytes have come, and no frame among them.
+    Garbled(u64),
+    /// The autopilot there is of this system, not of ours.
+    OtherSystem {
+        /// System of the autopilot there.
+        found: u8,
+        /// System of our vehicle.
+        expected: u8,
+    },
+}
+
+impl fmt::Display for LineNotice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Open => f.write_str("open, waiting for the board"),
+            Self::Heard => f.write_str("the board is heard"),
+            Self::Lost(why) => write!(f, "lost ({why}); looking for it until it is plugged in again"),
+            Self::Stalled(frames) => write!(f, "the board does not read: {frames} frames left out so far"),
+            Self::Garbled(bytes) => write!(
+                f,
+                "{bytes} bytes have come and not one frame: has the board's port another baud rate (SER_*_BAUD; 921600 and 57600 are \
+                 usual), or no MAVLink (MAV_*_CONFIG)?"
+            ),
+            Self::OtherSystem { found, expected } => write!(
+                f,
+                "the board is MAVLink system {found}, and {expected} is expected: MAV_SYS_ID there, or --instance N for system N + 1"
+            ),
+        }
+    }
 }
 
 impl fmt::Display for Notice {
@@ -172,6 +222,11 @@ impl fmt::Display for Notice {
                 }
                 write!(f, " ({faults})")
             }
+            Self::Line(line, notice) => write!(f, "{line}: {notice}"),
+            Self::NotInTime(times) => write!(
+                f,
+                "real time was not kept: {times} times the simulator was late by more than 0.1 s; is the machine busy?"
+            ),
             Self::Simulator(event) => event.fmt(f),
             Self::Streamer(event) => event.fmt(f),
             Self::Autopilot { at, text, .. } => Timed { at: *at, event: format_args!("> {text}") }.fmt(f),

@@ -1,9 +1,12 @@
-//! The simulator on sockets: TCP 4560 + N for the autopilot, UDP 14600 + N for the parachute.
+//! The simulator on sockets: TCP 4560 + N for the autopilot, UDP 14600 + N for the parachute. Or on a serial
+//! line to a board, which it gives the ports of an autopilot: UDP 18570 + N and 14580 + N.
 
 use std::future::Future;
 use std::net::SocketAddr;
 use std::time::Duration;
 
+use mavlink::MessageData as _;
+use mavlink::dialects::common::{HEARTBEAT_DATA, HIL_ACTUATOR_CONTROLS_DATA};
 use tokio::net::{TcpListener, TcpStream};
 
 use super::super::autopilot::AUTOPILOT_COMPONENT;
@@ -18,8 +21,9 @@ use super::companion::Companion;
 use super::connection::Connection;
 use super::endpoint::listen;
 use super::links::{Links, PEER_MEMORY};
-use super::notice::{Notice, Observer, ShellError, What};
+use super::notice::{LineNotice, Notice, Observer, ShellError, What};
 use super::ports::{Ports, loopback};
+use super::serial::SerialUrl;
 use super::stamp_store::SignWith;
 use super::viewer::Viewer;
 use crate::time::TimeUs;
@@ -47,6 +51,12 @@ const PURPOSE: What = What::Borrowed("simulator, for the autopilot");
 
 struct Shell<'a, O> {
     session: HilSession,
+    /// Whether the autopilot is a board on a serial line, which is one of the parachute's links.
+    has_board: bool,
+    /// Whether the line was there at the last look.
+    line_is_up: bool,
+    /// Whether it has been said that the autopilot there is another system.
+    stranger_told: bool,
     connection: Option<Connection>,
     connected: Since,
     parachute: Links,
@@ -138,7 +148,7 @@ pub async fn run_simulator<O: Observer>(
     let mut shell = Shell::open(session, ports, speed, sign, &remotes, observer).await?;
     shell.attendance = attendance;
     shell.parachute.expect_router(shell.session.config().system_id);
-    shell.run(server, speed, &mut Stranger, stop).await;
+    shell.run(Some(server), speed, &mut Stranger, stop).await;
     Ok(shell.session)
 }
 
@@ -159,17 +169,54 @@ pub async fn run_hosted_drop<O: Observer, G: Guest, E: From<ShellError>>(
     stop: impl Future<Output = ()>,
 ) -> Result<(HostedDrop, G), E> {
     let server = listen(loopback(ports.simulator), &PURPOSE, observer).await?;
-    let mut companion = Companion::open(streamer, ports, observer).await?;
+    let mut companion = Companion::open(streamer, ports, true, observer).await?;
     let mut shell = Shell::open(session, ports, speed, None, &[ports.ground_station], observer).await?;
     shell.companion = Some(&mut companion);
     let mut guest = start()?;
-    let gone = shell.run(server, speed, &mut guest, stop).await;
+    let gone = shell.run(Some(server), speed, &mut guest, stop).await;
     let simulator = shell.session;
     Ok((HostedDrop { simulator, unfenced: companion.unfenced, streamer: companion.session, gone }, guest))
 }
 
-/// The next connection. Safe to cancel.
-async fn accept(server: &TcpListener) -> (TcpStream, SocketAddr) {
+/// Runs the simulator for a board on a serial line, in real time, with a streamer beside it if there is one,
+/// until the mission is over, the streamer has given up or `stop` completes; `factor` is the pace of
+/// simulated time where the board's clock is on another scale. A line that is lost is waited for, and the
+/// drop then starts over, unless `attendance` says otherwise. The session must be [in real
+/// time](HilSession::is_in_real_time), and the streamer's clock the caller's.
+///
+/// # Errors
+/// [`ShellError`] when the line or a port cannot be had.
+pub async fn run_board<O: Observer>(
+    (session, streamer): (HilSession, Option<StreamerSession>),
+    ports: &Ports,
+    line: &SerialUrl,
+    (factor, attendance): (f64, Attendance),
+    observer: &mut O,
+    stop: impl Future<Output = ()>,
+) -> Result<(HilSession, Option<StreamerSession>), ShellError> {
+    let speed = Speed::Factor(factor);
+    let links = Links::of_board(session.config().system_id, ports, line, observer).await?;
+    let mut companion = match streamer {
+        Some(streamer) => Some(Companion::open(streamer, ports, false, observer).await?),
+        None => None,
+    };
+    let mut shell = Shell::new(session, links, ports, speed, observer);
+    shell.has_board = true;
+    shell.starting = Pacer::new(speed);
+    shell.attendance = attendance;
+    shell.companion = companion.as_mut();
+    shell.run(None, speed, &mut Stranger, stop).await;
+    let slips = shell.pacer.slips + shell.starting.slips;
+    if slips > 0 {
+        shell.observer.notice(Notice::NotInTime(slips));
+    }
+    let session = shell.session;
+    Ok((session, companion.map(|companion| companion.session)))
+}
+
+/// The next connection; for ever without a server. Safe to cancel.
+async fn accept(server: Option<&TcpListener>) -> (TcpStream, SocketAddr) {
+    let Some(server) = server else { return std::future::pending().await };
     loop {
         // A connection that is gone before it is accepted is nobody's loss.
         if let Ok(accepted) = server.accept().await {
@@ -192,17 +239,25 @@ impl<'a, O: Observer> Shell<'a, O> {
         let system_id = session.config().system_id;
         let mut parachute = Links::new((system_id, PARACHUTE_COMPONENT), PEER_MEMORY, false, sign)?;
         parachute.bind_udp(Link::Parachute, ports.parachute, "parachute", remotes, observer).await?;
+        Ok(Self::new(session, parachute, ports, speed, observer))
+    }
+
+    fn new(session: HilSession, parachute: Links, ports: &Ports, speed: Speed, observer: &'a mut O) -> Self {
         let starting = match speed {
             Speed::Factor(factor) => Speed::Factor(factor.min(1.0)),
             Speed::Max => Speed::Factor(1.0),
         };
-        Ok(Self {
+        let viewer = Viewer::open(session.config().system_id, ports, speed);
+        Self {
             session,
+            has_board: false,
+            line_is_up: false,
+            stranger_told: false,
             connection: None,
             connected: Since::now(),
             parachute,
             routed: false,
-            viewer: Viewer::open(system_id, ports, speed),
+            viewer,
             companion: None,
             pacer: Pacer::new(speed),
             starting: Pacer::new(starting),
@@ -215,13 +270,13 @@ impl<'a, O: Observer> Shell<'a, O> {
             sent: Vec::new(),
             busy_wait: BusyWait::new(speed),
             observer,
-        })
+        }
     }
 
     /// Runs to the end; returns the reason why the guest is gone, if that ended it: what the guest says.
     async fn run(
         &mut self,
-        server: TcpListener,
+        server: Option<TcpListener>,
         speed: Speed,
         guest: &mut impl Guest,
         stop: impl Future<Output = ()>,
@@ -252,7 +307,7 @@ impl<'a, O: Observer> Shell<'a, O> {
                         self.session.stop();
                         break;
                     }
-                    new = accept(&server) => accepted = Some(new),
+                    new = accept(server.as_ref()) => accepted = Some(new),
                     () = Connection::ready(self.connection.as_ref()) => {}
                     () = self.parachute.readable() => {}
                     () = Self::heard(&mut self.companion) => {}
@@ -298,7 +353,7 @@ impl<'a, O: Observer> Shell<'a, O> {
     /// The last word is the one that nobody misses who has missed it: it is said more than once.
     async fn repeat_end(&mut self) {
         for _ in 0..REPEATS_OF_END {
-            if self.connection.is_some() {
+            if self.connection.is_some() || self.line_is_up {
                 tokio::time::sleep(REPEAT_PERIOD).await;
                 self.session.repeat_end();
                 self.send();
@@ -322,7 +377,7 @@ impl<'a, O: Observer> Shell<'a, O> {
     /// sent next depends on what it says.
     fn settles(&self) -> bool {
         let listens = self.companion.as_ref().is_some_and(|c| c.session.listens());
-        listens && !self.never_rests
+        listens && !self.never_rests && !self.has_board
     }
 
     /// Whether the autopilot is at rest and was at the last look: what it had sent is received by now.
@@ -350,11 +405,15 @@ impl<'a, O: Observer> Shell<'a, O> {
     }
 
     async fn step(&mut self) {
+        let before = self.session.now();
         if let Some(at) = self.session.next_wake() {
             self.session.handle_time(at);
         }
         self.waiting = Since::now();
-        self.stands = Since::now();
+        // A board's first answer is waited for without standing still.
+        if self.session.now() > before {
+            self.stands = Since::now();
+        }
         self.rested = false;
         self.send();
         // Where nothing is waited for, the sockets must be looked at all the same.
@@ -365,6 +424,7 @@ impl<'a, O: Observer> Shell<'a, O> {
 
     fn receive(&mut self) {
         let Self { session, connection, parachute, routed, companion, observer, .. } = self;
+        let (has_board, mut stranger) = (self.has_board, None);
         let router = (session.config().system_id, AUTOPILOT_COMPONENT);
         let mut ended = None;
         if let Some(connection) = connection {
@@ -375,6 +435,10 @@ impl<'a, O: Observer> Shell<'a, O> {
             ended = result.err();
         }
         parachute.receive(*observer, |observer, link, frame: &Frame| {
+            if has_board {
+                stranger = stranger.or(take_of_board(session, observer, (link, frame)));
+                return;
+            }
             *routed |= (frame.system_id, frame.component_id) == router;
             observer.frame(session.now(), link, frame.bytes());
             session.handle_input(link, frame);
@@ -385,6 +449,20 @@ impl<'a, O: Observer> Shell<'a, O> {
         if let Some(reason) = ended {
             self.disconnect(reason);
         }
+        if let Some(found) = stranger.filter(|_| !std::mem::replace(&mut self.stranger_told, true)) {
+            let expected = self.session.config().system_id;
+            self.tell_of_line(LineNotice::OtherSystem { found, expected });
+        }
+        let is_up = self.parachute.line_is_up();
+        match (std::mem::replace(&mut self.line_is_up, is_up), is_up) {
+            (false, true) => self.meet(),
+            (true, false) => self.part(),
+            _ => {}
+        }
+    }
+
+    fn tell_of_line(&mut self, notice: LineNotice) {
+        self.observer.notice(Notice::Line(self.parachute.line_name().to_owned(), notice));
     }
 
     fn admit(&mut self, stream: TcpStream, peer: SocketAddr) {
@@ -394,6 +472,11 @@ impl<'a, O: Observer> Shell<'a, O> {
         }
         self.observer.notice(Notice::Connected(peer, "autopilot".into()));
         self.connection = Some(Connection::new(stream, peer, "simulator link"));
+        self.meet();
+    }
+
+    /// An autopilot is there, on its connection or its line.
+    fn meet(&mut self) {
         self.session.peer_connected();
         self.connected = Since::now();
         if let Some(companion) = &mut self.companion {
@@ -407,11 +490,16 @@ impl<'a, O: Observer> Shell<'a, O> {
     fn disconnect(&mut self, reason: String) {
         if let Some(connection) = self.connection.take() {
             self.observer.notice(Notice::Disconnected(connection.peer, reason));
-            self.left |= self.session.peer_is_heard();
-            self.session.peer_left();
-            self.routed = false;
-            self.waiting = Since::now();
+            self.part();
         }
+    }
+
+    /// The autopilot is gone, with its connection or its line.
+    fn part(&mut self) {
+        self.left |= self.session.peer_is_heard();
+        self.session.peer_left();
+        self.routed = false;
+        self.waiting = Since::now();
     }
 
     fn look_at_silence(&mut self) {
@@ -450,6 +538,9 @@ impl<'a, O: Observer> Shell<'a, O> {
     /// Whether the parachute speaks to default remotes itself: nobody else brings them its frames, and a
     /// vehicle was to be met there before it.
     fn speaks_unasked(&self) -> bool {
+        if self.has_board {
+            return self.session.peer_is_heard();
+        }
         let settled = match self.companion {
             Some(_) => self.session.peer_is_heard(),
             None => self.connected.elapsed() >= ROUTER_PATIENCE,
@@ -477,18 +568,61 @@ impl<'a, O: Observer> Shell<'a, O> {
             self.parachute.speak_unasked(speaks_unasked);
         }
         // The autopilot is at work; the rest is done meanwhile.
-        for sent in self.sent.drain(..) {
+        let mut frames = std::mem::take(&mut self.sent);
+        for sent in frames.drain(..) {
             self.observer.frame(now, sent.link, &sent.bytes);
             self.viewer.show(&sent);
-            if sent.link != Link::Simulator {
+            if self.has_board {
+                self.send_with_board(&sent);
+            } else if sent.link != Link::Simulator {
                 self.parachute.send(&sent);
-                if let Some(companion) = &mut self.companion {
-                    companion.take_from_parachute(&sent);
-                }
             }
+            if let Some(companion) = &mut self.companion
+                && companion.is_inside
+                && sent.link != Link::Simulator
+            {
+                companion.take_from_parachute(&sent);
+            }
+        }
+        self.sent = frames;
+        if self.has_board {
+            self.parachute.flush();
         }
         if let Err(reason) = flushed {
             self.disconnect(reason);
         }
     }
+
+    /// Sends a frame to the board, and what is the parachute's to all others too.
+    fn send_with_board(&mut self, sent: &Transmit) {
+        if sent.link == Link::Simulator {
+            // The board may not speak before it has heard somebody.
+            self.parachute.speak_unasked(true);
+            return self.parachute.queue(sent);
+        }
+        let speaks_unasked = self.speaks_unasked();
+        self.parachute.speak_unasked(speaks_unasked);
+        for link in [Link::Simulator, Link::GroundStation, Link::Api] {
+            self.parachute.queue(&Transmit { link, ..sent.clone() });
+        }
+    }
+}
+
+/// Takes what has come by the links of a board: what its autopilot says is the simulator's business, what
+/// others say the parachute's. Returns the system of an autopilot there that is not ours.
+fn take_of_board(
+    session: &mut HilSession,
+    observer: &mut impl Observer,
+    (link, frame): (Link, &Frame),
+) -> Option<u8> {
+    let ours = (session.config().system_id, AUTOPILOT_COMPONENT);
+    let from = (frame.system_id, frame.component_id);
+    let is_controls = frame.message_id == HIL_ACTUATOR_CONTROLS_DATA::ID;
+    let recorded = if is_controls { Link::Simulator } else { Link::Api };
+    observer.frame(session.now(), recorded, frame.bytes());
+    let is_line = link == Link::Simulator;
+    let taken = if is_line && from == ours { Link::Simulator } else { Link::Parachute };
+    session.handle_input(taken, frame);
+    let shows_itself = is_line && from.1 == ours.1 && frame.message_id == HEARTBEAT_DATA::ID;
+    (shows_itself && from != ours).then_some(from.0)
 }

@@ -15,7 +15,7 @@ use super::super::decoder::Decoder;
 use super::super::encoder::Encoder;
 use super::super::frame::Frame;
 use super::super::hil::{HilConfig, HilEvent, HilSession, Missing};
-use super::super::streamer::{StreamerConfig, StreamerEvent, StreamerSession};
+use super::super::streamer::{Clock, StreamerConfig, StreamerEvent, StreamerSession};
 use super::ports::loopback;
 use super::*;
 use crate::autopilot::parameters::Parameters;
@@ -106,6 +106,10 @@ pub(super) fn autopilot() -> AutopilotSession {
 }
 
 pub(super) fn streamer() -> StreamerSession {
+    streamer_by(Clock::Vehicle)
+}
+
+pub(super) fn streamer_by(clock: Clock) -> StreamerSession {
     let slow = Vector3::new(0.0, 0.0, 1.0);
     let nodes = vec![Node::level(0.0, Vector3::new(0.0, 0.0, 9.0)), Node::level(2.0, slow)];
     let plan = Trajectory::new(nodes, 4).unwrap();
@@ -114,6 +118,7 @@ pub(super) fn streamer() -> StreamerSession {
         delay_s: test_site::DELAY_S,
         target_v_ned: slow,
         end_s: Some(4.0),
+        clock,
         ..StreamerConfig::default()
     };
     StreamerSession::new(config, plan)
