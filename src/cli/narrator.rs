@@ -139,10 +139,12 @@ impl Narrator {
             // Reported by the streamer or in the verdict, or of no interest in lockstep.
             HilEvent::Connected { .. }
             | HilEvent::Lockstep
+            | HilEvent::RealTime
             | HilEvent::Drop(DropEvent::Armed { .. })
             | HilEvent::Finished
                 if self.together => {}
             connected @ HilEvent::Connected { .. } => self.say(&format!("{connected}\n")),
+            HilEvent::Board(checked) if !checked.is_fit() => self.warn(&format!("{event}\n")),
             HilEvent::Waiting { .. } | HilEvent::PeerLeft | HilEvent::Drop(DropEvent::ModeUnknown) => {
                 self.warn(&format!("{event}\n"))
             }

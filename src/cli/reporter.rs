@@ -7,7 +7,7 @@ use super::narrator::Narrator;
 use super::recording::{FlightLogs, Recording};
 use super::results::OutputFolder;
 use samara::config::Mission;
-use samara::link::shell::{Notice, Observer};
+use samara::link::shell::{LineNotice, Notice, Observer};
 use samara::link::{Link, LogEntry, TimeUs};
 
 /// Reports notices, records frames and the autopilot's flights. A terminal that is gone is no reason to stop
@@ -73,7 +73,10 @@ impl Observer for Reporter<'_> {
             Notice::Streamer(event) => self.narrator.streamer(event),
             // Not worth a word unless something was wrong.
             Notice::Counts(_, faults) if !faults.any() => {}
-            Notice::Disconnected(..) | Notice::TurnedAway(_) => {
+            Notice::Line(_, LineNotice::Open | LineNotice::Heard) => {
+                self.narrator.say(&format!("{notice}\n"))
+            }
+            Notice::Disconnected(..) | Notice::TurnedAway(_) | Notice::Line(..) | Notice::NotInTime(_) => {
                 self.narrator.warn(&format!("{notice}\n"));
             }
             other => self.narrator.say(&format!("{other}\n")),

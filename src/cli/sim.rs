@@ -10,11 +10,13 @@ use super::conclusion::Conclusion;
 use super::mission::{chosen_mission, origin};
 use super::narrator::Narrator;
 use super::pilot::Flown;
+use super::pilot::board::{check_line, real_time, sensor_period_us};
 use super::reporter::Reporter;
 use super::results::{OutputFolder, Owned};
 use super::system::block_on;
 use super::terminal::print;
-use samara::link::shell::{Attendance, Speed, run_simulator};
+use samara::link::hil::Stamps;
+use samara::link::shell::{Attendance, SerialUrl, Speed, run_board, run_simulator};
 use samara::link::{Link, parties};
 
 /// `samara sim`.
@@ -39,6 +41,13 @@ pub struct SimArgs {
     /// waited for SECONDS of wall time, 5 unless told otherwise.
     #[arg(long, value_name = "companion[=SECONDS]", value_parser = companion)]
     pub wait_for: Option<Duration>,
+    /// For a board with PX4 on this line, in real time: docs/serial.md.
+    ///
+    /// Hardware in the loop, PROPELLERS OFF: PX4 with SYS_HITL 1 on a USB port or UART, such as
+    /// /dev/ttyACM0 or /dev/ttyUSB0:921600 (the default rate; USB has its own). Ground stations (UDP
+    /// 14550) and companions (14540 + instance) reach it through here.
+    #[arg(long, value_name = "DEV[:BAUD]", conflicts_with_all = ["wait_for", "sign_key"])]
+    pub serial: Option<SerialUrl>,
     /// End when the autopilot leaves, instead of waiting for the next one.
     #[arg(long)]
     pub once: bool,
@@ -50,6 +59,9 @@ pub struct SimArgs {
 /// Runs the simulator to the mission's end and judges the flight.
 pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let mission = chosen_mission(&args.mission.mission, &args.choice)?;
+    if let Some(line) = &args.serial {
+        check_line(line, args.speed)?;
+    }
     let ports = args.net.ports()?;
     let sign = args.net.sign()?;
     let folder = OutputFolder::owned(Owned::Simulator, "sim", args.mission.out.as_deref(), &mission.name)?;
@@ -57,6 +69,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     narrator.say(&origin(&args.mission.mission, &mission));
     let mut reporter = Reporter::new(&narrator, &mission).recording(&folder, &[Link::Simulator]);
     let froude = parties::froude(&mission);
+    let attendance = Attendance { once: args.once, patience: args.patience.map(Duration::from_secs_f64) };
     if let Some(froude) = froude {
         narrator.say(&format!(
             "the wire is scaled to 9.80665 m/s^2: a PX4 lives k = {:.5} times faster\n",
@@ -64,11 +77,23 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
         ));
     }
     narrator.check()?;
-    let session = parties::simulator(&mission, args.net.system()?, froude, args.wait_for);
-    let attendance = Attendance { once: args.once, patience: args.patience.map(Duration::from_secs_f64) };
-    let pace = (args.speed, attendance);
-    let session = block_on(|stop| run_simulator(session, &ports, pace, sign.as_ref(), &mut reporter, stop))?
-        .bad_input()?;
+    let system = args.net.system()?;
+    let session = match &args.serial {
+        Some(line) => {
+            let period_us = sensor_period_us(line, &narrator)?;
+            let session = parties::simulator_in_real_time(&mission, system, period_us, Stamps::Autopilots);
+            let pace = (real_time(&mission), attendance);
+            block_on(|stop| run_board((session, None), &ports, line, pace, &mut reporter, stop))?
+                .bad_input()?
+                .0
+        }
+        None => {
+            let session = parties::simulator(&mission, system, froude, args.wait_for);
+            let pace = (args.speed, attendance);
+            block_on(|stop| run_simulator(session, &ports, pace, sign.as_ref(), &mut reporter, stop))?
+                .bad_input()?
+        }
+    };
     reporter.finish()?;
     let record = session.run().record().clone();
     let log = session.into_run().into_log();

@@ -9,20 +9,16 @@ use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION, NetArgs, PlanningArgs};
 use super::mission::{mission_for_px4, mission_with_a_drop, origin, use_replan};
 use super::narrator::Narrator;
-use super::pilot::px4::upload::{envelope, preparation};
+use super::pilot::px4::upload::{envelope, of_any};
 use super::planning::plan_and_say;
 use super::reporter::Reporter;
 use super::system::block_on;
 use super::terminal::print_remarks;
-use samara::config::{Mission, check_for_px4};
-use samara::control::px4::is_quad_x;
 use samara::link::parties::{self, StreamerChoice};
 use samara::link::shell::run_streamer;
-use samara::link::streamer::{Procedure, SolvedBy, Uploads};
-use samara::params::ParameterFile;
+use samara::link::streamer::{Procedure, SolvedBy};
 use samara::plan::Status;
 use samara::replan::{Cadence, ReplanSetup};
-use samara::trajectory::Trajectory;
 
 /// `samara stream`.
 #[derive(Args, Debug)]
@@ -96,11 +92,17 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
         (ReplanSetup { source, plan, cadence, settings }, SolvedBy::Host)
     });
     let procedure = match args.upload {
-        true => upload(&mission, &trajectory, parameters.as_ref())?,
-        false => Procedure { envelope: envelope(&mission, &trajectory), ..Procedure::default() },
+        true => {
+            let (procedure, remarks) = of_any(&mission, &trajectory, parameters.as_ref())?;
+            print_remarks(&mission.control.gains_name, &remarks);
+            procedure
+        }
+        false => Procedure {
+            envelope: envelope(&mission, &trajectory),
+            canopy_moves: mission.release.parachute.suspension.is_some(),
+            ..Procedure::default()
+        },
     };
-    let canopy_moves = mission.release.parachute.suspension.is_some();
-    let procedure = Procedure { canopy_moves, ..procedure };
     let choice = StreamerChoice {
         procedure: Some(procedure),
         replan,
@@ -122,21 +124,4 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     }
     narrator.check()?;
     Ok(Answer::from(session.has_succeeded()))
-}
-
-/// What a PX4 is given for the drop, whichever it is: that comes out on the wire.
-fn upload(
-    mission: &Mission,
-    trajectory: &Trajectory,
-    given: Option<&ParameterFile>,
-) -> Result<Procedure, Failure> {
-    check_for_px4(mission).bad_input()?;
-    let allocated = preparation(mission, trajectory, given, false)?;
-    print_remarks(&mission.control.gains_name, &allocated.upload.remarks);
-    let by_mixer = match is_quad_x(&mission.vehicle) {
-        Ok(()) => Some(preparation(mission, trajectory, given, true)?.upload.parameters),
-        Err(_) => None,
-    };
-    let uploads = Uploads { by_mixer, allocated: allocated.upload.parameters };
-    Ok(Procedure { envelope: allocated.envelope, uploads, ..Procedure::default() })
 }

@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
+use super::hil::Stamps;
 use super::streamer::{Clock, Procedure, SolvedBy};
 use super::{
-    AutopilotSession, AutopilotSetup, Froude, HilConfig, HilSession, StreamerConfig, StreamerSession,
+    AutopilotSession, AutopilotSetup, Froude, HilConfig, HilSession, StreamerConfig, StreamerSession, TimeUs,
     microseconds,
 };
 use crate::autopilot::estimator::EstimatorSettings;
@@ -51,6 +52,30 @@ pub fn simulator(
     froude: Option<Froude>,
     companion: Option<Duration>,
 ) -> HilSession {
+    HilSession::new(mission.simulation(), hil_config(mission, system_id, froude, companion))
+}
+
+/// The simulator with its parachute for an autopilot with a clock of its own, on which a HIL_SENSOR comes
+/// every `period_us`; the parachute stamps by `stamps`.
+pub fn simulator_in_real_time(
+    mission: &Mission,
+    system_id: u8,
+    period_us: TimeUs,
+    stamps: Stamps,
+) -> HilSession {
+    let froude = froude(mission);
+    let mut config = hil_config(mission, system_id, froude, None);
+    config.real_time = Some(stamps);
+    config.run.step_us = froude.map_or(period_us, |froude| froude.site_us(period_us));
+    HilSession::new(mission.simulation(), config)
+}
+
+fn hil_config(
+    mission: &Mission,
+    system_id: u8,
+    froude: Option<Froude>,
+    companion: Option<Duration>,
+) -> HilConfig {
     let default = DropRunConfig::default();
     let run = DropRunConfig {
         step_us: froude.map_or(default.step_us, Froude::step_us),
@@ -60,7 +85,7 @@ pub fn simulator(
         limits: Some(mission.limits.safety),
     };
     let allow_faults = mission.faults.allow_command;
-    let config = HilConfig {
+    HilConfig {
         system_id,
         froude,
         run,
@@ -68,8 +93,8 @@ pub fn simulator(
         seed: mission.seed,
         companion,
         allow_faults,
-    };
-    HilSession::new(mission.simulation(), config)
+        real_time: None,
+    }
 }
 
 /// The reference autopilot with the mission's gains, and with what else a parameter file holds; and remarks

@@ -1144,6 +1144,19 @@ const LINES: &[(&str, &[&str])] = &[
     ("new vehicle a --mass -1 --frame quad-x", &["a positive number"]),
     ("new mission a --vehicle x500 --planet venus", &["one of earth, titan, mars"]),
     ("init .", &["is there already"]),
+    // A board's line.
+    ("drop --serial :57600", &["`:57600`: DEV or DEV:BAUD is expected, BAUD from 1200 to 3000000"]),
+    (
+        "sim --serial /dev/ttyUSB0:57600",
+        &["57600 Bd carry 5760 bytes a second", "230400 Bd are expected at the least"],
+    ),
+    ("drop x500_drop --serial /dev/ttyUSB0:115200", &["115200 Bd carry 11520 bytes a second"]),
+    ("sim --serial /dev/ttyUSB0 --speed 2", &["--speed: 1 is expected with --serial"]),
+    ("sim --serial /dev/ttyUSB0 --wait-for companion", &["cannot be used with"]),
+    ("drop x500_drop --serial /dev/ttyUSB0 --autopilot reference", &["cannot be used with"]),
+    ("drop x500_drop --serial /dev/ttyUSB0 --replan 2", &["--replan: not with --serial"]),
+    ("drop x500_drop --serial /dev/ttyUSB0 --estimator ekf", &["--estimator: not with --serial"]),
+    ("drop x500_no_wire --serial /dev/ttyUSB0", &["release.free_fall is found by the board's clock"]),
     // Folders.
     ("plan --out file/x", &["cannot make the output folder file/x"]),
     ("drop --out file", &["cannot make the output folder file"]),

@@ -10,7 +10,7 @@ use crate::cli::args::{
 };
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
-use samara::link::shell::Speed;
+use samara::link::shell::{SerialUrl, Speed};
 use samara::replan::Cadence;
 
 /// `samara drop`.
@@ -83,6 +83,13 @@ pub struct DropArgs {
     /// Further endpoints, where --speed is a factor.
     #[command(flatten)]
     pub link: LinkArgs,
+    /// Fly a board with PX4 on this line, in real time: docs/serial.md.
+    ///
+    /// Hardware in the loop, PROPELLERS OFF: PX4 with SYS_HITL 1 on a USB port or UART, such as
+    /// /dev/ttyACM0 or /dev/ttyUSB0:921600 (the default rate; USB has its own). Ground stations (UDP
+    /// 14550) and companions (14540 + instance) reach it through here.
+    #[arg(long, value_name = "DEV[:BAUD]", conflicts_with_all = ["autopilot", "cases"], help_heading = "Links")]
+    pub serial: Option<SerialUrl>,
 }
 
 impl DropArgs {
@@ -90,6 +97,7 @@ impl DropArgs {
     pub fn pilot(&self) -> PilotRequest<'_> {
         PilotRequest {
             autopilot: &self.autopilot,
+            board: self.serial.as_ref(),
             mission: &self.mission.mission,
             choice: &self.choice,
             state: &self.state,

@@ -6,9 +6,11 @@
 //! | `contract` | what a pilot is: the trait, its flight, what was flown |
 //! | `reference` | samara's own autopilot, over the wire in memory or at a speed to watch |
 //! | `px4` | PX4 in a process of its own |
+//! | `board` | PX4 on a board on a serial line |
 //! | `places` | how many drops fly side by side, and under which number |
 //! | `px4_model` | the model of PX4's control law, without a wire |
 
+pub mod board;
 mod contract;
 mod places;
 pub mod px4;
@@ -24,6 +26,7 @@ pub use places::Places;
 pub use px4::Px4Settings;
 pub use reference::Reference;
 use samara::config::Mission;
+use samara::link::shell::SerialUrl;
 
 /// The autopilots as they are typed, with the options that each has.
 const PILOTS: [(&str, &[PilotOption]); 3] =
@@ -32,6 +35,8 @@ const PILOTS: [(&str, &[PilotOption]); 3] =
 /// What a verb asks of a pilot.
 pub struct PilotRequest<'a> {
     pub autopilot: &'a AutopilotArg,
+    /// The line of a board that flies instead.
+    pub board: Option<&'a SerialUrl>,
     /// The mission's file.
     pub mission: &'a Path,
     pub choice: &'a ChoiceArgs,
@@ -47,13 +52,25 @@ pub struct PilotRequest<'a> {
 /// An option that the pilot does not have is refused, never passed over: who asks for signed frames and gets
 /// unsigned ones should know.
 pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, Mission), Failure> {
-    let PilotRequest { autopilot, mission, choice, state, settings, feed_forward, ref options } = *request;
+    let PilotRequest { autopilot, board, mission, choice, state, settings, feed_forward, ref options } =
+        *request;
     let [of_reference, of_px4, of_px4_model] = PILOTS;
     let (_, own) = match autopilot {
         AutopilotArg::Reference => of_reference,
         AutopilotArg::Px4(_) => of_px4,
         AutopilotArg::Px4Model(_) => of_px4_model,
     };
+    if let Some(line) = board {
+        if let Some(foreign) = options.iter().find(|option| !board::OPTIONS.contains(option)) {
+            let (option, _) = foreign.text();
+            return Err(Failure::input(format!(
+                "{option}: not with --serial, whose board flies in real time"
+            )));
+        }
+        let (pilot, mut mission) = board::Board::new(line, mission, choice)?;
+        feed_forward_where_asked(&mut mission, feed_forward);
+        return Ok((Box::new(pilot), mission));
+    }
     if let Some(foreign) = options.iter().find(|option| !own.contains(option)) {
         let (option, why) = foreign.text();
         let owners = PILOTS.iter().filter(|(_, own)| own.contains(foreign)).map(|(name, _)| *name);
@@ -74,9 +91,13 @@ pub fn pilot_and_mission(request: &PilotRequest<'_>) -> Result<(Box<dyn Pilot>, 
             (Box::new(pilot), mission)
         }
     };
-    if feed_forward {
+    feed_forward_where_asked(&mut mission, feed_forward);
+    Ok((pilot, mission))
+}
+
+fn feed_forward_where_asked(mission: &mut Mission, asked: bool) {
+    if asked {
         mission.control.feed_forward = true;
         mission.note_choice("feed forward", "yes");
     }
-    Ok((pilot, mission))
 }

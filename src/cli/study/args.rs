@@ -98,6 +98,7 @@ impl WireArgs {
     ) -> PilotRequest<'a> {
         let patience = Patience { limit: self.patience.limit(), answers };
         PilotRequest {
+            board: None,
             autopilot,
             mission: &args.mission.mission,
             choice: &args.choice,

@@ -2,8 +2,10 @@
 //! vehicle's own (hover thrust, thrust curve) and the gains, the mission's in PX4's terms or those of a file.
 
 use crate::cli::answer::{BadInput as _, Failure};
-use samara::config::Mission;
+use samara::config::{Mission, check_for_px4};
+use samara::control::px4::is_quad_x;
 use samara::link::parties;
+use samara::link::streamer::{Procedure, Uploads};
 use samara::params::px4_required::DropEnvelope;
 use samara::params::{Export, Mixing, ParameterFile, Upload, export_for_mixing};
 use samara::time::seconds;
@@ -82,6 +84,24 @@ pub fn whole(
     mixer: bool,
 ) -> Result<Export, Failure> {
     Ok(preparation(mission, trajectory, given, mixer)?.into_export(given.is_some()))
+}
+
+/// What a PX4 is given and judged by, whichever it is: that comes out on the wire; and what there is to
+/// remark on it.
+pub fn of_any(
+    mission: &Mission,
+    trajectory: &Trajectory,
+    given: Option<&ParameterFile>,
+) -> Result<(Procedure, Vec<String>), Failure> {
+    check_for_px4(mission).bad_input()?;
+    let Preparation { envelope, upload, .. } = preparation(mission, trajectory, given, false)?;
+    let by_mixer = match is_quad_x(&mission.vehicle) {
+        Ok(()) => Some(preparation(mission, trajectory, given, true)?.upload.parameters),
+        Err(_) => None,
+    };
+    let uploads = Uploads { by_mixer, allocated: upload.parameters };
+    let canopy_moves = mission.release.parachute.suspension.is_some();
+    Ok((Procedure { envelope, canopy_moves, uploads, event_texts: None }, upload.remarks))
 }
 
 /// What the setpoints will demand, in PX4's units.
