@@ -114,8 +114,8 @@ pub struct Version {
     /// Age of a satellite fix that its simulation takes for granted (EKF2_GPS_DELAY) [s].
     pub satellite_delay_s: f64,
     /// Whether it was armed within 15 s in still air, under a canopy that moves and before a release that
-    /// does not wait (`x500_no_wire`); as flown, four drops each of v1.14.3, v1.16.0 and v1.18.0-beta1. In the
-    /// mission's own air v1.18.0-beta1 alone was, in four drops of four, v1.16.0 in none.
+    /// does not wait (`x500_no_wire`); as flown, four drops each of v1.14.3, v1.16.0 and v1.18.0-beta1. In
+    /// the mission's own air v1.18.0-beta1 alone was, in four drops of four, v1.16.0 in none.
     pub is_armed_in_motion: bool,
     /// Whether a throw launch (COM_THROW_EN) may be asked of it.
     pub throw_launch: bool,
