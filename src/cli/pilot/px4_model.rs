@@ -50,7 +50,7 @@ impl Pilot for Px4Model {
     fn check(&self, mission: &Mission, trajectory: &Trajectory, _: u16) -> Result<(), Failure> {
         mission.faults.check_without_wire().bad_input()?;
         let (_, mut remarks) = parameters_for(mission, trajectory, &self.law, self.parameters.as_ref())?;
-        remarks.extend(mission.receiver_remark().map(str::to_owned));
+        remarks.extend(mission.truth_remark(&self.law));
         print_remarks(&mission.control.gains_name, &remarks);
         Ok(())
     }

@@ -9,9 +9,6 @@ use crate::control::px4::{Law, Parameters, Window};
 use crate::sim::sensors::Satellite;
 use crate::time::seconds;
 
-/// Steps by which PX4's estimator reckons how far it looks back [ms] (EKF2_PREDICT_US).
-const STEP_MS: f64 = 10.0;
-
 /// The parameters with which a PX4 of a law flies a subject: PX4's defaults, the vehicle's hover thrust and
 /// thrust curve, velocities up to the subject's speed, and the file's parameters, or without a file the
 /// subject's gains and limits in PX4's terms.
@@ -50,20 +47,20 @@ pub fn px4_model_parameters(
 const LEAST_SPEED_NOISE_M_S: f64 = 0.1;
 
 /// What a PX4 of a law is told of a satellite receiver before a drop, where its clock runs slower than the
-/// site's by `similarity`, Froude's k.
-pub fn px4_receiver(satellite: &Satellite, law: &Law, similarity: f64) -> Receiver {
+/// site's by `similarity`, Froude's k; `None`: the law's estimator is not modelled.
+pub fn px4_receiver(satellite: &Satellite, law: &Law, similarity: f64) -> Option<Receiver> {
     let delay_s = seconds(satellite.delay_us) / similarity;
     let of = DropEnvelope { satellite_delay_s: Some(delay_s), ..DropEnvelope::default() };
     let longest_ms = |by| estimators_window(&of, by).iter().map(|(_, ms)| *ms).fold(0.0, f64::max);
     let told_ms = (1e3 * delay_s).round();
-    let window_ms = match law.window {
-        Window::Fixes => told_ms + STEP_MS,
+    let window_ms = match law.window? {
         Window::OldestSensor => longest_ms(ToldBy::Script),
         Window::DelayMax => longest_ms(ToldBy::Environment),
     };
     let [horizontal_m, vertical_m] = satellite.reported_accuracy_m();
     let us = |ms: f64| (1e3 * ms).round() as u64;
-    Receiver { horizontal_m, vertical_m, told_delay_us: us(told_ms), window_us: us(window_ms) }
+    let (told_delay_us, window_us) = (us(told_ms), us(window_ms));
+    Some(Receiver { horizontal_m, vertical_m, told_delay_us, window_us })
 }
 
 /// Noise of a receiver's velocity that PX4 is to believe in (EKF2_GPS_V_NOISE) [m/s]: the receiver's own, but

@@ -13,6 +13,7 @@ use crate::trajectory_csv::Stamp;
 use samara_core::assess::Scenario;
 use samara_core::assess::{IntegratedPlan, RandomDrop, ReleaseDistribution, SafetyStudy, nodes_enough};
 use samara_core::control::px4;
+use samara_core::control::px4::estimator::Receiver;
 use samara_core::model::{MAX_ROTORS, Parachute};
 use samara_core::params::{Purpose, Subject, px4_receiver};
 use samara_core::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, SolveProgress, SolverOptions, plan};
@@ -244,21 +245,30 @@ impl Mission {
         UnplannedError { vehicle_file, target_v_ned, source }
     }
 
-    /// What there is to remark where the mission says nothing of its satellite receiver.
-    pub fn receiver_remark(&self) -> Option<&'static str> {
-        let remark =
-            "sensors.gps: without a receiver the model of PX4 flies on the truth, not on PX4's estimate";
-        (!self.has_receiver).then_some(remark)
+    /// What PX4 with a version's law is told of the mission's satellite receiver; `None`, for the reason of
+    /// [`Self::truth_remark`]: the model of PX4 is given the truth.
+    pub fn px4_receiver(&self, law: &px4::Law) -> Option<Receiver> {
+        let k = self.px4_purpose().factors(self.site.environment.gravity_m_s2).k;
+        px4_receiver(&self.sensors.satellite, law, k).filter(|_| self.has_receiver)
+    }
+
+    /// What there is to remark where the model of PX4 with a version's law flies on the truth.
+    pub fn truth_remark(&self, law: &px4::Law) -> Option<String> {
+        let why = match (self.has_receiver, law.window) {
+            (false, _) => "sensors.gps: without a receiver".to_owned(),
+            (true, None) => format!("the estimator of PX4 {} is not modelled:", law.since),
+            (true, Some(_)) => return None,
+        };
+        Some(format!("{why} the model flies on the truth, not on PX4's estimate"))
     }
 
     /// What PX4 with these parameters and a version's law believes of a drop, by its estimator on the
-    /// mission's sensors; `None` where the mission says nothing of its satellite receiver: PX4 is then given
-    /// the truth.
+    /// mission's sensors; `None`: it is given the truth.
     pub fn px4_senses(&self, parameters: &px4::Parameters, law: &px4::Law) -> Option<Px4Senses> {
         let k = self.px4_purpose().factors(self.site.environment.gravity_m_s2).k;
-        let receiver = px4_receiver(&self.sensors.satellite, law, k);
         let sensors = (&self.site.environment, self.sensors, self.seed);
-        self.has_receiver.then(|| Px4Senses::new(sensors, (parameters, law, &receiver), k))
+        let receiver = self.px4_receiver(law)?;
+        Some(Px4Senses::new(sensors, (parameters, law, &receiver), k))
     }
 
     /// The random releases, (40)-(44).

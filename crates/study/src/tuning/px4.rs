@@ -12,7 +12,6 @@ use samara_core::control::px4::versions::Version;
 use samara_core::control::px4::{Law, Parameters, is_quad_x};
 use samara_core::params::{
     ParameterFile, Purpose, Subject, believed_speed_noise_m_s, px4_model_export, px4_model_parameters,
-    px4_receiver,
 };
 use samara_core::trajectory::Trajectory;
 use samara_core::tune::cma_es::CmaSettings;
@@ -102,8 +101,7 @@ impl Kind for TunePx4 {
     }
 
     fn remarks(&self, mission: &Mission) -> Vec<String> {
-        let of_the_receiver = mission.receiver_remark().map(|remark| format!("{}: {remark}", mission.name));
-        left_out(mission).into_iter().chain(of_the_receiver).collect()
+        left_out(mission)
     }
 
     fn hangs_on(&self, _: &Mission, values: &Values) -> Result<Vec<(&'static str, String)>, Refused> {
@@ -144,7 +142,8 @@ impl<'a> TunedPx4<'a> {
         let subject = mission.parameter_subject();
         let of = |given| px4_model_parameters(&subject, purpose, &law, given).map_err(Refused::by);
         let (defaults, mut missions) = (of(Some(&untouched))?, of(None)?);
-        if mission.has_receiver {
+        let receiver = mission.px4_receiver(&law);
+        if receiver.is_some() {
             missions.gps_v_noise = believed_speed_noise_m_s(&mission.sensors.satellite);
         }
         let similarity = purpose.factors(mission.site.environment.gravity_m_s2).k;
@@ -161,10 +160,10 @@ impl<'a> TunedPx4<'a> {
             feed_forward: mission.control.feed_forward,
             settle_s: mission.settle_s(plan),
             start: mission.release.start,
-            sensing: mission.has_receiver.then(|| Sensing {
+            sensing: receiver.map(|receiver| Sensing {
                 sensors: mission.sensors,
                 seed: mission.seed,
-                receiver: px4_receiver(&mission.sensors.satellite, &law, similarity),
+                receiver,
                 hang_s: mission.release.hang_s,
             }),
             v_error_ned: Vector3::zeros(),
@@ -273,7 +272,7 @@ impl Study for TunedPx4<'_> {
             found: on_unseen,
             parameters: found,
             range_ends: range_ends(&best, search.bounds()),
-            estimates: mission.has_receiver,
+            truth: mission.truth_remark(&asked.px4_version.0),
             latency_s: self.latency_s,
             drops: self.judge.count() as u64,
             unseen: asked.unseen,

@@ -30,8 +30,6 @@ pub enum CellVoltage {
 /// How far PX4's estimator looks back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Window {
-    /// A step beyond the age of satellite fixes.
-    Fixes,
     /// As the oldest sensor's readings are, which a drop sets for it (EKF2_AVEL_DELAY).
     OldestSensor,
     /// By a parameter of its own (EKF2_DELAY_MAX).
@@ -69,8 +67,8 @@ pub struct Law {
     pub rounding: Rounding,
     /// How the voltage of a cell without load is estimated.
     pub cell_voltage: CellVoltage,
-    /// How far the estimator looks back.
-    pub window: Window,
+    /// How far the estimator looks back; `None`: it is not modelled.
+    pub window: Option<Window>,
 }
 
 impl Law {
@@ -90,7 +88,7 @@ impl Law {
         ramps_up: true,
         rounding: Rounding::Down,
         cell_voltage: CellVoltage::RaisedByFilteredThrottle,
-        window: Window::Fixes,
+        window: None,
     };
     /// The law of v1.14.3.
     pub const V1_14: Self = Self {
@@ -103,7 +101,7 @@ impl Law {
         allocates: true,
         ramps_up: false,
         cell_voltage: CellVoltage::RaisedByThrottle,
-        window: Window::OldestSensor,
+        window: Some(Window::OldestSensor),
         ..Self::V1_12
     };
     /// The law of v1.16.0 and v1.17.0-beta1.
@@ -114,7 +112,7 @@ impl Law {
         filters_yaw_torque: true,
         rounding: Rounding::Nearest,
         cell_voltage: CellVoltage::RaisedThenFiltered,
-        window: Window::DelayMax,
+        window: Some(Window::DelayMax),
         ..Self::V1_14
     };
     /// The law of v1.18.0-beta1.
@@ -128,6 +126,7 @@ impl Law {
             "MPC_ACC_DECOUPLE" => self.may_couple_accelerations,
             "MC_YAW_TQ_CUTOFF" => self.filters_yaw_torque,
             "MC_REF_W_N" | "MC_REF_FF" | "MC_REF_FF_MAX" => self.follows_a_reference,
+            _ if name.starts_with("EKF2_") => self.window.is_some(),
             "BAT1_V_EMPTY" | "BAT1_V_LOAD_DROP" => self.cell_voltage != CellVoltage::RaisedThenFiltered,
             _ => true,
         }

@@ -34,8 +34,8 @@ pub struct Px4Gains {
     pub parameters: Parameters,
     /// Those of the numbers searched that stand at an end of their range.
     pub range_ends: RangeEnds,
-    /// Whether all these drops were flown on PX4's estimate, and not on the truth.
-    pub estimates: bool,
+    /// Why all these drops were flown on the truth, and not on PX4's estimate, where they were.
+    pub truth: Option<String>,
     /// Latency of all these drops, on the site's clock [s].
     pub latency_s: f64,
     /// Drops that candidates were judged by.
@@ -73,13 +73,14 @@ impl Px4Gains {
 
     /// What of PX4 the model has flown.
     fn modelled(&self) -> &'static str {
-        if self.estimates { "control law and estimator" } else { "control law, given the truth," }
+        if self.truth.is_none() { "control law and estimator" } else { "control law" }
     }
 
-    /// What the search did not choose but took from the mission's receiver.
-    fn of_the_receiver(&self) -> Option<String> {
+    /// What the search did not choose but took from the mission's receiver, or that it knew nothing of it.
+    fn of_the_receiver(&self) -> String {
         let noise = self.parameters.gps_v_noise;
-        self.estimates.then(|| format!("EKF2_GPS_V_NOISE {noise}: the noise of the mission's receiver"))
+        let taken = || format!("EKF2_GPS_V_NOISE {noise}: the noise of the mission's receiver");
+        self.truth.clone().unwrap_or_else(taken)
     }
 
     /// The remarks in the header of the parameter file.
@@ -104,7 +105,7 @@ impl Px4Gains {
             ),
             format!("PX4's defaults on the same: {}", listed(&self.defaults)),
         ];
-        let more = measured_by.into_iter().chain(self.of_the_receiver());
+        let more = measured_by.into_iter().chain([self.of_the_receiver()]);
         found.into_iter().chain(more).chain(range_ends_words(&self.range_ends)).collect()
     }
 }
@@ -141,7 +142,7 @@ pub fn document(mission: &Mission, gains: &Px4Gains) -> Document {
         "{verdict} PX4's defaults: J_TPF no worse, every drop safe, two of the other four a tenth better"
     );
     let mut passages = vec![Passage::Table(parameters), Passage::Table(drops), Passage::Said(verdict)];
-    let remarks = gains.other_measure().into_iter().chain(gains.of_the_receiver());
+    let remarks = gains.other_measure().into_iter().chain([gains.of_the_receiver()]);
     let remarks = remarks.chain(range_ends_words(&gains.range_ends));
     passages.extend(remarks.map(Passage::Remark));
     Document::of_one(format!("Gains of PX4 for {}", mission.name), done, passages)
