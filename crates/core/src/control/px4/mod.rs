@@ -7,7 +7,7 @@
 //! | [`parameters`] | names and defaults | `mc_*_params.c`, `imu_gyro_parameters.c`, `motor_params.c` |
 //! | [`velocity`] | velocity error to thrust vector, tilt | `PositionControl`, `MulticopterPositionControl` |
 //! | [`attitude`] | thrust vector to attitude to body rates | `bodyzToAttitude`, `AttitudeControl::update` |
-//! | [`reference`](mod@reference) | the attitude that is tracked for a setpoint's, v1.18 | `AttitudeControl` |
+//! | [`reference`](mod@reference) | an attitude tracked for a setpoint's, v1.18 | `AttitudeControl` |
 //! | [`rate`] | body rates to torque | `RateControl::update`, `updateIntegral` |
 //! | [`estimator`] | what PX4 believes of attitude and velocity | `EKF2` |
 //! | [`battery`] | torque and thrust scaled by the battery's voltage | `Battery::computeScale` |
