@@ -12,7 +12,7 @@
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
 //! | [`printable`] | texts of others made fit to be printed |
 //! | [`ulog`] | PX4's flight logs, read |
-//! | [`flight_record`] | a flight as a log has it |
+//! | [`logged_flight`] | a flight as a log has it |
 //! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
@@ -36,7 +36,7 @@
 pub mod link;
 
 pub use samara_core::{
-    assess, checksum, control, design, flight_record, frames, math, model, params, plan, printable, random,
+    assess, checksum, control, design, frames, logged_flight, math, model, params, plan, printable, random,
     real, replan, sim, simd, time, trajectory, tune, ulog, uncertain, units, vector, verify,
 };
 #[cfg(feature = "host")]

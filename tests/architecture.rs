@@ -18,7 +18,7 @@ mod prose;
 const FLOORS: &[&[&str]] = &[
     &["math", "real"],
     &["checksum", "kalman", "printable", "random", "simd", "ulog", "units", "vector"],
-    &["flight_record", "frames", "time"],
+    &["frames", "logged_flight", "time"],
     &["model"],
     &["trajectory"],
     &["control", "plan"],

@@ -21,9 +21,9 @@ fn named<'a>(object: &'a Value, list: &str, key: &str, name: &str) -> &'a Value 
     rows.iter().find(|row| row[key] == name).unwrap_or_else(|| panic!("{list}: {name}"))
 }
 
-/// A drop's log: from its parachute it fell for the time that the mission has its rotors stopped, and flew; every control step has the
-/// commands to the rotors, so that it may tell inertia; no flight tells the mass. Broken in the middle, it is
-/// read past the break.
+/// A drop's log: from its parachute it fell for the time that the mission has its rotors stopped, and flew;
+/// every control step has the commands to the rotors, so that it may tell inertia; no flight tells the mass.
+/// Broken in the middle, it is read past the break.
 #[test]
 fn a_drop_is_found_in_its_log_by_its_fall() {
     let folder = tempfile::tempdir().unwrap();

@@ -501,8 +501,8 @@ fn an_export_for_a_drop_has_what_a_drop_needs() {
     assert!(code(&refused) == 2 && err(&refused).contains("--for px4-froude"), "{}", err(&refused));
 }
 
-/// The samara autopilot's own flight log holds the parameters that it was given, and is no PX4's: it is read as
-/// a file of parameters, and as such flies `px4-model` only with what suits.
+/// The reference autopilot's own flight log holds the parameters that it was given, and is read as a file of
+/// parameters.
 #[test]
 fn a_flight_log_is_a_file_of_parameters() {
     let folder = tempfile::tempdir().unwrap();

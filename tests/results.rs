@@ -77,7 +77,9 @@ impl Meaning {
             Value::Object(keys) => {
                 let sorted: BTreeMap<_, _> = keys.iter().collect();
                 for (key, value) in sorted {
-                    if !["about", "$schema", "provenance", "estimated", "origins"].contains(&key.as_str()) {
+                    // PX4's parameters are no gains of the cascade: what flies by them is told by the flight.
+                    let words = ["about", "$schema", "provenance", "estimated", "origins", "px4_params"];
+                    if !words.contains(&key.as_str()) {
                         self.value(&format!("{name}.{key}"), value, folder);
                     }
                 }

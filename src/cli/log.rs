@@ -8,7 +8,7 @@ use clap::Args;
 use super::answer::{Answer, BadInput as _, Failure};
 use super::terminal::print;
 use samara::config::bounded::bytes_at_most;
-use samara::report::flight_record::LogReport;
+use samara::report::logged_flight::LogReport;
 use samara::ulog::Ulog;
 
 /// Larger logs are refused [bytes].

@@ -14,7 +14,7 @@
 //! | [`kalman`] | the covariance of a filter's errors |
 //! | [`printable`] | texts of others made fit to be printed |
 //! | [`ulog`] | PX4's flight logs, read |
-//! | [`flight_record`] | a flight as a log has it |
+//! | [`logged_flight`] | a flight as a log has it |
 //! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
 //! | [`trajectory`] | a planned trajectory |
@@ -36,9 +36,9 @@ pub mod assess;
 pub mod checksum;
 pub mod control;
 pub mod design;
-pub mod flight_record;
 pub mod frames;
 pub mod kalman;
+pub mod logged_flight;
 pub mod math;
 pub mod model;
 pub mod params;

@@ -11,7 +11,7 @@
 //! | `plan_grid` | its grid of plans: what it spans, its files |
 //! | `gains_file` | `params/gains/*.json` |
 //! | `params_file` | PX4 parameter files |
-//! | `px4_fit` | whether PX4 can fly a mission |
+//! | `px4_fit` | whether PX4 can fly a mission, and what it senses there |
 //! | `rare_failure` | the most likely way to fail that a search found |
 //! | `vehicle_file` | `params/vehicles/*.json` |
 //! | `rotor_table` | the rotor table beside a vehicle |
@@ -74,7 +74,7 @@ pub use params_file::load_parameters;
 pub use plan_grid::{
     GRID_COLUMNS, GridFileError, PlanGridFile, decode_plan_grid, encode_plan_grid, write_plan_grid_csv,
 };
-pub use px4_fit::{UnfitPx4, check_for_px4, check_site_for_px4};
+pub use px4_fit::{UnfitPx4, check_for_px4, check_site_for_px4, px4_receiver, px4_senses, truth_remark};
 pub use rare_failure::{RareFailureFile, load_rare_failure};
 pub use set_keys::{is_of_vehicle, load_mission_with, settable_keys};
 pub use source::{NamedFile, input_text};

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | [`flight_columns`] | columns of the flight log and of a plan beside it, and the log's arrays |
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
-//! | [`flight_record`] | what is in a flight log of others |
+//! | [`logged_flight`] | what is in a flight log of others |
 //! | [`verdict`] | the verdict for the terminal |
 //! | [`plan`] | the plan for the terminal and as JSON |
 //! | [`verify`] | the checks of `samara verify` |
@@ -34,10 +34,10 @@ pub mod faults;
 pub mod figure;
 pub mod flight_columns;
 pub mod flight_csv;
-pub mod flight_record;
 pub mod html;
 pub mod json;
 mod judged_drop;
+pub mod logged_flight;
 mod marks;
 pub mod mcap;
 pub mod outcome;

@@ -16,8 +16,8 @@ use crate::replan::report::ReplanObject;
 use crate::sobol::report::SobolObject;
 use crate::tuning::report::records::TuneObject;
 use samara_mission::schema::text;
-use samara_report::flight_record::LogObject;
 use samara_report::json::{CasesObject, DropObject};
+use samara_report::logged_flight::LogObject;
 use samara_report::plan::PlanObject;
 use samara_report::verify::VerifyObject;
 

@@ -10,7 +10,7 @@ use crate::cli::args::{AutopilotArg, ChoiceArgs};
 use crate::cli::mission::mission_for_px4;
 use crate::cli::system::Stopwatch;
 use crate::cli::terminal::print_remarks;
-use samara::config::{Mission, check_site_for_px4};
+use samara::config::{Mission, check_site_for_px4, px4_senses, truth_remark};
 use samara::control::px4::{Law, NotQuadX, Parameters, Px4Controller, is_quad_x};
 use samara::params::{Against, ParameterFile, px4_model_parameters};
 use samara::report::FlownBy;
@@ -50,7 +50,7 @@ impl Pilot for Px4Model {
     fn check(&self, mission: &Mission, trajectory: &Trajectory, _: u16) -> Result<(), Failure> {
         mission.faults.check_without_wire().bad_input()?;
         let (_, mut remarks) = parameters_for(mission, trajectory, &self.law, self.parameters.as_ref())?;
-        remarks.extend(mission.truth_remark(&self.law));
+        remarks.extend(truth_remark(mission, &self.law));
         print_remarks(&mission.control.gains_name, &remarks);
         Ok(())
     }
@@ -74,7 +74,7 @@ impl Pilot for Px4Model {
         let watch = Stopwatch::start();
         let density_kg_m3 = mission.site.environment.density_kg_m3;
         let thrust_limit_n = mission.vehicle.static_thrust_n(density_kg_m3);
-        let senses = mission.px4_senses(&parameters, &self.law);
+        let senses = px4_senses(mission, &parameters, &self.law);
         let mut controller = Px4Controller::new(parameters, similarity, thrust_limit_n).with_law(
             self.law,
             &mission.vehicle,

@@ -12,13 +12,11 @@ use crate::shipped::{MISSIONS, built_in};
 use crate::trajectory_csv::Stamp;
 use samara_core::assess::Scenario;
 use samara_core::assess::{IntegratedPlan, RandomDrop, ReleaseDistribution, SafetyStudy, nodes_enough};
-use samara_core::control::px4;
-use samara_core::control::px4::estimator::Receiver;
 use samara_core::model::{MAX_ROTORS, Parachute};
-use samara_core::params::{Purpose, Subject, px4_receiver};
+use samara_core::params::{Purpose, Subject};
 use samara_core::plan::{Guess, Plan, PlanError, PlanProblem, PlanState, SolveProgress, SolverOptions, plan};
 use samara_core::replan::{Cadence, PlanSource};
-use samara_core::sim::{DropSimulation, ElectricBattery, Px4Senses, Start, nominal_state_at_t0};
+use samara_core::sim::{DropSimulation, ElectricBattery, Start, nominal_state_at_t0};
 use samara_core::trajectory::Trajectory;
 
 /// A mission whose plan cannot be attempted: the vehicle, the target, and the reason.
@@ -243,32 +241,6 @@ impl Mission {
     pub fn unplanned(&self, source: PlanError) -> UnplannedError {
         let (vehicle_file, target_v_ned) = (self.vehicle_file.clone(), self.target_v_ned);
         UnplannedError { vehicle_file, target_v_ned, source }
-    }
-
-    /// What PX4 with a version's law is told of the mission's satellite receiver; `None`, for the reason of
-    /// [`Self::truth_remark`]: the model of PX4 is given the truth.
-    pub fn px4_receiver(&self, law: &px4::Law) -> Option<Receiver> {
-        let k = self.px4_purpose().factors(self.site.environment.gravity_m_s2).k;
-        px4_receiver(&self.sensors.satellite, law, k).filter(|_| self.has_receiver)
-    }
-
-    /// What there is to remark where the model of PX4 with a version's law flies on the truth.
-    pub fn truth_remark(&self, law: &px4::Law) -> Option<String> {
-        let why = match (self.has_receiver, law.window) {
-            (false, _) => "sensors.gps: without a receiver".to_owned(),
-            (true, None) => format!("the estimator of PX4 {} is not modelled:", law.since),
-            (true, Some(_)) => return None,
-        };
-        Some(format!("{why} the model flies on the truth, not on PX4's estimate"))
-    }
-
-    /// What PX4 with these parameters and a version's law believes of a drop, by its estimator on the
-    /// mission's sensors; `None`: it is given the truth.
-    pub fn px4_senses(&self, parameters: &px4::Parameters, law: &px4::Law) -> Option<Px4Senses> {
-        let k = self.px4_purpose().factors(self.site.environment.gravity_m_s2).k;
-        let sensors = (&self.site.environment, self.sensors, self.seed);
-        let receiver = self.px4_receiver(law)?;
-        Some(Px4Senses::new(sensors, (parameters, law, &receiver), k))
     }
 
     /// The random releases, (40)-(44).

@@ -20,7 +20,7 @@ use samara_core::tune::px4::{
     MEASURED, Measures, Px4Drop, Px4Judge, Px4Search, Px4SearchSettings, Px4Setting, Sensing, drops,
     drops_from, latency_s,
 };
-use samara_mission::{Mission, check_for_px4};
+use samara_mission::{Mission, check_for_px4, px4_receiver, truth_remark};
 use samara_report::document::Figure;
 use samara_report::figure::{Distribution, FigureError};
 use samara_report::params::params_file;
@@ -142,7 +142,7 @@ impl<'a> TunedPx4<'a> {
         let subject = mission.parameter_subject();
         let of = |given| px4_model_parameters(&subject, purpose, &law, given).map_err(Refused::by);
         let (defaults, mut missions) = (of(Some(&untouched))?, of(None)?);
-        let receiver = mission.px4_receiver(&law);
+        let receiver = px4_receiver(mission, &law);
         if receiver.is_some() {
             missions.gps_v_noise = believed_speed_noise_m_s(&mission.sensors.satellite);
         }
@@ -272,7 +272,7 @@ impl Study for TunedPx4<'_> {
             found: on_unseen,
             parameters: found,
             range_ends: range_ends(&best, search.bounds()),
-            truth: mission.truth_remark(&asked.px4_version.0),
+            truth: truth_remark(mission, &asked.px4_version.0),
             latency_s: self.latency_s,
             drops: self.judge.count() as u64,
             unseen: asked.unseen,

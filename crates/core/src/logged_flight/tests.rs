@@ -11,9 +11,9 @@ fn series<const N: usize>(hz: f64, length_s: f64, value: impl Fn(f64) -> [f64; N
 }
 
 /// On the ground to 5 s, a hover to 15 s, a fall of half a second, then turns with thrust to the end at 30 s.
-fn flight(hz: f64) -> FlightRecord {
+fn flight(hz: f64) -> LoggedFlight {
     let is_falling = |t: f64| (15.0..15.5).contains(&t);
-    FlightRecord {
+    LoggedFlight {
         motors: series(hz, 30.0, |_| [0.5, 0.5, 0.5, 0.5, f64::NAN, f64::NAN, f64::NAN, f64::NAN]),
         force_body_m_s2: series(hz, 30.0, |t| match () {
             () if is_falling(t) => [0.0, 0.0, -0.2],
@@ -24,7 +24,7 @@ fn flight(hz: f64) -> FlightRecord {
         velocity_ned_m_s: series(10.0, 30.0, |t| if t > 15.5 { [4.0, 0.0, 0.0] } else { [0.0; 3] }),
         armed: series(1.0, 30.0, |t| [f64::from(t >= 2.0)]),
         landed: series(1.0, 30.0, |t| [f64::from(t < 5.0)]),
-        ..FlightRecord::default()
+        ..LoggedFlight::default()
     }
 }
 
@@ -37,13 +37,13 @@ fn closed_form_phases_are_what_was_flown() {
     for (phase, from_s) in found.iter().zip([0.0, 2.0, 5.0, 15.0, 15.5]) {
         assert!((phase.from_s - from_s).abs() < 0.11, "{phase:?}");
     }
-    assert!(phases(&FlightRecord::default()).is_empty());
+    assert!(phases(&LoggedFlight::default()).is_empty());
 }
 
 /// By hand: rates that are too low and what was not flown are the reasons, and the only ones.
 #[test]
 fn closed_form_a_log_tells_what_was_flown_at_its_rates() {
-    let told = |record: &FlightRecord| -> Vec<(&'static str, Vec<String>)> {
+    let told = |record: &LoggedFlight| -> Vec<(&'static str, Vec<String>)> {
         let phases: Vec<Phase> = phases(record);
         tells(record, &phases).into_iter().map(|tells| (tells.quantity, tells.lacks)).collect()
     };
@@ -56,7 +56,7 @@ fn closed_form_a_log_tells_what_was_flown_at_its_rates() {
     let lag = slow.iter().find(|(name, _)| name.starts_with("lag")).unwrap();
     assert!(lag.1[0].contains("are of 10 Hz, and 100 Hz are needed"), "{lag:?}");
     assert!(slow[0].1.is_empty(), "{slow:?}");
-    let nothing = told(&FlightRecord::default());
+    let nothing = told(&LoggedFlight::default());
     assert!(nothing.iter().all(|(_, lacks)| !lacks.is_empty()));
 }
 

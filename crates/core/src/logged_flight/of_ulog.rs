@@ -1,12 +1,12 @@
 //! Where PX4's topics of v1.12 to v1.18 have a flight's quantities.
 
-use super::{FlightRecord, MOST_ROTORS, Series};
+use super::{LoggedFlight, MOST_ROTORS, Series};
 use crate::ulog::{Topic, Ulog};
 
 /// A place in a log: topic, columns, the name of both.
 type Place<'p> = (&'p str, &'p [&'p str], &'static str);
 
-impl FlightRecord {
+impl LoggedFlight {
     /// What a ULog has, each quantity from the first of the places that have it.
     pub fn of_ulog(log: &Ulog<'_>) -> Self {
         let motors = [

@@ -62,7 +62,7 @@ impl<const N: usize> Series<N> {
 
 /// What a log has of a flight. Body axes are forward, right, down; local ones north, east, down.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FlightRecord {
+pub struct LoggedFlight {
     /// Commands to the rotors in their order, none beyond their number: shares of the full thrust, or pulse
     /// widths [us].
     pub motors: Option<Series<MOST_ROTORS>>,
@@ -84,7 +84,7 @@ pub struct FlightRecord {
     pub landed: Option<Series<1>>,
 }
 
-impl FlightRecord {
+impl LoggedFlight {
     /// Time of the last value of any of its series since the log's start [s]; 0 without any.
     pub fn end_s(&self) -> f64 {
         fn end<const N: usize>(series: Option<&Series<N>>) -> f64 {

@@ -1,6 +1,6 @@
 //! When a vehicle stood, fell, hovered and manoeuvred, by what its log has.
 
-use super::{FlightRecord, MOST_ROTORS, Series};
+use super::{LoggedFlight, MOST_ROTORS, Series};
 
 /// Time between two looks [s].
 const LOOK_S: f64 = 0.1;
@@ -71,7 +71,7 @@ impl Phase {
 }
 
 /// The phases of a flight, one behind the other; none where the log has neither arming nor specific force.
-pub fn phases(record: &FlightRecord) -> Vec<Phase> {
+pub fn phases(record: &LoggedFlight) -> Vec<Phase> {
     let (Some(force), Some(armed)) = (&record.force_body_m_s2, &record.armed) else { return Vec::new() };
     let (Some(begin_s), Some(end_s)) = (force.t_s.first(), force.t_s.last()) else { return Vec::new() };
     let shows_falls = force.rate_hz() >= FALL_HZ;
@@ -94,7 +94,7 @@ pub fn phases(record: &FlightRecord) -> Vec<Phase> {
 }
 
 /// What an armed vehicle was doing in a time.
-fn doing(record: &FlightRecord, shows_falls: bool, (from_s, to_s): (f64, f64)) -> Doing {
+fn doing(record: &LoggedFlight, shows_falls: bool, (from_s, to_s): (f64, f64)) -> Doing {
     let is_landed = record.landed.as_ref().and_then(|landed| landed.at(to_s)).is_some_and(|[x]| *x > 0.0);
     let are_still = |motors: &Series<MOST_ROTORS>| {
         let rows = motors.between(from_s, to_s);

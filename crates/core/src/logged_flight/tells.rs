@@ -4,7 +4,7 @@
 //! their own, so that rates come first: at 50 Hz a lag of 30 ms lies within a sample or two.
 
 use super::phases::{Doing, Phase};
-use super::{FlightRecord, Series};
+use super::{LoggedFlight, Series};
 
 /// Lag and delay part at this rate [Hz].
 const LAG_HZ: f64 = 100.0;
@@ -29,7 +29,7 @@ pub struct Tells {
 }
 
 /// What a log of such phases tells.
-pub fn tells(record: &FlightRecord, phases: &[Phase]) -> Vec<Tells> {
+pub fn tells(record: &LoggedFlight, phases: &[Phase]) -> Vec<Tells> {
     let hover_s = |doing| phases.iter().filter(|p| p.doing == doing).map(Phase::length_s).fold(0.0, f64::max);
     let longest_s = hover_s(Doing::Hovering);
     let motors = |hz| lack("commands to the rotors", record.motors.as_ref(), hz);

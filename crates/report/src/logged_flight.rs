@@ -1,8 +1,8 @@
 //! What is in a flight log: whose it is, its topics, what was flown, and what it tells of the vehicle.
 
-use samara_core::flight_record::phases::{Phase, phases};
-use samara_core::flight_record::tells::{Tells, tells};
-use samara_core::flight_record::{FlightRecord, Series};
+use samara_core::logged_flight::phases::{Phase, phases};
+use samara_core::logged_flight::tells::{Tells, tells};
+use samara_core::logged_flight::{LoggedFlight, Series};
 use samara_core::printable::printable;
 use samara_core::ulog::Ulog;
 
@@ -28,7 +28,7 @@ pub struct LogReport<'a> {
     pub name: &'a str,
     /// The log.
     pub log: &'a Ulog<'a>,
-    record: FlightRecord,
+    record: LoggedFlight,
     phases: Vec<Phase>,
     tells: Vec<Tells>,
 }
@@ -39,7 +39,7 @@ type Quantity = (&'static str, Option<(&'static str, usize, f64, f64)>);
 impl<'a> LogReport<'a> {
     /// Looks through a log.
     pub fn of(name: &'a str, log: &'a Ulog<'a>) -> Self {
-        let record = FlightRecord::of_ulog(log);
+        let record = LoggedFlight::of_ulog(log);
         let phases = phases(&record);
         let tells = tells(&record, &phases);
         Self { name, log, record, phases, tells }
