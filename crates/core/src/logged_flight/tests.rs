@@ -3,6 +3,7 @@
 use super::phases::{Doing, Phase, phases};
 use super::tells::tells;
 use super::*;
+use crate::math;
 
 fn series<const N: usize>(hz: f64, length_s: f64, value: impl Fn(f64) -> [f64; N]) -> Option<Series<N>> {
     let t_s: Vec<f64> = (0..(hz * length_s) as u64).map(|i| i as f64 / hz).collect();
@@ -17,10 +18,14 @@ fn flight(hz: f64) -> LoggedFlight {
         motors: series(hz, 30.0, |_| [0.5, 0.5, 0.5, 0.5, f64::NAN, f64::NAN, f64::NAN, f64::NAN]),
         force_body_m_s2: series(hz, 30.0, |t| match () {
             () if is_falling(t) => [0.0, 0.0, -0.2],
-            () if t > 15.5 => [0.0, 0.0, -9.8 - 3.0 * (7.0 * t).sin()],
+            () if t > 15.5 => [0.0, 0.0, -9.8 - 3.0 * math::sin(7.0 * t)],
             () => [0.0, 0.0, -9.8],
         }),
-        rates_body_rad_s: series(hz, 30.0, |t| if t > 15.5 { [(9.0 * t).sin(), 0.5, 0.0] } else { [0.0; 3] }),
+        rates_body_rad_s: series(
+            hz,
+            30.0,
+            |t| if t > 15.5 { [math::sin(9.0 * t), 0.5, 0.0] } else { [0.0; 3] },
+        ),
         velocity_ned_m_s: series(10.0, 30.0, |t| if t > 15.5 { [4.0, 0.0, 0.0] } else { [0.0; 3] }),
         armed: series(1.0, 30.0, |t| [f64::from(t >= 2.0)]),
         landed: series(1.0, 30.0, |t| [f64::from(t < 5.0)]),

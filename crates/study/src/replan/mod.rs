@@ -83,8 +83,8 @@ impl Kind for Replan {
     fn alone(&self, given: Given<'_>, values: &Values, name: &str) -> Result<Results, Refused> {
         let trials = trial_alone(name)?;
         let renewals = Renewals::without_a_wire(given, values)?;
-        let fly = |fly: &Box<FlyRenewed<'_>>| fly(trials.start, &|| false).into_iter().collect();
-        let report = renewals.report(trials.clone(), renewals.fly.iter().map(fly).collect());
+        let drops = renewals.fly.iter().map(|fly| fly(trials.start, &|| false).into_iter().collect());
+        let report = renewals.report(trials.clone(), drops.collect());
         Ok(Results {
             document: report.document(),
             json: report.json(),
