@@ -83,17 +83,13 @@ impl<'a> LogReport<'a> {
         ]
     }
 
-    fn lost_bytes(&self) -> usize {
-        self.log.lost.iter().map(|part| part.len()).sum()
-    }
-
     /// How it was flown, and what cannot be read, in sentences.
     fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
         if let Some(first) = self.log.lost.first() {
             remarks.push(format!(
                 "{} bytes in {} places are damaged and were passed over, the first from byte {} on",
-                self.lost_bytes(),
+                self.log.lost_bytes(),
                 self.log.lost.len(),
                 first.start
             ));
@@ -230,7 +226,7 @@ result_objects! {
         /// Number of parameters.
         parameters: usize = of.log.parameters.len(),
         /// Bytes that are no messages and were passed over.
-        lost_bytes: usize = of.lost_bytes(),
+        lost_bytes: usize = of.log.lost_bytes(),
         /// Facts that the log states.
         says: Vec<LogSaysObject> = of.says().into_iter().map(LogSaysObject::of).collect(),
         /// Quantities of the flight.

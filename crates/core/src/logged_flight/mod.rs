@@ -68,7 +68,7 @@ pub struct LoggedFlight {
     pub motors: Option<Series<MOST_ROTORS>>,
     /// Commanded thrust along the body's axes, as a share of the greatest.
     pub thrust: Option<Series<3>>,
-    /// Specific force in body axes [m/s2].
+    /// Specific force in body axes [m/s^2].
     pub force_body_m_s2: Option<Series<3>>,
     /// Angular rates in body axes [rad/s].
     pub rates_body_rad_s: Option<Series<3>>,
@@ -92,12 +92,14 @@ impl LoggedFlight {
         }
         let ends = [
             end(self.motors.as_ref()),
+            end(self.thrust.as_ref()),
             end(self.force_body_m_s2.as_ref()),
             end(self.rates_body_rad_s.as_ref()),
             end(self.attitude.as_ref()),
             end(self.velocity_ned_m_s.as_ref()),
             end(self.battery.as_ref()),
             end(self.armed.as_ref()),
+            end(self.landed.as_ref()),
         ];
         ends.into_iter().fold(0.0, f64::max)
     }

@@ -6,7 +6,7 @@ use super::{LoggedFlight, MOST_ROTORS, Series};
 const LOOK_S: f64 = 0.1;
 /// Eleven days: no flight is as long, and a file with such times is looked through no further.
 const LOOKS_MOST: f64 = 1e7;
-/// A specific force below it is a fall [m/s2]: a hover has g, a parachute's descent about g. Rotors at rest
+/// A specific force below it is a fall [m/s^2]: a hover has g, a parachute's descent about g. Rotors at rest
 /// and 9 m/s of air leave a multirotor below 3.
 const FALL_M_S2: f64 = 3.0;
 /// Falls are no shorter [s], and are looked for at this rate of the specific force [Hz]: single values of a

@@ -21,7 +21,7 @@ pub enum Value {
 
 /// Type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(super) enum Kind {
     /// `int8_t`.
     I8,
     /// `uint8_t`.
@@ -135,7 +135,7 @@ impl Format {
 
 /// A number of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Column {
+pub(super) struct Column {
     /// Type of the number.
     pub kind: Kind,
     /// Where it is in the row.

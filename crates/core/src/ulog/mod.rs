@@ -20,8 +20,8 @@ mod tests;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
-pub use format::{Column, Kind, Value};
-use format::{Format, Layout};
+pub use format::Value;
+use format::{Format, Kind, Layout};
 use walk::{Message, Walk};
 
 /// The first bytes of each log; a byte with the version of the format follows, and the time of its start.
@@ -180,10 +180,19 @@ impl<'a> Ulog<'a> {
 
     /// The values of a topic's column, in the file's order; none where it has no such column. Times are
     /// `timestamp`, in microseconds; elements of arrays `q[0]`, fields of inner messages `esc[0].esc_rpm`.
-    pub fn values(&self, topic: &Topic, column: &str) -> Option<impl Iterator<Item = f64> + use<'a>> {
+    pub fn values<'t>(
+        &self,
+        topic: &'t Topic,
+        column: &str,
+    ) -> Option<impl Iterator<Item = f64> + use<'a, 't>> {
         let column = topic.layout.column(column)?;
-        let (bytes, rows) = (self.bytes, topic.rows.clone());
-        Some(rows.into_iter().map(move |row| column.value(bytes.get(row..).unwrap_or_default())))
+        let bytes = self.bytes;
+        Some(topic.rows.iter().map(move |row| column.value(bytes.get(*row..).unwrap_or_default())))
+    }
+
+    /// How many bytes of the file are no messages.
+    pub fn lost_bytes(&self) -> usize {
+        self.lost.iter().map(|part| part.len()).sum()
     }
 
     /// Times of a topic's rows since the vehicle's start [us].

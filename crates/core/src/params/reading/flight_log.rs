@@ -29,7 +29,7 @@ pub(super) fn read(bytes: &[u8], reader: &mut Reader) -> Result<(), ParamsError>
         }
     }
     if !log.lost.is_empty() {
-        let lost: usize = log.lost.iter().map(|part| part.len()).sum();
+        let lost = log.lost_bytes();
         reader.file.remark([format!("{lost} bytes of the log are damaged and were passed over")]);
     }
     let mut changed: Vec<&str> = log.changed.iter().map(|(_, name, _)| name.as_str()).collect();
