@@ -4,11 +4,13 @@ import io
 import sys
 
 import pytest
-from samara_tpf.campaign.order import Candidates
+from samara_tpf.campaign.order import StudyRound
 from samara_tpf.campaign.progress import Progress
 from samara_tpf.campaign.roster import Roster
 
-ORDER = Candidates(None, "/", b'{"evaluations": [1, 2, 3], "asked": {"candidates": 8}}', 4, None)
+ORDER = StudyRound(
+    None, "/", ("study", "effects"), "", shards=4, after=3, stem="0-", count=8, earlier=(), sha256=None
+)
 
 
 class Terminal(io.StringIO):
@@ -31,7 +33,7 @@ def test_what_ends_a_flight_stands_on_a_line_of_its_own(monkeypatch, kind):
     said = sys.stderr.getvalue()
     assert said.endswith("\n") and not said.endswith("\n\n")
     last = said.replace("\r", "\n").splitlines()[-1]
-    assert last.startswith("3 judged, [") and "] 2 of 4 shards, 0 workers, " in last and "candidates/s" in last
+    assert last.startswith("3 rows, [") and "] 2 of 4 shards, 0 workers, " in last and "jobs/s" in last
 
 
 def test_nothing_is_said_where_nothing_is_flown(capsys):

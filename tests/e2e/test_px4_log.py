@@ -58,7 +58,8 @@ def test_px4_controls_velocity_at_the_start_of_the_plan(tmp_path, mission, px4_c
     if version(drop) < TAKES_VELOCITY_LATE_FROM:
         assert abs(begins_s - start_s) < 0.02
         return
-    assert begins_s < start_s, "velocity control begins before the plan"
+    # At 2 Hz of the clock that the delay of 0.5 s is measured by.
+    assert begins_s <= start_s, "velocity control begins with the plan at the latest"
     # Its first setpoint may be that of the mode before (docs/fly_px4.md).
     thrust = during(topics["vehicle_thrust_setpoint"], begins_s + 0.06, start_s - 0.02)["xyz[2]"]
     assert len(thrust) == 0 or np.abs(thrust).max() <= 0.125, "no more than MPC_THR_MIN"
