@@ -70,8 +70,7 @@ pub struct Stage<'a> {
 /// Wall time since a study began [s].
 pub type Clock = Arc<dyn Fn() -> f64 + Send + Sync>;
 
-/// The host of a study: it flies the jobs. A study asks for rows by [`fly`](<dyn Jobs>::fly) and
-/// [`fold`](<dyn Jobs>::fold).
+/// The host of a study: it flies the jobs. A study asks for rows by `fly` and `fold`.
 pub trait Jobs {
     /// Flies jobs, neighbours in groups, on any threads, and gives the numbers of each to `take`, in the
     /// order of the jobs; `take` says whether they are a row. `what` is said of them while they fly.

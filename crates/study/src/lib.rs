@@ -4,7 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | [`jobs`] | jobs out, rows in: who flies what a study asks for |
-//! | [`kind`], [`settings`], [`kinds`] | what a kind of study is, its settings, all kinds |
+//! | [`kind`], [`mod@settings`], [`kinds`] | what a kind of study is, its settings, all kinds |
 //! | [`feature`] | what kinds have, and why one has not what it has not |
 //! | [`asked`] | what was asked of a study or a campaign, as it was typed |
 //! | [`controller`] | the mission's controller, made in this one place |

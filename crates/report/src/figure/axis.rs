@@ -37,7 +37,7 @@ impl Axis {
         self.low_px + (x - self.low) / (self.high - self.low) * (self.high_px - self.low_px)
     }
 
-    /// About `count` round numbers within the scale, as numbers and as text; at least [`FEWEST`] where the
+    /// About `count` round numbers within the scale, as numbers and as text; at least `FEWEST` where the
     /// scale allows.
     pub fn ticks(&self, count: usize) -> Vec<(f64, String)> {
         let finer = (0..3).map(|k| self.about(count << k));

@@ -54,7 +54,7 @@ const VIRIDIS: [Rgb; 9] = [
 /// Number of colours between no cost and the limit.
 const STEPS: usize = 40;
 
-/// Number of the colour of a cost, from 0 at no cost to the limit at 1 in every figure; [`STEPS`] stands for
+/// Number of the colour of a cost, from 0 at no cost to the limit at 1 in every figure; `STEPS` stands for
 /// red.
 pub fn cost_step(cost: f64) -> usize {
     if !(cost <= 1.0) {

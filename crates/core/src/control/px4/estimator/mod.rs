@@ -3,10 +3,10 @@
 //!
 //! | file | holds | in EKF2 |
 //! |---|---|---|
-//! | [`inertial`] | readings to increments of angle and velocity | `ImuDownSampler` |
-//! | [`filter`] | the error-state filter, at a horizon in the past | `Ekf` |
-//! | [`noise`] | what sensors are taken for | `module.yaml`, `EKF/common.h` |
-//! | [`predictor`] | from there to the present | `OutputPredictor` |
+//! | `inertial` | readings to increments of angle and velocity | `ImuDownSampler` |
+//! | `filter` | the error-state filter, at a horizon in the past | `Ekf` |
+//! | `noise` | what sensors are taken for | `module.yaml`, `EKF/common.h` |
+//! | `predictor` | from there to the present | `OutputPredictor` |
 //!
 //! The filter stands as far in the past as its buffer of inertial increments is long (EKF2_DELAY_MAX), and
 //! takes every measurement when the horizon comes to its time: to a satellite fix's by the age that PX4 is
