@@ -1,0 +1,393 @@
+//! A vehicle out of flight logs: how far it is off what was known, with honest standard errors, and what the
+//! logs do not tell, with the reason.
+//!
+//! | file | holds |
+//! |---|---|
+//! | this one | what is asked and what comes out: fits, what is refused, what is held out |
+//! | [`parameter`](Parameter) | the parameters, and what a deviation does to a vehicle |
+//! | `course` | a flight on a grid of instants, and its stretches |
+//! | `rotors` | speeds of the rotors, run from commands through the whole flight |
+//! | `motion` | a stretch of a second, flown by the vehicle's own model |
+//! | `fit` | output error: Gauss-Newton steps over all stretches, covariance by clusters of them |
+//! | `hover` | thrust over mass of hovers alone, for logs that are too slow for more |
+//! | `refusal` | what a log does not tell, and why |
+//!
+//! Mass is what was known: thrust, inertia and drag are seen over mass alone.
+
+mod course;
+mod fit;
+mod hover;
+mod motion;
+mod parameter;
+mod refusal;
+mod rotors;
+#[cfg(test)]
+mod tests;
+
+use nalgebra::DMatrix;
+
+pub use course::CHANNELS;
+pub use parameter::{PARAMETERS, Parameter};
+
+use crate::logged_flight::LoggedFlight;
+use crate::model::rigid_body::MassProperties;
+use crate::model::{ModelError, Motor, Vehicle};
+use course::{Course, MEASURED};
+use fit::{Fit, Part, Residuals};
+
+/// Lengths of stretches [s]: short ones at first, which a vehicle that is far off can follow.
+const SHORT_S: f64 = 0.25;
+const LONG_S: f64 = 1.0;
+/// Delay from which it is searched [s]: that of a usual computer and its bus.
+const FIRST_DELAY_S: f64 = 0.008;
+/// Fewer stretches than this many tell nothing that could be held out.
+const FEWEST: usize = 10;
+/// So often what cannot be told is held, and the rest fitted again.
+const REFITS: usize = 3;
+/// Share of a normal distribution's error within which 95 % lie.
+const WITHIN_95: f64 = 1.959_963_984_540_054;
+
+/// What is known of where the logs were flown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// Gravity [m/s^2].
+    pub gravity_m_s2: f64,
+    /// Density of the air where a log has none [kg/m^3].
+    pub density_kg_m3: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { gravity_m_s2: crate::units::STANDARD_GRAVITY_M_S2, density_kg_m3: 1.225 }
+    }
+}
+
+/// Why logs say nothing of a vehicle.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum IdentifyError {
+    /// A quantity was not logged.
+    #[error("the log has no {0}, which is needed")]
+    Lacks(&'static str),
+    /// Another number of rotors was commanded.
+    #[error(
+        "{moved} rotors were commanded in the log, and the vehicle has {rotors}: it is another vehicle's"
+    )]
+    Rotors {
+        /// Rotors of the log.
+        moved: usize,
+        /// Rotors of the vehicle.
+        rotors: usize,
+    },
+    /// More instants than are looked at.
+    #[error("a log of at most {most} instants is expected: an hour at 250 Hz")]
+    Long {
+        /// Instants at most.
+        most: usize,
+    },
+    /// Nothing was flown that could be looked at.
+    #[error("no flight was found in the log: neither a hover nor seconds of flight without gaps")]
+    NotFlown,
+}
+
+/// What was found of a parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Found {
+    /// The parameter.
+    pub parameter: Parameter,
+    /// Deviation from what was known, in the parameter's own terms, its standard error, and the factor on it
+    /// that makes half of an interval that holds the truth in 95 % of cases.
+    pub deviation: f64,
+    /// Standard error of the deviation.
+    pub error: f64,
+    /// Half of the interval over the standard error.
+    pub reach: f64,
+}
+
+impl Found {
+    /// The ends of the interval that holds the truth in 95 % of cases: factors, or [s], [m].
+    pub fn interval(&self) -> [f64; 2] {
+        [-1.0, 1.0].map(|side| self.number(self.deviation + side * self.reach * self.error))
+    }
+
+    /// The factor, or the deviation itself [s, m].
+    pub fn value(&self) -> f64 {
+        self.number(self.deviation)
+    }
+
+    fn number(&self, deviation: f64) -> f64 {
+        if self.parameter.is_factor() { self.parameter.factor(deviation) } else { deviation }
+    }
+}
+
+/// How a channel was predicted in stretches that were not used, a second at a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Predicted {
+    /// Place in [`CHANNELS`].
+    pub channel: usize,
+    /// Root mean square of what was measured less what was predicted.
+    pub rms: f64,
+    /// Share of the variance that was predicted; NaN where nothing moved.
+    pub r_squared: f64,
+    /// How many errors in a row say no more than one: 1 of white ones.
+    pub together: f64,
+    /// Root mean square over the sensor's own noise.
+    pub over_noise: f64,
+}
+
+/// An instant that was predicted: time [s], measured and predicted channels; NaN where nothing was measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shown {
+    /// Time since the log's start [s].
+    pub t_s: f64,
+    /// What was measured.
+    pub measured: [f64; MEASURED],
+    /// What the model had.
+    pub predicted: [f64; MEASURED],
+}
+
+/// What logs tell of a vehicle.
+#[derive(Clone, Debug, Default)]
+pub struct Identified {
+    /// What was found, in the order of [`Parameter::ALL`].
+    pub found: Vec<Found>,
+    /// What was not, with the reason.
+    pub refused: Vec<(Parameter, String)>,
+    /// Covariance of what was found, in its order.
+    pub covariance: DMatrix<f64>,
+    /// How half of the stretches was predicted by the vehicle of the other half.
+    pub predicted: Vec<Predicted>,
+    /// Instants of stretches that were not used, of the first log.
+    pub shown: Vec<Shown>,
+    /// Seconds that were looked at, and stretches.
+    pub looked_at_s: f64,
+    /// Stretches of flight.
+    pub stretches: usize,
+    /// Steps of all fits.
+    pub steps: usize,
+    /// Gusts, from second to second, as standard deviations north, east, down [m/s].
+    pub gusts_m_s: [f64; 3],
+    /// What holds for the whole result, in sentences.
+    pub remarks: Vec<String>,
+}
+
+impl Identified {
+    /// What was found of a parameter.
+    pub fn of(&self, parameter: Parameter) -> Option<&Found> {
+        self.found.iter().find(|found| found.parameter == parameter)
+    }
+
+    /// How far a parameter is off what was known; not at all where nothing was found.
+    pub fn deviation(&self, parameter: Parameter) -> f64 {
+        self.of(parameter).map_or(0.0, |found| found.deviation)
+    }
+
+    /// The vehicle that was found: the known one where nothing was.
+    ///
+    /// # Errors
+    /// [`ModelError`] where there is no such body: its inertias break the triangle inequality.
+    pub fn vehicle(&self, known: &Vehicle) -> Result<Vehicle, ModelError> {
+        let mut vehicle = known.clone();
+        let factor = |parameter: Parameter| parameter.factor(self.deviation(parameter));
+        vehicle.rotor = known.rotor.clone().scaled([factor(Parameter::Thrust), factor(Parameter::Torque)]);
+        let roots = [Parameter::InertiaX, Parameter::InertiaY, Parameter::InertiaZ].map(|p| factor(p).sqrt());
+        let mut inertia = known.mass.inertia_kg_m2;
+        for i in 0..3 {
+            for j in 0..3 {
+                inertia[(i, j)] *= roots[i] * roots[j];
+            }
+        }
+        vehicle.mass = MassProperties::new(known.mass.mass_kg, inertia)?;
+        vehicle.aero = known.aero.along_axes([factor(Parameter::DragAlong), factor(Parameter::DragAcross)]);
+        let (up, down) = (factor(Parameter::LagUp), factor(Parameter::LagDown));
+        vehicle.motor = match known.motor.clone() {
+            Motor::FirstOrder { omega_max_rad_s, tau_up_s, tau_down_s, rotor_inertia_kg_m2 } => {
+                Motor::FirstOrder {
+                    omega_max_rad_s,
+                    tau_up_s: up * tau_up_s,
+                    tau_down_s: down * tau_down_s,
+                    rotor_inertia_kg_m2,
+                }
+            }
+            motor => motor.with_lag(up),
+        };
+        for rotor in &mut vehicle.rotors {
+            rotor.position_body_m.x -= self.deviation(Parameter::CentreX);
+            rotor.position_body_m.y -= self.deviation(Parameter::CentreY);
+        }
+        Ok(vehicle)
+    }
+}
+
+/// Finds out what logs tell of a vehicle.
+///
+/// # Errors
+/// [`IdentifyError`] with the place of the log where one has not what is needed.
+pub fn identify(
+    flights: &[LoggedFlight],
+    vehicle: &Vehicle,
+    settings: &Settings,
+) -> Result<Identified, (usize, IdentifyError)> {
+    let course = |(i, flight)| Course::of(flight, vehicle, settings).map_err(|e| (i, e));
+    let courses = flights.iter().enumerate().map(course).collect::<Result<Vec<_>, _>>()?;
+    if let Some(why) = courses.iter().find_map(refusal::too_slow) {
+        return hover::identify(&courses, vehicle, settings, &why).ok_or((0, IdentifyError::NotFlown));
+    }
+    let parts = |length_s: f64, which: fn(usize) -> bool| -> Vec<Part<'_>> {
+        let part = |course| {
+            let stretches: Vec<(usize, usize)> = Course::stretches(course, length_s);
+            let stretches = stretches.into_iter().enumerate().filter(|(i, _)| which(*i)).map(|(_, s)| s);
+            Part { course, gravity_m_s2: settings.gravity_m_s2, stretches: stretches.collect() }
+        };
+        courses.iter().map(part).collect()
+    };
+    let (short, long) = (parts(SHORT_S, |i| i % 2 == 0), parts(LONG_S, |_| true));
+    let stretches = long.iter().map(|part| part.stretches.len()).sum();
+    if stretches < FEWEST {
+        let why = format!("{stretches} seconds of flight were found without gaps, and {FEWEST} are needed");
+        return hover::identify(&courses, vehicle, settings, &why).ok_or((0, IdentifyError::NotFlown));
+    }
+    let mut begin = [0.0; PARAMETERS];
+    begin[Parameter::Delay as usize] = FIRST_DELAY_S;
+    let mut near = Fit::new(vehicle, &short, begin);
+    let mut refused: Vec<(Parameter, String)> = Vec::new();
+    if courses.iter().any(|course| !course.has_velocity) {
+        for parameter in [Parameter::DragAlong, Parameter::DragAcross] {
+            near.hold(parameter);
+            refused.push((parameter, "a log has no attitude and velocity".to_owned()));
+        }
+    }
+    near.run(1, 6);
+    let mut fit = Fit::new(vehicle, &long, [0.0; PARAMETERS]).from(&near.state);
+    refused.iter().for_each(|(parameter, _)| fit.hold(*parameter));
+    fit.run(2, 5);
+    let mut steps = near.steps + fit.steps;
+    // What is held out: the second half of every four stretches.
+    let (used, unused) = (parts(LONG_S, |i| i % 4 < 2), parts(LONG_S, |i| i % 4 >= 2));
+    let (mut covariance, mut clusters) = fit.covariance();
+    let mut half = Fit::new(vehicle, &used, [0.0; PARAMETERS]).from(&fit.state);
+    let mut rest = Fit::new(vehicle, &unused, [0.0; PARAMETERS]);
+    for refit in 0..=REFITS {
+        Parameter::ALL.into_iter().filter(|p| !fit.is_free(*p)).for_each(|p| half.hold(p));
+        half.run(0, 3);
+        rest = Fit::new(vehicle, &unused, [0.0; PARAMETERS]).from(&half.state);
+        rest.predict(half.state.deviations);
+        let untold = refusal::untold(&fit, &covariance, &predicted(&rest, &unused), refit == REFITS);
+        if untold.is_empty() {
+            break;
+        }
+        for (parameter, why) in untold {
+            fit.hold(parameter);
+            refused.push((parameter, why));
+        }
+        fit.run(0, 5);
+        (covariance, clusters) = fit.covariance();
+    }
+    steps += fit.steps + half.steps;
+    Ok(told(&fit, (&rest, &unused), (covariance, clusters), refused, (stretches, steps), vehicle))
+}
+
+/// The result of a fit.
+fn told(
+    fit: &Fit<'_>,
+    (rest, unused): (&Fit<'_>, &[Part<'_>]),
+    (covariance, clusters): (DMatrix<f64>, usize),
+    mut refused: Vec<(Parameter, String)>,
+    (stretches, steps): (usize, usize),
+    vehicle: &Vehicle,
+) -> Identified {
+    let free: Vec<Parameter> =
+        Parameter::ALL.into_iter().filter(|parameter| fit.is_free(*parameter)).collect();
+    let reach = reach(clusters.saturating_sub(1));
+    let found = free.iter().map(|parameter| {
+        let i = *parameter as usize;
+        Found {
+            parameter: *parameter,
+            deviation: fit.state.deviations[i],
+            error: covariance[(i, i)].sqrt(),
+            reach,
+        }
+    });
+    for parameter in Parameter::ALL {
+        let is_told = free.contains(&parameter) || refused.iter().any(|(one, _)| *one == parameter);
+        if parameter.is_of(vehicle) && !is_told {
+            refused.push((parameter, "held".to_owned()));
+        }
+    }
+    refused.sort_by_key(|(parameter, _)| *parameter);
+    Identified {
+        found: found.collect(),
+        refused,
+        covariance: DMatrix::from_fn(free.len(), free.len(), |i, j| {
+            covariance[(free[i] as usize, free[j] as usize)]
+        }),
+        predicted: predicted(rest, unused),
+        shown: shown(rest, unused),
+        looked_at_s: stretches as f64 * LONG_S,
+        stretches,
+        steps,
+        gusts_m_s: fit.state.wind_sigma_m_s,
+        remarks: Vec::new(),
+    }
+}
+
+/// Half of an interval of 95 % over the standard error, of Student's distribution with so many degrees of
+/// freedom (Cornish and Fisher's expansion).
+fn reach(freedom: usize) -> f64 {
+    let (z, n) = (WITHIN_95, freedom.max(1) as f64);
+    let z3 = z * z * z;
+    z + (z3 + z) / (4.0 * n) + (5.0 * z3 * z * z + 16.0 * z3 + 3.0 * z) / (96.0 * n * n)
+}
+
+/// How channels were predicted.
+fn predicted(rest: &Fit<'_>, unused: &[Part<'_>]) -> Vec<Predicted> {
+    let residuals = rest.residuals();
+    let ranges = unused.iter().flat_map(|part| part.stretches.iter().map(|range| (part.course, *range)));
+    let measured: Vec<Residuals> = ranges
+        .map(|(course, (from, to))| course.instants[from..=to].iter().map(motion::measured).collect())
+        .collect();
+    let of = |channel: usize| {
+        let column = |rows: &Residuals| -> Vec<f64> {
+            rows.iter().map(|row| row[channel]).filter(|x| x.is_finite()).collect()
+        };
+        let errors = residuals.iter().map(column);
+        let (mut square, mut count, mut moved, mut noise, mut noises) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for (errors, seen) in errors.clone().zip(measured.iter().map(column)) {
+            let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
+            square += errors.iter().map(|x| x * x).sum::<f64>();
+            count += errors.len() as f64;
+            // Forces are held against their mean, what is integrated against what it was at first.
+            let from = if channel < 3 { mean } else { seen.first().copied().unwrap_or(0.0) };
+            moved += seen.iter().map(|x| (x - from) * (x - from)).sum::<f64>();
+            for three in seen.windows(3) {
+                let bend = three[0] - 2.0 * three[1] + three[2];
+                noise += bend * bend / 6.0;
+                noises += 1.0;
+            }
+        }
+        let noise = (noise / f64::max(noises, 1.0)).sqrt().max(fit::LEAST_SIGMA[channel]);
+        let rms = (square / count).sqrt();
+        Predicted {
+            channel,
+            rms,
+            r_squared: if moved > 0.0 { 1.0 - square / moved } else { f64::NAN },
+            together: fit::together(errors),
+            over_noise: rms / noise,
+        }
+    };
+    (0..MEASURED).map(of).collect()
+}
+
+/// Instants of the first flight that were predicted.
+fn shown(rest: &Fit<'_>, unused: &[Part<'_>]) -> Vec<Shown> {
+    let Some(part) = unused.first() else { return Vec::new() };
+    let residuals = rest.residuals();
+    let mut shown = Vec::new();
+    for ((from, to), rows) in part.stretches.iter().zip(&residuals) {
+        for (instant, errors) in part.course.instants[*from..=*to].iter().zip(rows) {
+            let measured = motion::measured(instant);
+            let predicted = std::array::from_fn(|i| measured[i] - errors[i]);
+            shown.push(Shown { t_s: instant.t_s, measured, predicted });
+        }
+    }
+    shown
+}
