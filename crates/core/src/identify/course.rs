@@ -18,6 +18,8 @@ const SETTLING_S: f64 = 0.5;
 const STILL: f64 = 0.02;
 /// So many instants from one attitude to the next that is looked at.
 const TURN_EVERY: usize = 10;
+/// A throttle at which a rotor rests.
+const AT_REST: f64 = 0.05;
 /// Instants of a flight, at most: an hour at 250 Hz.
 const MOST_INSTANTS: usize = 900_000;
 
@@ -84,7 +86,7 @@ impl Course {
         let force = flight.force_body_m_s2.as_ref().ok_or(IdentifyError::Lacks("specific force"))?;
         let seen = flight.attitude.as_ref().zip(flight.velocity_ned_m_s.as_ref());
         let rotors = vehicle.rotors.len();
-        let moved = motors.moved();
+        let moved = commanded(motors);
         if moved != rotors {
             return Err(IdentifyError::Rotors { moved, rotors });
         }
@@ -162,6 +164,23 @@ impl Course {
         }
         stretches
     }
+}
+
+/// How many rotors a log has: columns that move and, where the first one is seen at rest, rest as well.
+fn commanded(motors: &Series<MOST_ROTORS>) -> usize {
+    let least = |column: usize| {
+        let values = motors.values.iter().filter_map(|row| row.get(column)).filter(|x| x.is_finite());
+        values.copied().fold(f64::INFINITY, f64::min)
+    };
+    if least(0) > AT_REST {
+        return motors.moved();
+    }
+    let rests = (0..MOST_ROTORS).filter(|column| least(*column) <= AT_REST);
+    let moves = |column: &usize| {
+        let values = motors.values.iter().filter_map(|row| row.get(*column)).filter(|x| x.is_finite());
+        values.copied().fold(f64::NEG_INFINITY, f64::max) > 2.0 * AT_REST
+    };
+    rests.filter(moves).count()
 }
 
 fn is_near<const N: usize>(series: &Series<N>, t_s: f64, within_s: f64) -> bool {

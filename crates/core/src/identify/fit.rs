@@ -32,14 +32,14 @@ pub(super) const LEAST_SIGMA: [f64; MEASURED] =
 /// Standard deviations at first.
 const FIRST_SIGMA: [f64; MEASURED] = [0.5, 0.5, 0.5, 0.05, 0.05, 0.05, 0.02, 0.02, 0.02, 0.2, 0.2, 0.2];
 /// Wind of a stretch beside its flight's at first, and at least [m/s].
-const FIRST_WIND_M_S: f64 = 0.3;
+const FIRST_WIND_M_S: f64 = 0.5;
 const LEAST_WIND_M_S: f64 = 0.01;
 /// Lags over which residuals may hang together, and most that it comes to.
 const MOST_LAGS: usize = 100;
 const MOST_TOGETHER: f64 = 100.0;
 /// Stretches of a cluster, where there are enough of them.
-const CLUSTER: usize = 2;
-const ENOUGH: usize = 24;
+const CLUSTER: usize = 3;
+const ENOUGH: usize = 45;
 
 /// Delays that may come out [s]: clocks of a log may be off a little the other way.
 const DELAYS_S: [f64; 2] = [-0.02, 0.2];
@@ -92,8 +92,6 @@ pub(super) struct Fit<'f> {
     parts: &'f [Part<'f>],
     /// Parameters that are looked for.
     free: [bool; PARAMETERS],
-    /// Whether the wind differs from stretch to stretch.
-    gusts: bool,
     pub(super) state: State,
     pub(super) steps: usize,
 }
@@ -107,13 +105,13 @@ impl<'f> Fit<'f> {
             locals: parts.iter().map(|part| vec![[0.0; LOCAL]; part.stretches.len()]).collect(),
             sigma: FIRST_SIGMA,
             together: [1.0; MEASURED],
-            wind_sigma_m_s: [LEAST_WIND_M_S; 3],
+            wind_sigma_m_s: [FIRST_WIND_M_S; 3],
         };
         let free = Parameter::ALL.map(|parameter| parameter.is_of(vehicle));
-        Self { vehicle, parts, free, gusts: false, state, steps: 0 }
+        Self { vehicle, parts, free, state, steps: 0 }
     }
 
-    /// Goes on from another fit, of the same flights in other stretches, with gusts.
+    /// Goes on from another fit, of the same flights in other stretches.
     pub(super) fn from(mut self, before: &State) -> Self {
         let State { deviations, flights, sigma, together, .. } = before;
         self.state = State {
@@ -124,7 +122,6 @@ impl<'f> Fit<'f> {
             wind_sigma_m_s: [FIRST_WIND_M_S; 3],
             ..self.state
         };
-        self.gusts = true;
         self
     }
 
@@ -191,18 +188,17 @@ impl<'f> Fit<'f> {
         }
     }
 
-    fn local_wide(&self, state: &State) -> [f64; LOCAL] {
+    fn local_wide(state: &State) -> [f64; LOCAL] {
         std::array::from_fn(|i| match i.checked_sub(LOCAL_WIND) {
             None => LOCAL_WIDE[i],
-            Some(axis) if self.gusts => state.wind_sigma_m_s[axis],
-            Some(_) => 1e-6,
+            Some(axis) => state.wind_sigma_m_s[axis],
         })
     }
 
     fn cost(&self, state: &State) -> f64 {
         let spins = self.spins(state);
         let mut cost = 0.0;
-        let wide = self.local_wide(state);
+        let wide = Self::local_wide(state);
         for flight in 0..self.parts.len() {
             for stretch in 0..self.parts[flight].stretches.len() {
                 self.look::<f64>(
@@ -223,7 +219,7 @@ impl<'f> Fit<'f> {
     /// What each stretch says at the present unknowns.
     fn said(&self, state: &State) -> Vec<Said> {
         let spins = self.spins(state);
-        let wide = self.local_wide(state);
+        let wide = Self::local_wide(state);
         let mut all = Vec::new();
         for flight in 0..self.parts.len() {
             for stretch in 0..self.parts[flight].stretches.len() {
@@ -405,23 +401,20 @@ impl<'f> Fit<'f> {
             self.state.sigma[component] = sigma.max(LEAST_SIGMA[component]);
             self.state.together[component] = together(series());
         }
-        if self.gusts {
-            let said = self.said(&self.state);
-            let winds: Vec<_> = self.state.locals.iter().flatten().zip(&said).collect();
-            for axis in 0..3 {
-                let prior = self.state.wind_sigma_m_s[axis] * self.state.wind_sigma_m_s[axis];
-                let (mut squares, mut told) = (0.0, 0.0);
-                for (local, one) in &winds {
-                    let place = LOCAL_WIND + axis;
-                    squares += local[place] * local[place];
-                    told += (1.0 - one.own_inverse[(place, place)] / prior).max(0.0);
-                }
-                if told > 1e-3 {
-                    let sigma = (squares / told).sqrt();
-                    let before = self.state.wind_sigma_m_s[axis];
-                    self.state.wind_sigma_m_s[axis] =
-                        sigma.clamp(0.2 * before, 5.0 * before).max(LEAST_WIND_M_S);
-                }
+        let said = self.said(&self.state);
+        let winds: Vec<_> = self.state.locals.iter().flatten().zip(&said).collect();
+        for axis in 0..3 {
+            let prior = self.state.wind_sigma_m_s[axis] * self.state.wind_sigma_m_s[axis];
+            let (mut squares, mut told) = (0.0, 0.0);
+            for (local, one) in &winds {
+                let place = LOCAL_WIND + axis;
+                squares += local[place] * local[place];
+                told += (1.0 - one.own_inverse[(place, place)] / prior).max(0.0);
+            }
+            if told > 1e-3 {
+                let sigma = (squares / told).sqrt();
+                let before = self.state.wind_sigma_m_s[axis];
+                self.state.wind_sigma_m_s[axis] = sigma.clamp(0.2 * before, 5.0 * before).max(LEAST_WIND_M_S);
             }
         }
     }

@@ -21,37 +21,37 @@ const FEWEST: usize = 3;
 /// What no scatter shows, as a share: bias of the vertical velocity, air that rises, voltage.
 const UNSEEN: f64 = 0.008;
 
-/// What hovers tell; `None`: there are none.
-pub(super) fn identify(
-    courses: &[Course],
-    vehicle: &Vehicle,
-    settings: &Settings,
-    why: &str,
-) -> Option<Identified> {
+/// What hovers tell of a vehicle of which nothing else is told, and why.
+pub(super) fn identify(courses: &[Course], vehicle: &Vehicle, settings: &Settings, why: &str) -> Identified {
+    let others = Parameter::ALL.into_iter().filter(|p| *p != Parameter::Thrust && p.is_of(vehicle));
+    let mut told = Identified {
+        refused: others.map(|parameter| (parameter, why.to_owned())).collect(),
+        remarks: vec![format!("{why}: of the vehicle there is the thrust of its hovers alone")],
+        ..Identified::default()
+    };
     let pieces: Vec<f64> = courses.iter().flat_map(|course| factors(course, vehicle, settings)).collect();
     let n = pieces.len() as f64;
     if pieces.len() < FEWEST {
-        return None;
+        let why = format!(
+            "{why}; and of hovers there are {:.0} s, where {:.0} s are needed",
+            n * PIECE_S,
+            FEWEST as f64 * PIECE_S
+        );
+        told.refused.insert(0, (Parameter::Thrust, why));
+        return told;
     }
     let mean = pieces.iter().sum::<f64>() / n;
     let scatter = pieces.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0);
     let error = (scatter / n / (mean * mean) + UNSEEN * UNSEEN).sqrt();
-    let thrust = Found {
+    told.found.push(Found {
         parameter: Parameter::Thrust,
         deviation: crate::math::ln(mean),
         error,
         reach: reach(pieces.len() - 1),
-    };
-    let others = Parameter::ALL.into_iter().filter(|p| *p != Parameter::Thrust && p.is_of(vehicle));
-    Some(Identified {
-        found: vec![thrust],
-        refused: others.map(|parameter| (parameter, why.to_owned())).collect(),
-        covariance: DMatrix::from_element(1, 1, error * error),
-        looked_at_s: n * PIECE_S,
-        stretches: pieces.len(),
-        remarks: vec![format!("{why}: of the vehicle there is the thrust of its hovers alone")],
-        ..Identified::default()
-    })
+    });
+    told.covariance = DMatrix::from_element(1, 1, error * error);
+    (told.looked_at_s, told.stretches) = (n * PIECE_S, pieces.len());
+    told
 }
 
 /// Thrust that carried the vehicle over that which its commands have, of each piece of each hover.

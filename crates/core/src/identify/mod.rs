@@ -40,8 +40,9 @@ const SHORT_S: f64 = 0.25;
 const LONG_S: f64 = 1.0;
 /// Delay from which it is searched [s]: that of a usual computer and its bus.
 const FIRST_DELAY_S: f64 = 0.008;
-/// Fewer stretches than this many tell nothing that could be held out.
-const FEWEST: usize = 10;
+/// Fewer stretches than this many tell no more than hovers do: there is nothing to be held out, and errors
+/// by leaving some out mean nothing.
+const FEWEST: usize = 20;
 /// So often what cannot be told is held, and the rest fitted again.
 const REFITS: usize = 3;
 /// Share of a normal distribution's error within which 95 % lie.
@@ -230,7 +231,7 @@ pub fn identify(
     let course = |(i, flight)| Course::of(flight, vehicle, settings).map_err(|e| (i, e));
     let courses = flights.iter().enumerate().map(course).collect::<Result<Vec<_>, _>>()?;
     if let Some(why) = courses.iter().find_map(refusal::too_slow) {
-        return hover::identify(&courses, vehicle, settings, &why).ok_or((0, IdentifyError::NotFlown));
+        return Ok(hover::identify(&courses, vehicle, settings, &why));
     }
     let parts = |length_s: f64, which: fn(usize) -> bool| -> Vec<Part<'_>> {
         let part = |course| {
@@ -242,9 +243,12 @@ pub fn identify(
     };
     let (short, long) = (parts(SHORT_S, |i| i % 2 == 0), parts(LONG_S, |_| true));
     let stretches = long.iter().map(|part| part.stretches.len()).sum();
+    if stretches == 0 && courses.iter().all(|course| course.hovers.is_empty()) {
+        return Err((0, IdentifyError::NotFlown));
+    }
     if stretches < FEWEST {
         let why = format!("{stretches} seconds of flight were found without gaps, and {FEWEST} are needed");
-        return hover::identify(&courses, vehicle, settings, &why).ok_or((0, IdentifyError::NotFlown));
+        return Ok(hover::identify(&courses, vehicle, settings, &why));
     }
     let mut begin = [0.0; PARAMETERS];
     begin[Parameter::Delay as usize] = FIRST_DELAY_S;

@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::Predicted;
 use super::course::Course;
 use super::fit::Fit;
 use super::parameter::Parameter;
+use super::{CHANNELS, Predicted};
 
 /// Lag and delay of rotors part at this rate [Hz].
 const LEAST_HZ: f64 = 100.0;
@@ -13,6 +13,11 @@ const LEAST_HZ: f64 = 100.0;
 const NEARLY: f64 = 0.9;
 /// Share of what rates and forces did that is to be predicted.
 const LEAST_PREDICTED: f64 = 0.5;
+/// Forces that were predicted worse than by their mean were predicted wrongly.
+const WRONG: f64 = -0.1;
+/// A velocity that is so far off within a second [m/s], and so many times its noise, is of another vehicle.
+const DRIFT_M_S: f64 = 0.15;
+const DRIFT_OVER_NOISE: f64 = 5.0;
 /// Parameters that move together more than that are not told apart.
 const TOGETHER: f64 = 0.98;
 /// Gusts that take the drag along [m/s].
@@ -40,27 +45,9 @@ pub(super) fn untold(
     let is_unsure = |parameter: Parameter| !(error(parameter) <= parameter.largest_error());
     let mut untold = Vec::new();
     for parameter in free() {
-        let channel = match parameter {
-            Parameter::Thrust => 2,
-            Parameter::InertiaX => 3,
-            Parameter::InertiaY => 4,
-            Parameter::InertiaZ | Parameter::Torque => 5,
-            _ => usize::MAX,
-        };
-        let of_channel = predicted.iter().find(|one| one.channel == channel);
-        let unpredicted = of_channel.filter(|one| channel > 2 && !(one.r_squared >= LEAST_PREDICTED));
-        if let Some(one) = unpredicted {
-            let (name, _) = super::CHANNELS[channel];
-            let share = 100.0 * one.r_squared.max(0.0);
-            let why = format!(
-                "{share:.0} % of the {name} that was not used was predicted, and {:.0} % are needed: it hardly \
-                 moved, or moved otherwise than such a vehicle does",
-                100.0 * LEAST_PREDICTED
-            );
-            untold.push((parameter, why));
-        } else if is_unsure(parameter) {
-            untold.push((parameter, unsure(fit, covariance, parameter)));
-        }
+        let why = misfit(parameter, predicted);
+        let why = why.or_else(|| is_unsure(parameter).then(|| unsure(fit, covariance, parameter)));
+        untold.extend(why.map(|why| (parameter, why)));
     }
     // Of what hangs on the wildest, some is told once that is held.
     if untold.len() > 1 && !all {
@@ -69,6 +56,36 @@ pub(super) fn untold(
         untold.truncate(untold.len().div_ceil(2));
     }
     untold
+}
+
+/// Why what a parameter moves was not predicted, if it was not.
+fn misfit(parameter: Parameter, predicted: &[Predicted]) -> Option<String> {
+    let (channels, least): (&[usize], f64) = match parameter {
+        Parameter::InertiaX | Parameter::CentreY => (&[3], LEAST_PREDICTED),
+        Parameter::InertiaY | Parameter::CentreX => (&[4], LEAST_PREDICTED),
+        Parameter::InertiaZ | Parameter::Torque => (&[5], LEAST_PREDICTED),
+        Parameter::LagUp | Parameter::LagDown | Parameter::Delay => (&[3, 4], LEAST_PREDICTED),
+        // Noise alone leaves nothing to be predicted; less than nothing is wrong.
+        Parameter::DragAlong => (&[0], WRONG),
+        Parameter::DragAcross => (&[1, 2], WRONG),
+        Parameter::Thrust => (&[2], WRONG),
+    };
+    let of = |channel: &usize| predicted.iter().find(|one| one.channel == *channel);
+    let bad = channels.iter().filter_map(of).find(|one| one.r_squared < least);
+    if let Some(one) = bad {
+        let (name, _) = CHANNELS[one.channel];
+        let share = 100.0 * one.r_squared.max(0.0);
+        return Some(format!(
+            "{share:.0} % of what the {name} did where it was not used was predicted, and {:.0} % are needed: it \
+             hardly moved, or moved otherwise than such a vehicle does",
+            100.0 * LEAST_PREDICTED
+        ));
+    }
+    let drifts =
+        |one: &&Predicted| one.channel >= 9 && one.rms > DRIFT_M_S && one.over_noise > DRIFT_OVER_NOISE;
+    let drift = predicted.iter().find(drifts).filter(|_| least == WRONG)?;
+    let (name, _) = CHANNELS[drift.channel];
+    Some(format!("{name} is {:.1} m/s off where it was not used, within a second", drift.rms))
 }
 
 fn unsure(fit: &Fit<'_>, covariance: &DMatrix<f64>, parameter: Parameter) -> String {

@@ -46,11 +46,11 @@ fn closed_form_a_flight_tells_the_vehicle_that_flew_it() {
     let truth = vehicle();
     let (base, off) = known_badly(&truth);
     let flown = Flown { length_s: 26.0, ..Flown::manoeuvre(5) };
-    let found = identified(&base, fly(&truth, &flown));
+    let found = identified(&base, thinned(fly(&truth, &flown), [1, 2, 2]));
     assert!(found.refused.is_empty(), "{:?}", found.refused);
     for (one, (off, bar)) in found.found.iter().zip(off.into_iter().zip(BARS)) {
         let error = (one.deviation - off).abs();
-        assert!(error < 2.0 * bar && error < 4.5 * one.error + 0.1 * bar, "{one:?} {off}");
+        assert!(error < 2.0 * bar && error < 4.5 * one.error + 0.3 * bar, "{one:?} {off}");
         assert!(one.error > 0.0 && one.error < bar, "{one:?}");
     }
     let after = found.vehicle(&base).unwrap();
@@ -91,8 +91,8 @@ fn closed_form_a_slow_log_tells_the_thrust_of_its_hover_alone() {
 fn what_was_not_flown_is_refused_with_the_reason() {
     let truth = vehicle();
     let (base, _) = known_badly(&truth);
-    let flown = Flown { doublets: false, speed_m_s: 0.0, length_s: 20.0, ..Flown::manoeuvre(3) };
-    let found = identified(&base, fly(&truth, &flown));
+    let flown = Flown { doublets: false, speed_m_s: 0.0, length_s: 24.0, ..Flown::manoeuvre(3) };
+    let found = identified(&base, thinned(fly(&truth, &flown), [1, 2, 2]));
     for parameter in [Parameter::DragAlong, Parameter::InertiaZ] {
         assert!(found.of(parameter).is_none(), "{:?}", found.found);
     }
@@ -114,7 +114,10 @@ fn logs_that_say_nothing_are_refused() {
     let mut three = truth.clone();
     three.rotors.pop();
     assert_eq!(refused(log.clone(), &three), IdentifyError::Rotors { moved: 4, rotors: 3 });
-    assert_eq!(refused(log, &truth), IdentifyError::NotFlown);
+    let short = fly(&truth, &Flown { length_s: 1.2, ..Flown::manoeuvre(1) });
+    assert_eq!(refused(short, &truth), IdentifyError::NotFlown);
+    let told = identified(&truth, log);
+    assert!(told.found.is_empty() && told.refused.len() == PARAMETERS, "{:?}", told.refused);
 }
 
 /// Errors and intervals over many flights, calm and in turbulence of 0.5 m/s: the bars, and 95 % intervals

@@ -37,12 +37,13 @@ pub fn flight<'c>(column: impl Fn(&str) -> Option<&'c [f64]>) -> Option<LoggedFl
 
 /// Specific force of an acceleration at an attitude, under standard gravity.
 fn felt(acceleration: Series<3>, attitude: &Series<4>) -> Series<3> {
-    let of = |(a_ned, q): (&[f64; 3], &[f64; 4])| {
+    let of = |(t_s, a_ned): (&f64, &[f64; 3])| {
         let [north, east, down] = *a_ned;
-        let f_body = rotate_body_from_ned(*q, Vector3::new(north, east, down - STANDARD_GRAVITY_M_S2));
+        let q = attitude.at(*t_s).copied().unwrap_or([f64::NAN; 4]);
+        let f_body = rotate_body_from_ned(q, Vector3::new(north, east, down - STANDARD_GRAVITY_M_S2));
         [f_body.x, f_body.y, f_body.z]
     };
-    Series { values: acceleration.values.iter().zip(&attitude.values).map(of).collect(), ..acceleration }
+    Series { values: acceleration.t_s.iter().zip(&acceleration.values).map(of).collect(), ..acceleration }
 }
 
 /// Columns, and their rows whose times rise.
@@ -86,7 +87,15 @@ impl<'c, C: Fn(&str) -> Option<&'c [f64]>> Table<'c, C> {
     }
 
     fn series<const N: usize>(&self, from: &'static str, columns: [&[f64]; N]) -> Series<N> {
-        let at = |row: &usize| columns.map(|column| column.get(*row).copied().unwrap_or(f64::NAN));
-        Series { from, t_s: self.t_s.clone(), values: self.rows.iter().map(at).collect() }
+        let mut series = Series { from, t_s: Vec::new(), values: Vec::new() };
+        for (row, t_s) in self.rows.iter().zip(&self.t_s) {
+            let values = columns.map(|column| column.get(*row).copied().unwrap_or(f64::NAN));
+            // Rows of other columns alone are none of these.
+            if values.iter().any(|x| x.is_finite()) {
+                series.t_s.push(*t_s);
+                series.values.push(values);
+            }
+        }
+        series
     }
 }
