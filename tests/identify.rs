@@ -21,7 +21,7 @@ fn json(output: &Output) -> Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-#[path = "../crates/core/src/identify/test_flight.rs"]
+#[path = "../crates/core/tests/shared/test_flight.rs"]
 mod test_flight;
 
 /// The flight as a table, as `flight.csv` names its columns.

@@ -31,7 +31,7 @@ pub struct IdentifyArgs {
     /// The vehicle as it is known: a file, or a name of one.
     #[arg(long, value_name = "NAME|FILE")]
     pub vehicle: PathBuf,
-    /// Its mass in the flight [kg] [default: the vehicle's].
+    /// Mass in the flight [kg] [default: the vehicle's].
     #[arg(long, value_name = "KG")]
     pub mass: Option<f64>,
     /// Gravity where it was flown [m/s^2].

@@ -27,7 +27,7 @@ pub enum IdentifiedError {
     #[error(transparent)]
     Config(#[from] ConfigError),
     /// There is no such vehicle.
-    #[error("what was found is no vehicle: {0}")]
+    #[error("what was found is no vehicle")]
     Model(#[from] ModelError),
 }
 

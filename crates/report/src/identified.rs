@@ -120,6 +120,12 @@ impl IdentifyReport<'_> {
         grid
     }
 
+    /// Why a number is not told.
+    fn reason(&self, parameter: Parameter) -> Option<String> {
+        let of = self.found.refused.iter().find(|(one, _)| *one == parameter);
+        of.map(|(_, why)| why.clone())
+    }
+
     /// Why numbers are not told, those of one reason together.
     fn reasons(&self) -> Vec<String> {
         let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
@@ -215,7 +221,7 @@ result_objects! {
         name: String = of.1.key().to_owned(),
         /// Unit of the number and of its interval.
         unit: String = known.unit.to_owned(),
-        /// What it was known to be.
+        /// Number that was known.
         base: f64 = known.value,
         /// What was found; null: the logs do not tell it.
         found: Option<f64> = numbers.and_then(|[value, ..]| finite(value)),
@@ -224,7 +230,7 @@ result_objects! {
         /// Standard error: as a share where the number is a factor's, otherwise [s] or [m].
         error: Option<f64> = found.and_then(|found| finite(found.error)),
         /// Why it is not told.
-        refused: Option<String> = of.0.found.refused.iter().find(|(one, _)| *one == of.1).map(|(_, why)| why.clone()),
+        refused: Option<String> = of.0.reason(of.1),
     }
 
     /// How a channel was predicted.

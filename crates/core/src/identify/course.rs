@@ -1,6 +1,6 @@
 //! A flight on an even grid of instants: what was measured, and which stretches were flown.
 
-use super::{IdentifyError, Settings};
+use super::asked::{IdentifyError, Settings};
 use crate::frames::{LEVEL, Quaternion, normalized};
 use crate::logged_flight::phases::{Doing, phases};
 use crate::logged_flight::{LoggedFlight, MOST_ROTORS, Series};

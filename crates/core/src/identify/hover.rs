@@ -3,9 +3,10 @@
 
 use nalgebra::DMatrix;
 
+use super::asked::Settings;
 use super::course::{Course, Instant};
+use super::found::{Found, Identified, reach};
 use super::parameter::Parameter;
-use super::{Found, Identified, Settings, reach};
 use crate::frames::{LEVEL, Turn};
 use crate::model::drives::Held;
 use crate::model::environment::Ambient;

@@ -2,10 +2,10 @@
 
 use nalgebra::DMatrix;
 
-use super::course::Course;
+use super::course::{CHANNELS, Course};
 use super::fit::Fit;
+use super::found::Predicted;
 use super::parameter::Parameter;
-use super::{CHANNELS, Predicted};
 
 /// Lag and delay of rotors part at this rate [Hz].
 const LEAST_HZ: f64 = 100.0;

@@ -1,12 +1,14 @@
 //! Flights of a vehicle that is known, identified from another one.
 
-#[path = "test_flight.rs"]
+#[path = "../../tests/shared/test_flight.rs"]
 mod test_flight;
 
 use nalgebra::{Matrix3, Vector3};
 
 use self::test_flight::{DELAY_S, Flown, fly, thinned, vehicle};
 use super::*;
+use crate::model::Motor;
+use crate::model::rigid_body::MassProperties;
 
 /// A vehicle that is known badly, and how far each parameter is off it.
 fn known_badly(truth: &Vehicle) -> (Vehicle, [f64; PARAMETERS]) {

@@ -1,4 +1,5 @@
-//! A flight out of columns of a table under names that are known: `samara`'s own flight.csv, a motion capture's
+//! A flight out of columns of a table under names that are known, those of `flight.csv`: its own, a motion
+//! capture or another autopilot.
 //! or another autopilot's table.
 
 use nalgebra::Vector3;
