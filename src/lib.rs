@@ -12,6 +12,7 @@
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
 //! | [`printable`] | texts of others made fit to be printed |
 //! | [`ulog`] | PX4's flight logs, read |
+//! | [`identify`](mod@identify) | a vehicle out of flight logs, with standard errors |
 //! | [`logged_flight`] | a flight as a log has it |
 //! | [`frames`], [`time`] | rotations; simulated time |
 //! | [`model`] | what flies: vehicle, air, parachute |
@@ -36,8 +37,8 @@
 pub mod link;
 
 pub use samara_core::{
-    assess, checksum, control, design, frames, logged_flight, math, model, params, plan, printable, random,
-    real, replan, sim, simd, time, trajectory, tune, ulog, uncertain, units, vector, verify,
+    assess, checksum, control, design, frames, identify, logged_flight, math, model, params, plan, printable,
+    random, real, replan, sim, simd, time, trajectory, tune, ulog, uncertain, units, vector, verify,
 };
 #[cfg(feature = "host")]
 pub use samara_host as host;

@@ -18,9 +18,9 @@ mod prose;
 const FLOORS: &[&[&str]] = &[
     &["math", "real"],
     &["checksum", "kalman", "printable", "random", "simd", "ulog", "units", "vector"],
-    &["frames", "logged_flight", "time"],
-    &["model"],
-    &["trajectory"],
+    &["frames", "time"],
+    &["logged_flight", "model"],
+    &["identify", "trajectory"],
     &["control", "plan"],
     &["sim"],
     &["uncertain"],

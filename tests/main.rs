@@ -9,6 +9,9 @@
     reason = "tests fail by panicking; they drive the program, wait for it and read its files"
 )]
 
+// What a test takes of the core's tests names its modules so.
+use samara::{control, frames, logged_flight, math, model, random};
+
 mod architecture;
 mod assess;
 mod card;
@@ -22,6 +25,7 @@ mod features;
 mod fidelity;
 mod free_fall;
 mod fuzz;
+mod identify;
 mod kept_files;
 #[cfg(feature = "files")]
 mod lanes;

@@ -22,6 +22,7 @@ mod estimate;
 mod faults;
 mod fidelity;
 mod help;
+mod identify;
 mod init;
 mod list;
 mod log;
@@ -100,6 +101,7 @@ pub fn run() -> ExitCode {
         Verb::Compare(args) => compare::run(&args),
         Verb::Doctor(args) => doctor::run(&args),
         Verb::List(args) => list::run(&args),
+        Verb::Identify(args) => identify::run(&args),
         Verb::Log(args) => log::run(&args),
         Verb::Card(args) => card::run(&args),
         Verb::Check(args) => check::run(&args),

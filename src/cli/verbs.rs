@@ -13,6 +13,7 @@ use super::doctor::DoctorArgs;
 use super::drop::DropArgs;
 use super::faults::FaultsArgs;
 use super::fidelity::FidelityArgs;
+use super::identify::IdentifyArgs;
 use super::init::InitArgs;
 use super::list::ListArgs;
 use super::log::LogArgs;
@@ -34,9 +35,10 @@ use super::verify::VerifyArgs;
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
 #[command(version, about, propagate_version = true, max_term_width = 100)]
-#[command(after_help = "Exit codes: 0 ok, 1 the result says no, 2 bad input or nowhere to write to,\n\
-                        3 internal error, 4 a search asks others (--ask).\n\
-                        Start with: samara drop")]
+#[command(
+    after_help = "Exit codes: 0 ok, 1 the result says no, 2 bad input or nowhere to write to, 3 internal\n\
+                        error, 4 a search asks others (--ask). Start with: samara drop"
+)]
 pub struct Cli {
     /// What to do.
     #[command(subcommand)]
@@ -120,6 +122,9 @@ pub enum Verb {
     /// Say what is in a flight log, what was flown, and what it tells of the vehicle.
     #[command(after_long_help = include_str!("help/log.txt"))]
     Log(LogArgs),
+    /// Find out from flight logs what a vehicle is, with standard errors.
+    #[command(after_long_help = include_str!("help/identify.txt"))]
+    Identify(IdentifyArgs),
     /// List missions, vehicles and gains that can be named, and the runs that there are.
     #[command(after_long_help = include_str!("help/list.txt"))]
     List(ListArgs),

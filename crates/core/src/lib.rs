@@ -14,9 +14,10 @@
 //! | [`kalman`] | the covariance of a filter's errors |
 //! | [`printable`] | texts of others made fit to be printed |
 //! | [`ulog`] | PX4's flight logs, read |
-//! | [`logged_flight`] | a flight as a log has it |
 //! | [`frames`], [`time`] | rotations; simulated time |
+//! | [`logged_flight`] | a flight as a log has it |
 //! | [`model`] | what flies: vehicle, air, parachute |
+//! | [`identify`] | a vehicle out of flight logs, with standard errors |
 //! | [`trajectory`] | a planned trajectory |
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
 //! | [`sim`] | the drop in simulated time |
@@ -37,6 +38,7 @@ pub mod checksum;
 pub mod control;
 pub mod design;
 pub mod frames;
+pub mod identify;
 pub mod kalman;
 pub mod logged_flight;
 pub mod math;

@@ -9,7 +9,9 @@
 //! | `estimated` | where the numbers of a file are from, as it says |
 //! | `uncertain` | how far its numbers may be off, as it says |
 //! | `plan_grid` | its grid of plans: what it spans, its files |
+//! | `flight_table` | a flight's table: `flight.csv`, and columns of its names from elsewhere |
 //! | `gains_file` | `params/gains/*.json` |
+//! | `identified` | the vehicle file that an identification makes |
 //! | `params_file` | PX4 parameter files |
 //! | `px4_fit` | whether PX4 can fly a mission, and what it senses there |
 //! | `rare_failure` | the most likely way to fail that a search found |
@@ -37,7 +39,9 @@ mod designing;
 pub mod draft;
 mod error;
 mod estimated;
+mod flight_table;
 mod gains_file;
+mod identified;
 mod listed;
 mod mission;
 mod names;
@@ -61,7 +65,9 @@ pub use derived::{Derived, DerivedGroup, DerivedRow, derived};
 pub use designing::{DesignError, designed_mission_json, relative};
 pub use error::ConfigError;
 pub use estimated::{Estimated, Origin, OriginKind};
+pub use flight_table::read_flight_table;
 pub use gains_file::{GainsFile, gains_json, load_gains};
+pub use identified::{IdentifiedError, IdentifiedFile, identified_file};
 pub use listed::{Listed, listed_gains, listed_missions, listed_vehicles};
 pub use mission::{
     CaseError, Control, Effect, Faults, Inputs, Limits, Mission, MissionText, MonteCarlo, PlanInitial,

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`flight_columns`] | columns of the flight log and of a plan beside it, and the log's arrays |
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
+//! | [`identified`] | what flight logs have told of a vehicle |
 //! | [`logged_flight`] | what is in a flight log of others |
 //! | [`verdict`] | the verdict for the terminal |
 //! | [`plan`] | the plan for the terminal and as JSON |
@@ -35,6 +36,7 @@ pub mod figure;
 pub mod flight_columns;
 pub mod flight_csv;
 pub mod html;
+pub mod identified;
 pub mod json;
 mod judged_drop;
 pub mod logged_flight;

@@ -16,6 +16,7 @@ use crate::replan::report::ReplanObject;
 use crate::sobol::report::SobolObject;
 use crate::tuning::report::records::TuneObject;
 use samara_mission::schema::text;
+use samara_report::identified::IdentifyObject;
 use samara_report::json::{CasesObject, DropObject};
 use samara_report::logged_flight::LogObject;
 use samara_report::plan::PlanObject;
@@ -24,7 +25,7 @@ use samara_report::verify::VerifyObject;
 type Text = fn(&str) -> String;
 
 /// Name of each kind of result, and what makes its schema.
-const RESULTS: [(&str, Text); 21] = [
+const RESULTS: [(&str, Text); 22] = [
     ("drop", text::<DropObject>),
     ("cases", text::<CasesObject>),
     ("plan", text::<PlanObject>),
@@ -42,6 +43,7 @@ const RESULTS: [(&str, Text); 21] = [
     ("free_fall", text::<FreeFallObject>),
     ("plan_grid", text::<PlanGridObject>),
     ("compare", text::<CompareObject>),
+    ("identify", text::<IdentifyObject>),
     ("log", text::<LogObject>),
     ("card", text::<CardObject>),
     ("manifest", text::<RunManifest>),

@@ -4,9 +4,13 @@
 //! |---|---|
 //! | this one | series, and the quantities of a flight |
 //! | `of_ulog` | where PX4's topics of v1.12 to v1.18 have them |
+//! | `commands` | what the rotors were commanded, as shares of the full throttle |
+//! | [`columns`](mod@columns) | columns of a table under names that are known |
 //! | [`phases`] | when it stood, hung, fell, hovered, manoeuvred |
 //! | [`tells`] | what such a log can tell of its vehicle, and why not |
 
+pub mod columns;
+mod commands;
 mod of_ulog;
 pub mod phases;
 pub mod tells;
@@ -52,6 +56,16 @@ impl<const N: usize> Series<N> {
         self.values.get(behind.checked_sub(1)?)
     }
 
+    /// How many of the columns, from the first on, are commanded one thing and then another.
+    pub fn moved(&self) -> usize {
+        let moves = |column: &usize| {
+            let values = || self.values.iter().filter_map(|row| row.get(*column)).filter(|x| x.is_finite());
+            values().copied().fold(f64::INFINITY, f64::min)
+                < values().copied().fold(f64::NEG_INFINITY, f64::max)
+        };
+        (0..N).filter(moves).count()
+    }
+
     /// The values between two times [s].
     pub fn between(&self, from_s: f64, to_s: f64) -> &[[f64; N]] {
         let (from, to) =
@@ -63,8 +77,8 @@ impl<const N: usize> Series<N> {
 /// What a log has of a flight. Body axes are forward, right, down; local ones north, east, down.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LoggedFlight {
-    /// Commands to the rotors in their order, none beyond their number: shares of the full thrust, or pulse
-    /// widths [us].
+    /// Throttles of the rotors in their order, 0..1, as the speed controllers were told; NaN beyond their
+    /// number.
     pub motors: Option<Series<MOST_ROTORS>>,
     /// Commanded thrust along the body's axes, as a share of the greatest.
     pub thrust: Option<Series<3>>,
@@ -76,6 +90,12 @@ pub struct LoggedFlight {
     pub attitude: Option<Series<4>>,
     /// Velocity in local axes [m/s].
     pub velocity_ned_m_s: Option<Series<3>>,
+    /// Position in local axes [m].
+    pub position_ned_m: Option<Series<3>>,
+    /// Speeds of the rotors in their order [rad/s], as the speed controllers reported them.
+    pub rotor_speeds_rad_s: Option<Series<MOST_ROTORS>>,
+    /// Density of the air [kg/m^3].
+    pub density_kg_m3: Option<Series<1>>,
     /// Bus voltage [V] and current [A].
     pub battery: Option<Series<2>>,
     /// Whether it was armed: 1 or 0.
@@ -97,6 +117,9 @@ impl LoggedFlight {
             end(self.rates_body_rad_s.as_ref()),
             end(self.attitude.as_ref()),
             end(self.velocity_ned_m_s.as_ref()),
+            end(self.position_ned_m.as_ref()),
+            end(self.rotor_speeds_rad_s.as_ref()),
+            end(self.density_kg_m3.as_ref()),
             end(self.battery.as_ref()),
             end(self.armed.as_ref()),
             end(self.landed.as_ref()),

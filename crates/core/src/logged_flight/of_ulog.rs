@@ -1,6 +1,6 @@
 //! Where PX4's topics of v1.12 to v1.18 have a flight's quantities.
 
-use super::{LoggedFlight, MOST_ROTORS, Series};
+use super::{LoggedFlight, MOST_ROTORS, Series, commands};
 use crate::ulog::{Topic, Ulog};
 
 /// A place in a log: topic, columns, the name of both.
@@ -9,13 +9,16 @@ type Place<'p> = (&'p str, &'p [&'p str], &'static str);
 impl LoggedFlight {
     /// What a ULog has, each quantity from the first of the places that have it.
     pub fn of_ulog(log: &Ulog<'_>) -> Self {
-        let motors = [
-            // v1.13 and later.
-            ("actuator_motors", &CONTROL[..], "actuator_motors.control"),
-            ("actuator_outputs", &OUTPUT, "actuator_outputs.output"),
-        ];
+        let moved = |series: &Series<MOST_ROTORS>| series.moved() >= FEWEST_ROTORS;
+        let commanded = [("actuator_motors", &CONTROL[..], "actuator_motors.control")];
+        let put_out = [("actuator_outputs", &OUTPUT[..], "actuator_outputs.output")];
+        let speeds = [("esc_status", &ESC_RPM[..], "esc_status.esc_rpm")];
         Self {
-            motors: series_that(log, &motors, are_moved),
+            motors: commands::throttles(
+                &log.parameters,
+                series_that(log, &commanded, moved),
+                series_that(log, &put_out, moved),
+            ),
             thrust: series(
                 log,
                 &[(
@@ -40,6 +43,23 @@ impl LoggedFlight {
                 log,
                 &[("vehicle_local_position", &["vx", "vy", "vz"], "vehicle_local_position.v")],
             ),
+            position_ned_m: series(
+                log,
+                &[("vehicle_local_position", &["x", "y", "z"], "vehicle_local_position.xyz")],
+            ),
+            rotor_speeds_rad_s: series_that(log, &speeds, |_| true).map(|mut series| {
+                series.values.iter_mut().flatten().for_each(|speed| *speed *= RAD_S_PER_RPM);
+                series
+            }),
+            density_kg_m3: series_that(
+                log,
+                &[
+                    ("vehicle_air_data", &["rho"], "vehicle_air_data.rho"),
+                    ("vehicle_air_data", &["baro_pressure_pa", "baro_temp_celcius"], AIR),
+                ],
+                |_| true,
+            )
+            .map(density),
             battery: series(log, &[("battery_status", &["voltage_v", "current_a"], "battery_status")]),
             armed: series(
                 log,
@@ -76,6 +96,21 @@ const CONTROL: [&str; MOST_ROTORS] = [
 ];
 const OUTPUT: [&str; MOST_ROTORS] =
     ["output[0]", "output[1]", "output[2]", "output[3]", "output[4]", "output[5]", "output[6]", "output[7]"];
+const ESC_RPM: [&str; MOST_ROTORS] = [
+    "esc[0].esc_rpm",
+    "esc[1].esc_rpm",
+    "esc[2].esc_rpm",
+    "esc[3].esc_rpm",
+    "esc[4].esc_rpm",
+    "esc[5].esc_rpm",
+    "esc[6].esc_rpm",
+    "esc[7].esc_rpm",
+];
+const RAD_S_PER_RPM: f64 = std::f64::consts::PI / 30.0;
+const AIR: &str = "vehicle_air_data.baro_pressure_pa";
+/// Gas constant of dry air [J/(kg K)], and zero Celsius [K].
+const GAS_J_KG_K: f64 = 287.053;
+const CELSIUS_K: f64 = 273.15;
 const XYZ: [&str; 3] = ["xyz[0]", "xyz[1]", "xyz[2]"];
 const ACCELEROMETER: [&str; 3] = ["accelerometer_m_s2[0]", "accelerometer_m_s2[1]", "accelerometer_m_s2[2]"];
 const GYRO: [&str; 3] = ["gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"];
@@ -123,12 +158,11 @@ fn rows<const N: usize>(log: &Ulog<'_>, topic: &Topic, (_, columns, from): &Plac
     Some(series)
 }
 
-/// Whether so many rotors as a multirotor has are commanded one thing and then another.
-fn are_moved(motors: &Series<MOST_ROTORS>) -> bool {
-    let moves = |rotor: &usize| {
-        let commands = || motors.values.iter().filter_map(|row| row.get(*rotor)).filter(|x| x.is_finite());
-        commands().copied().fold(f64::INFINITY, f64::min)
-            < commands().copied().fold(f64::NEG_INFINITY, f64::max)
+/// The density of the air where it was logged, or by the law of gases.
+fn density(series: Series<2>) -> Series<1> {
+    let of = |[first, temperature_c]: [f64; 2]| {
+        let is_pressure = series.from == AIR;
+        [if is_pressure { first / (GAS_J_KG_K * (temperature_c + CELSIUS_K)) } else { first }]
     };
-    (0..MOST_ROTORS).filter(moves).count() >= FEWEST_ROTORS
+    Series { from: series.from, values: series.values.iter().copied().map(of).collect(), t_s: series.t_s }
 }

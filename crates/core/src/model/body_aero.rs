@@ -127,6 +127,29 @@ impl BodyAero {
         [&self.c_drag, &self.c_lift, &self.c_pitch]
     }
 
+    /// This body with the force along its x axis, and that across it, multiplied by the factors `[along,
+    /// across]`; the pitching moment stays.
+    pub fn along_axes(&self, [along, across]: [f64; 2]) -> Self {
+        let [drag, lift] = [0, 1].map(|which| {
+            let knots = self.c_drag.knots().iter().zip(self.c_drag.values()).zip(self.c_lift.values());
+            let turned = |((alpha, drag), lift): ((&f64, f64), f64)| {
+                let (sin, cos) = crate::math::sin_cos(*alpha);
+                let (x, z) = (along * (lift * sin - drag * cos), -across * (drag * sin + lift * cos));
+                [-x * cos - z * sin, x * sin - z * cos][which]
+            };
+            knots.map(turned).collect::<Vec<f64>>()
+        });
+        let spline = |values: &[f64], before: &PeriodicSpline| {
+            PeriodicSpline::new(self.c_drag.knots(), values).unwrap_or_else(|_| before.clone())
+        };
+        Self {
+            c_drag: spline(&drag, &self.c_drag),
+            c_lift: spline(&lift, &self.c_lift),
+            side_area_m2: self.side_area_m2.map(|area| across * area),
+            ..self.clone()
+        }
+    }
+
     /// This body with C_D (and the side area), C_L and C_M multiplied by the factors `[drag, lift, pitch]`.
     pub fn scaled(&self, [drag, lift, pitch]: [f64; 3]) -> Self {
         Self {

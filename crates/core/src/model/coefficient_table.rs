@@ -46,6 +46,14 @@ pub struct CoefficientTable {
 }
 
 impl CoefficientTable {
+    /// The table with thrust, in-plane force and torque multiplied by factors.
+    pub fn scaled(mut self, factors: [f64; 3]) -> Self {
+        for cell in self.cells.iter_mut().chain(self.backwards.iter_mut().flatten()) {
+            cell.iter_mut().zip(factors).for_each(|(coefficient, factor)| *coefficient *= factor);
+        }
+        self
+    }
+
     /// A table of coefficients `[thrust, in-plane force, torque]` of a rotor of `radius_m` [m] at the even
     /// grid of [`SPEED_STEPS`] and [`FLOW_STEPS`] intervals, the flow share running fastest.
     ///

@@ -144,9 +144,38 @@ pub fn derivative<S: Real>(
     }
 }
 
+/// Angular acceleration under a body moment [N m] of a body whose inertia is `F J F`: J the known one, F
+/// diagonal with these roots of the factors on the moments of inertia.
+#[inline(always)]
+pub fn turned<S: Real>(mass: &MassProperties, roots: V3<S>, omega: V3<S>, moment_body: V3<S>) -> V3<S> {
+    let momentum = by(by(omega, roots).times(&mass.inertia_kg_m2), roots);
+    let one = omega.x.of(1.0);
+    let over = V3::new(one / roots.x, one / roots.y, one / roots.z);
+    by(by(moment_body - omega.cross(momentum), over).times(&mass.inertia_inverse), over)
+}
+
+/// A vector with each component times another's.
+#[inline(always)]
+fn by<S: Real>(v: V3<S>, factors: V3<S>) -> V3<S> {
+    V3::new(v.x * factors.x, v.y * factors.y, v.z * factors.z)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A body that is off is the body of the inertia that it has then.
+    #[test]
+    fn closed_form_factors_on_the_inertia() {
+        let inertia = Matrix3::new(2.0, 0.1, -0.2, 0.1, 2.5, 0.3, -0.2, 0.3, 3.0);
+        let roots = Vector3::new(1.1, 0.9, 1.05);
+        let known = MassProperties::new(1.0, inertia).unwrap();
+        let off = Matrix3::from_fn(|i, j| roots[i] * inertia[(i, j)] * roots[j]);
+        let (omega, moment) = (Vector3::new(0.3, -2.0, 1.2), Vector3::new(4.0, 1.0, -2.0));
+        let expected = off.try_inverse().unwrap() * (moment - omega.cross(&(off * omega)));
+        let found = Vector3::from(turned(&known, roots.into(), omega.into(), moment.into()));
+        assert!((found - expected).norm() < 1e-13, "{found} {expected}");
+    }
 
     #[test]
     fn inertia_must_be_possible() {

@@ -102,12 +102,7 @@ impl Rotor {
 
     /// Load of a rotor whose hub moves so through the air.
     #[inline(always)]
-    pub(crate) fn load_at_hub<S: Real>(
-        &self,
-        omega_rad_s: S,
-        hub: &HubMotion<S>,
-        density_kg_m3: S,
-    ) -> RotorLoad<S> {
+    pub fn load_at_hub<S: Real>(&self, omega_rad_s: S, hub: &HubMotion<S>, density_kg_m3: S) -> RotorLoad<S> {
         match self {
             Self::BladeElement(table) => {
                 table.load(omega_rad_s, hub.climb_m_s, hub.in_plane_m_s, density_kg_m3)
@@ -125,6 +120,28 @@ impl Rotor {
                 let in_plane_n = share * *drag_n_s2_per_rad_m * omega_rad_s.abs() * hub.in_plane_m_s;
                 RotorLoad { thrust_n, torque_nm, in_plane_n }
             }
+        }
+    }
+
+    /// The rotor with its thrust, and the force in its plane, and its torque multiplied by factors.
+    pub fn scaled(self, [thrust, torque]: [f64; 2]) -> Self {
+        match self {
+            Self::BladeElement(table) => Self::BladeElement(table.scaled([thrust, thrust, torque])),
+            Self::Table(mut table) => {
+                table.cells.iter_mut().for_each(|[t, q]| (*t, *q) = (thrust * *t, torque * *q));
+                Self::Table(table)
+            }
+            Self::Quadratic {
+                thrust_n_per_rad2_s2,
+                torque_per_thrust_m,
+                drag_n_s2_per_rad_m,
+                density_kg_m3,
+            } => Self::Quadratic {
+                thrust_n_per_rad2_s2: thrust * thrust_n_per_rad2_s2,
+                torque_per_thrust_m: torque / thrust * torque_per_thrust_m,
+                drag_n_s2_per_rad_m: thrust * drag_n_s2_per_rad_m,
+                density_kg_m3,
+            },
         }
     }
 
@@ -328,6 +345,18 @@ mod tests {
             torque_per_thrust_m: 0.5,
             drag_n_s2_per_rad_m: 0.25,
             density_kg_m3: 1.0,
+        }
+    }
+
+    /// Thrust and torque of a rotor that is off by factors, whatever its model.
+    #[test]
+    fn closed_form_factors_on_thrust_and_torque() {
+        let flow = Inflow { airspeed_m_s: 2.0, angle_rad: 0.3 };
+        for rotor in [quadratic(), Rotor::Table(table())] {
+            let (known, off) = (rotor.load(1.5, flow, 2.0), rotor.scaled([1.25, 0.5]).load(1.5, flow, 2.0));
+            assert!((off.thrust_n - 1.25 * known.thrust_n).abs() < 1e-12 * known.thrust_n);
+            assert!((off.torque_nm - 0.5 * known.torque_nm).abs() < 1e-12 * known.torque_nm);
+            assert!((off.in_plane_n - 1.25 * known.in_plane_n).abs() <= 1e-12 * known.in_plane_n);
         }
     }
 

@@ -73,6 +73,12 @@ impl PeriodicSpline {
         Ok(Self { axis: Axis::new(knots), pieces })
     }
 
+    /// The values at the knots.
+    pub fn values(&self) -> Vec<f64> {
+        let first = self.pieces.first().map_or(0.0, |piece| piece[0]);
+        self.pieces.iter().map(|piece| piece[0]).chain([first]).collect()
+    }
+
     /// The knots; the last one is the first one a period later.
     pub fn knots(&self) -> &[f64] {
         &self.axis.knots

@@ -14,8 +14,8 @@ use self::aero::{BodyAeroJson, build_aero};
 pub use self::blade_element::BladeFile;
 use self::motor::{MotorJson, build_motor, check_longest_step};
 use self::rotors::{
-    CoaxialJson, RotorJson, RotorModelJson, build_mounts, build_rotor, check_static_thrust, set_interference,
-    turning_backwards,
+    CoaxialJson, RotorFactorsJson, RotorJson, RotorModelJson, build_mounts, build_rotor, check_static_thrust,
+    set_interference, turning_backwards,
 };
 use self::start::{RotorStartJson, build_start};
 use super::error::ConfigError;
@@ -66,6 +66,8 @@ pub(super) struct VehicleJson {
     body_aero: Option<BodyAeroJson>,
     /// The rotor model, the same for all rotors.
     rotor: RotorModelJson,
+    /// Factors on thrust and torque of the rotor model, as flights have shown them; 1 when left out.
+    rotor_factors: Option<RotorFactorsJson>,
     /// The motor model, the same for all rotors.
     motor: MotorJson,
     /// Rotors before their motors drive them, and their start; without it rotors are held at rest until t =
@@ -137,6 +139,9 @@ pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<Vehicl
     if let Some(start_json) = &json.rotor_start {
         start = Some(build_start(source, start_json, &rotor, &motor)?);
         rotor = turning_backwards(source, &json.rotor, rotor)?;
+    }
+    if let Some(factors) = &json.rotor_factors {
+        rotor = rotor.scaled([factors.thrust.get(), factors.torque.get()]);
     }
     let options = VehicleOptions {
         reaction_torque: json.effects.reaction_torque,

@@ -69,6 +69,19 @@ pub(super) struct CoaxialJson {
     lower_torque_factor: Positive<2>,
 }
 
+/// Factors on what the rotor model has.
+#[derive(Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RotorFactorsJson {
+    /// Where the factors come from.
+    #[serde(rename = "about")]
+    _about: Option<String>,
+    /// Factor on the thrust, and on the force in the rotor's plane.
+    pub(super) thrust: Positive<10>,
+    /// Factor on the torque of the air.
+    pub(super) torque: Positive<10>,
+}
+
 pub(super) fn set_interference(
     source: &Source,
     json: &CoaxialJson,

@@ -16,6 +16,7 @@
 //! | `envelope` | the safe-release envelope, a panel for each two quantities |
 //! | `fidelity` | the same trials flown two ways, one over the other |
 //! | `free_fall` | operating curves of rules that find a fall |
+//! | `identified` | measured and predicted channels of a flight |
 //! | `rare` | the probability of reaching a cost, down to a rare one |
 //! | `sobol` | what decides a drop, a bar for each quantity |
 //! | `time_panels` | velocities, pitch, thrusts, J_state over time |
@@ -29,6 +30,7 @@ mod distribution;
 mod flight_path;
 mod glyph;
 mod heading;
+mod identified;
 pub mod label;
 mod polyline;
 mod rotors;
@@ -42,6 +44,7 @@ mod track;
 pub use bode::bode_figure;
 pub use canvas::FigureError;
 pub use distribution::{Distribution, distribution_figure};
+pub use identified::identified_figure;
 
 use nalgebra::Vector3;
 
