@@ -3,11 +3,13 @@
 //!
 //! | file | holds |
 //! |---|---|
+//! | `ledger` | where each number of a draft is from |
 //! | `frame` | arrangements of rotors |
 //! | `vehicle` | a vehicle file from mass, rotors, propeller and thrust |
 //! | `mission` | a mission file for a vehicle on a planet at an altitude |
 
 mod frame;
+mod ledger;
 mod mission;
 mod vehicle;
 
@@ -18,4 +20,9 @@ pub use vehicle::{DraftRotors, DraftThrust, VehicleDraft, needs_propeller, vehic
 /// A number rounded to four significant digits: no more is known of what is estimated.
 fn rounded(x: f64) -> f64 {
     format!("{x:.3e}").parse().unwrap_or(x)
+}
+
+/// A text as JSON has it.
+fn text(s: &str) -> String {
+    serde_json::Value::from(s).to_string()
 }

@@ -3,9 +3,9 @@
 use nalgebra::Vector3;
 
 use super::frame::{Frame, FrameRotor, OnArm};
-use super::rounded;
-use crate::estimated::OriginKind;
-use crate::foreign::{Key, Known, KnownRotors, KnownVehicle};
+use super::ledger::Ledger;
+use super::{rounded, text};
+use crate::foreign::{Key, KnownRotors, KnownVehicle};
 use samara_core::math;
 use samara_core::model::{Interference, ModelError, RotationSense, RotorMount, SAME_AXIS};
 use samara_core::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
@@ -338,9 +338,13 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
             of_thrust.into_iter().for_each(|key| ledger.known(key));
             (thrust_n_per_rad2_s2, omega_max_rad_s)
         }
-        DraftThrust::AtFullThrottle { thrust_n } => {
-            ledger.speed(thrust_n, format!("the thrust of {thrust_n} N"), propeller_m, density_kg_m3)
-        }
+        DraftThrust::AtFullThrottle { thrust_n } => thrust_and_speed(
+            &mut ledger,
+            thrust_n,
+            format!("the thrust of {thrust_n} N"),
+            propeller_m,
+            density_kg_m3,
+        ),
         DraftThrust::Hover { share } => {
             let thrust_n = rounded(mass_kg * STANDARD_GRAVITY_M_S2 / (share * lift(&rotors)));
             let by = known.numbers.get(&Key::Hover);
@@ -349,7 +353,7 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
                 "a thrust of {thrust_n} N, of which {share} carries the weight, as PX4's thrust has it where THR_MDL_FAC fits the \
                  motors{by}"
             );
-            ledger.speed(thrust_n, thrust, propeller_m, density_kg_m3)
+            thrust_and_speed(&mut ledger, thrust_n, thrust, propeller_m, density_kg_m3)
         }
     };
     let torque_per_thrust_m = ledger.number(Key::Torque, None, || {
@@ -451,98 +455,23 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     ))
 }
 
-/// Where numbers of a draft are from.
-struct Told {
-    keys: Vec<&'static str>,
-    kind: OriginKind,
-    file: Option<String>,
-    formula: String,
-}
-
-impl Told {
-    /// The line of the file.
-    fn line(&self) -> String {
-        let keys = serde_json::Value::from(self.keys.clone()).to_string().replace("\",", "\", ");
-        let (kind, formula) = (self.kind.word(), text(&self.formula));
-        let file = self.file.as_ref().map_or_else(String::new, |file| format!("\"file\": {}, ", text(file)));
-        format!("    {{ \"keys\": {keys}, \"kind\": \"{kind}\", {file}\"formula\": {formula} }}")
+/// Thrust over the square of the rotor speed, and that speed, of a thrust at full throttle that is from
+/// `by`.
+fn thrust_and_speed(
+    ledger: &mut Ledger,
+    thrust_n: f64,
+    by: String,
+    propeller_m: f64,
+    density_kg_m3: f64,
+) -> (f64, f64) {
+    if let Some(known) = ledger.files.numbers.get(&Key::OmegaMax) {
+        ledger.of_file(Key::OmegaMax.path(), known);
+        ledger.estimate(&[Key::Thrust.path()], format!("{by}, at the speed at full throttle"));
+        return (thrust_n / (known.value * known.value), known.value);
     }
-}
-
-/// Where each number of a draft is from: told, a file's, or estimated.
-struct Ledger<'a> {
-    files: &'a KnownVehicle,
-    told: Vec<&'static str>,
-    given: Vec<Told>,
-    estimated: Vec<Told>,
-}
-
-impl<'a> Ledger<'a> {
-    fn new(files: &'a KnownVehicle) -> Self {
-        Self { files, told: Vec::new(), given: Vec::new(), estimated: Vec::new() }
-    }
-
-    fn estimate(&mut self, keys: &[&'static str], formula: String) {
-        self.estimated.push(Told { keys: keys.to_vec(), kind: OriginKind::Estimated, file: None, formula });
-    }
-
-    /// Notes the place in a file that a key's value is from.
-    fn of_file<T>(&mut self, key: &'static str, known: &Known<T>) {
-        let (file, formula) = (Some(known.file.clone()), known.words.clone());
-        match self.given.iter_mut().find(|told| told.file == file && told.formula == formula) {
-            Some(told) => told.keys.push(key),
-            None => self.given.push(Told { keys: vec![key], kind: OriginKind::Given, file, formula }),
-        }
-    }
-
-    /// Notes that a number is a file's, or else was told.
-    fn known(&mut self, key: Key) {
-        match self.files.numbers.get(&key) {
-            Some(known) => self.of_file(key.path(), known),
-            None => self.told.push(key.path()),
-        }
-    }
-
-    /// The number that was told, else a file's, else the estimate with its formula.
-    fn number(&mut self, key: Key, told: Option<f64>, estimate: impl FnOnce() -> (f64, String)) -> f64 {
-        if let Some(number) = told {
-            self.told.push(key.path());
-            return number;
-        }
-        if let Some(known) = self.files.numbers.get(&key) {
-            self.of_file(key.path(), known);
-            return known.value;
-        }
-        let (number, formula) = estimate();
-        self.estimate(&[key.path()], formula);
-        number
-    }
-
-    /// Thrust over the square of the rotor speed, and that speed, of a thrust at full throttle that is from
-    /// `by`.
-    fn speed(&mut self, thrust_n: f64, by: String, propeller_m: f64, density_kg_m3: f64) -> (f64, f64) {
-        if let Some(known) = self.files.numbers.get(&Key::OmegaMax) {
-            self.of_file(Key::OmegaMax.path(), known);
-            self.estimate(&[Key::Thrust.path()], format!("{by}, at the speed at full throttle"));
-            return (thrust_n / (known.value * known.value), known.value);
-        }
-        let formula = format!("the speed at full throttle from {by}: thrust = {C_THRUST} rho n^2 D^4");
-        self.estimate(&[Key::Thrust.path(), Key::OmegaMax.path()], formula);
-        let turns_per_s = (thrust_n / (C_THRUST * density_kg_m3 * propeller_m.powi(4))).sqrt();
-        let omega = rounded(std::f64::consts::TAU * turns_per_s);
-        (thrust_n / (omega * omega), omega)
-    }
-
-    /// The lines of the file: what was told, what files give, what is estimated.
-    fn lines(mut self) -> Vec<String> {
-        let formula = "told to samara new vehicle".to_owned();
-        let told =
-            Told { keys: std::mem::take(&mut self.told), kind: OriginKind::Given, file: None, formula };
-        let told = Some(told).filter(|told| !told.keys.is_empty());
-        told.iter().chain(&self.given).chain(&self.estimated).map(Told::line).collect()
-    }
-}
-
-fn text(s: &str) -> String {
-    serde_json::Value::from(s).to_string()
+    let formula = format!("the speed at full throttle from {by}: thrust = {C_THRUST} rho n^2 D^4");
+    ledger.estimate(&[Key::Thrust.path(), Key::OmegaMax.path()], formula);
+    let turns_per_s = (thrust_n / (C_THRUST * density_kg_m3 * propeller_m.powi(4))).sqrt();
+    let omega = rounded(std::f64::consts::TAU * turns_per_s);
+    (thrust_n / (omega * omega), omega)
 }
