@@ -10,6 +10,7 @@ use mavlink::Message as _;
 use mavlink::dialects::common::{ATTITUDE_DATA, HEARTBEAT_DATA, HIL_SENSOR_DATA, MavMessage};
 use samara::autopilot::parameters::Parameters;
 use samara::checksum::crc32_iso;
+use samara::config::foreign::{KnownVehicle, known_vehicle};
 use samara::config::{
     Mission, decode_plan_grid, load_gains, load_mission, load_parameters, load_vehicle, read_trajectory_csv,
 };
@@ -27,7 +28,7 @@ use samara::ulog::Ulog;
 pub type Target = fn(&[u8]);
 
 /// The targets by name.
-pub const TARGETS: [(&str, Target); 11] = [
+pub const TARGETS: [(&str, Target); 13] = [
     ("decoder", decoder),
     ("services", services),
     ("streamer", streamer),
@@ -39,6 +40,8 @@ pub const TARGETS: [(&str, Target); 11] = [
     ("params", params),
     ("plan_grid", plan_grid),
     ("ulog", ulog),
+    ("airframe", airframe),
+    ("sdf", sdf),
 ];
 
 /// Bytes off a wire. However a stream is cut, the frames are the same; and what is counted adds up.
@@ -175,6 +178,25 @@ pub fn params(data: &[u8]) {
         assert!(file.len() <= 16_384 && file.remarks().len() <= 32, "{:?}", file.remarks());
         assert!(file.own().all(|(_, entry)| entry.value.as_f64().is_finite()));
     }
+}
+
+/// An airframe's script.
+pub fn airframe(data: &[u8]) {
+    known(&put("4019_fuzzed", data));
+}
+
+/// A model of Gazebo's.
+pub fn sdf(data: &[u8]) {
+    known(&put("mission/fuzzed.sdf", data));
+}
+
+/// What is taken of a vehicle is finite, and its rotors are as many as a vehicle has.
+fn known(file: &Path) {
+    let Ok(KnownVehicle { numbers, rotors, .. }) = known_vehicle(&[file.to_owned()]) else { return };
+    assert!(numbers.values().all(|number| number.value.is_finite()));
+    let rotors = rotors.map_or(Vec::new(), |known| known.value.rotors);
+    assert!(rotors.is_empty() || (3..=8).contains(&rotors.len()));
+    assert!(rotors.iter().all(|rotor| rotor.position_body_m.iter().all(|x| x.is_finite())));
 }
 
 /// A grid of plans, with the checksum that it has and with the right one: what is taken has finite values wherever

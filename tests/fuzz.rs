@@ -118,3 +118,13 @@ fn prop_ulog() {
 fn prop_plan_grid() {
     replay("plan_grid");
 }
+
+#[test]
+fn prop_airframe() {
+    replay("airframe");
+}
+
+#[test]
+fn prop_sdf() {
+    replay("sdf");
+}

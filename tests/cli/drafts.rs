@@ -11,6 +11,9 @@ fn samara_in(folder: &Path, line: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_samara")).current_dir(folder).args(words).output().unwrap()
 }
 
+/// The key of the rotor speed at full throttle.
+const OMEGA_MAX: &str = "motor.first_order.omega_max_rad_s";
+
 fn stdout(output: &Output) -> String {
     String::from_utf8(output.stdout.clone()).unwrap()
 }
@@ -29,7 +32,8 @@ const ENDS: [Draft; 2] = [
 ];
 
 /// The lightest, what lies between, and Mars, which takes half a minute.
-const BETWEEN: [Draft; 13] = [
+const BETWEEN: [Draft; 14] = [
+    ("gz", "earth --altitude 500", concat!("--from ", env!("CARGO_MANIFEST_DIR"), "/fuzz/corpus/sdf/quad")),
     ("wren", "earth --altitude 0", "--mass 0.25 --frame quad-x --arm 0.075 --propeller 3in --thrust 1.6"),
     (
         "martian",
@@ -294,4 +298,67 @@ fn drafts_are_refused_before_anything_is_written() {
     assert!(text.contains("\"gains\": \"../params/gains/kite_drop_gains.json\""), "{text}");
     assert!(text.contains("\"vehicle\": \"built-in:params/vehicles/x500.json\""), "{text}");
     assert_eq!(code(&samara_in(folder.path(), "check kite_drop")), 0);
+}
+
+/// The files come to a vehicle in which each number has its source; what is missing, overridden or disagreed
+/// on is told, and what cannot be leaves no file.
+#[test]
+fn a_vehicle_is_drafted_from_files() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, of) in
+        [("quad.sdf", "sdf/quad"), ("4019_x", "airframe/directions"), ("4601_x", "airframe/metres")]
+    {
+        fs::copy(format!("fuzz/corpus/{of}"), folder.path().join(name)).unwrap();
+    }
+    let run = |line: &str, expected: i32| {
+        let output = samara_in(folder.path(), line);
+        assert_eq!(code(&output), expected, "{line}: {}{}", stdout(&output), stderr(&output));
+        (stdout(&output), stderr(&output))
+    };
+    let written = |name: &str| -> serde_json::Value {
+        serde_json::from_slice(&fs::read(folder.path().join(name)).unwrap()).unwrap()
+    };
+    let (said, told) = run("new vehicle gz --from quad.sdf 4019_x", 0);
+    assert!(
+        said.contains("\n  quad.sdf: mass_kg, rotors, inertia_kg_m2, inertia_off_diagonal_kg_m2, "),
+        "{said}"
+    );
+    assert!(said.contains("\n  estimated: body_aero\nnext:\n") && told.is_empty(), "{said}{told}");
+    let gz = written("gz.json");
+    assert_eq!((&gz["mass_kg"], &gz["rotor"]["quadratic"]["radius_m"]), (&1.48.into(), &0.12.into()));
+    assert_eq!(gz["inertia_off_diagonal_kg_m2"], serde_json::json!([0.0, -0.0004, 0.0]));
+    assert_eq!(
+        gz["origins"][0],
+        serde_json::json!({ "keys": ["mass_kg"], "kind": "given", "file": "quad.sdf", "formula": "inertial mass of link base and 4 others" })
+    );
+
+    let (said, _) = run("new vehicle gz2 --from quad.sdf --mass 1.6 --omega-max 900 --json", 0);
+    let said: serde_json::Value = serde_json::from_str(&said).unwrap();
+    let remarks = ["--mass stands, not 1.48 of quad.sdf", "--omega-max stands, not 950 of quad.sdf"];
+    assert_eq!(said["remarks"], serde_json::json!(remarks));
+    assert_eq!(written("gz2.json")["origins"][0]["keys"], serde_json::json!(["mass_kg", OMEGA_MAX]));
+
+    // Directions have no length; the thrust of full throttle is what MPC_THR_HOVER makes of the weight.
+    let (_, told) = run("new vehicle small --from 4019_x", 2);
+    assert!(
+        told.contains("4019_x are directions") && told.contains("--mass, --arm, --propeller, --thrust"),
+        "{told}"
+    );
+    run("new vehicle small --from 4601_x --mass 0.7 --propeller 5in", 0);
+    let small = written("small.json");
+    let omega = small["motor"]["first_order"]["omega_max_rad_s"].as_f64().unwrap();
+    let thrust_n = omega * omega * small["rotor"]["quadratic"]["thrust_n_per_rad2_s2"].as_f64().unwrap();
+    assert!((thrust_n / (0.7 * 9.80665 / (4.0 * 0.22)) - 1.0).abs() < 1e-3, "{thrust_n}");
+    let (_, told) = run("new vehicle both --from quad.sdf 4601_x", 0);
+    assert!(told.contains("thrust to weight: 1.99 of the motors stands, not 4.55 of 4601_x"), "{told}");
+
+    let heavy = fs::read_to_string("fuzz/corpus/sdf/quad").unwrap().replace("<mass>1.4<", "<mass>4019<");
+    fs::write(folder.path().join("heavy.sdf"), heavy).unwrap();
+    let (_, told) = run("new vehicle heavy --from heavy.sdf", 2);
+    assert!(told.contains("heavy.sdf:5:5: link base: mass [kg] must be less than a ball of iron"), "{told}");
+    let (_, told) = run("new vehicle heavy --from heavy.sdf 4019_x --cant 5", 2);
+    assert!(told.contains("--cant: expected with --frame; heavy.sdf has the rotors"), "{told}");
+    let (_, told) = run("new vehicle heavy --omega-max 5", 2);
+    assert!(told.contains("--omega-max: a --thrust-coefficient is expected with it"), "{told}");
+    assert!(!folder.path().join("heavy.json").exists());
 }

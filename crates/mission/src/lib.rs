@@ -5,6 +5,7 @@
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
 //! | `derived` | what the numbers of a mission amount to |
 //! | [`draft`] | first drafts of vehicles and missions |
+//! | [`foreign`] | what airframes, parameter files and Gazebo's models say of a vehicle, for drafts |
 //! | `designing` | the mission file that a design makes |
 //! | `estimated` | where the numbers of a file are from, as it says |
 //! | `uncertain` | how far its numbers may be off, as it says |
@@ -40,6 +41,7 @@ pub mod draft;
 mod error;
 mod estimated;
 mod flight_table;
+pub mod foreign;
 mod gains_file;
 mod identified;
 mod listed;

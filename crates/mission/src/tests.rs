@@ -3,6 +3,7 @@
 mod built_in;
 mod choices;
 mod drafts;
+mod foreign;
 mod missions;
 mod overrides;
 mod random;

@@ -26,7 +26,7 @@ pub struct NewArgs {
 
 #[derive(Debug, Subcommand)]
 enum NewVerb {
-    /// Write a vehicle file from what a data sheet says.
+    /// Write a vehicle file from what a data sheet, an airframe or a Gazebo model says.
     #[command(after_long_help = include_str!("../help/new_vehicle.txt"))]
     Vehicle(vehicle::VehicleArgs),
     /// Write a mission for a vehicle, with gains that fly it.

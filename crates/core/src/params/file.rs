@@ -84,6 +84,7 @@ pub struct ParameterFile {
     header: BTreeMap<String, String>,
     purpose: Option<Purpose>,
     remarks: Vec<String>,
+    scripts: Vec<(usize, String)>,
 }
 
 impl ParameterFile {
@@ -108,6 +109,17 @@ impl ParameterFile {
     /// Takes remarks on the file.
     pub(super) fn remark(&mut self, remarks: impl IntoIterator<Item = String>) {
         self.remarks.extend(remarks);
+    }
+
+    /// Takes a script that the file runs on a line, from 1.
+    pub(super) fn run(&mut self, line: usize, script: &str) {
+        self.scripts.push((line, script.to_owned()));
+    }
+
+    /// Scripts that a script runs, each with its line, from 1: the words behind `.` or `source`. They are not
+    /// read.
+    pub fn scripts(&self) -> &[(usize, String)] {
+        &self.scripts
     }
 
     /// The purpose that the header states; `None` when it states none.

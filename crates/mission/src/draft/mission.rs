@@ -1,6 +1,6 @@
 //! A mission file for a vehicle, on a planet at an altitude.
 
-use super::rounded;
+use super::{rounded, text};
 use samara_core::math;
 use samara_core::model::Planet;
 use samara_core::model::{ModelError, RotorLimits, Vehicle};
@@ -226,8 +226,4 @@ fn cases(fastest_m_s: f64, omega_rad_s: f64) -> Vec<String> {
         case(i + 1, amplitude * sin, omega_rad_s * amplitude * cos)
     });
     std::iter::once(case(0, 0.0, 0.0)).chain(swinging).collect()
-}
-
-fn text(s: &str) -> String {
-    serde_json::Value::from(s).to_string()
 }

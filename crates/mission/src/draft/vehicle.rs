@@ -1,164 +1,28 @@
-//! A vehicle file from what a data sheet says.
+//! A vehicle file from what a data sheet or files of other programs say.
 
-use super::rounded;
-use crate::estimated::OriginKind;
+use nalgebra::Vector3;
+
+use super::frame::{Frame, FrameRotor, OnArm};
+use super::ledger::Ledger;
+use super::{rounded, text};
+use crate::foreign::{Key, KnownRotors, KnownVehicle};
 use samara_core::math;
-use samara_core::model::{ModelError, RotationSense};
-use samara_core::units::RAD_PER_DEG;
-
-/// Arrangement of the rotors, on a circle about the centre of mass, in PX4's order.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Frame {
-    /// Four rotors, two of them ahead.
-    QuadX,
-    /// Four rotors, one of them ahead.
-    QuadPlus,
-    /// Six rotors, two of them ahead.
-    HexaX,
-    /// Six rotors, one of them ahead.
-    HexaPlus,
-    /// Eight rotors, two of them ahead.
-    OctoX,
-    /// Eight rotors, one of them ahead.
-    OctoPlus,
-    /// Three arms, one of them behind, with a coaxial pair each.
-    Y6,
-    /// Four arms, two of them ahead, with a coaxial pair each.
-    X8,
-}
-
-/// Where the rotor of a frame sits on its arm.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum OnArm {
-    /// Alone.
-    Alone,
-    /// Above the other one of a coaxial pair.
-    Upper,
-    /// Below the other one of a coaxial pair.
-    Lower,
-}
-
-/// A rotor of a frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FrameRotor {
-    /// Bearing of the arm, clockwise from the front [deg].
-    pub bearing_deg: f64,
-    /// Place on the arm.
-    pub on_arm: OnArm,
-    /// Sense of rotation, seen from above.
-    pub spin: RotationSense,
-}
-
-impl Frame {
-    /// Every frame there is.
-    pub const ALL: [Self; 8] = [
-        Self::QuadX,
-        Self::QuadPlus,
-        Self::HexaX,
-        Self::HexaPlus,
-        Self::OctoX,
-        Self::OctoPlus,
-        Self::Y6,
-        Self::X8,
-    ];
-
-    /// Name in files and on the command line.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::QuadX => "quad-x",
-            Self::QuadPlus => "quad-plus",
-            Self::HexaX => "hexa-x",
-            Self::HexaPlus => "hexa-plus",
-            Self::OctoX => "octo-x",
-            Self::OctoPlus => "octo-plus",
-            Self::Y6 => "y6",
-            Self::X8 => "x8",
-        }
-    }
-
-    /// Whether each arm has a coaxial pair.
-    pub fn is_coaxial(self) -> bool {
-        matches!(self, Self::Y6 | Self::X8)
-    }
-
-    /// The rotors in PX4's order (its airframe reference, <https://docs.px4.io/main/en/airframes/>; coaxial
-    /// ones: airframes 11001 and 12001).
-    pub fn rotors(self) -> Vec<FrameRotor> {
-        use OnArm::{Alone, Lower, Upper};
-        use RotationSense::{Ccw, Cw};
-        let places: &[(f64, OnArm, RotationSense)] = match self {
-            Self::QuadX => {
-                &[(45.0, Alone, Ccw), (-135.0, Alone, Ccw), (-45.0, Alone, Cw), (135.0, Alone, Cw)]
-            }
-            Self::QuadPlus => {
-                &[(90.0, Alone, Ccw), (-90.0, Alone, Ccw), (0.0, Alone, Cw), (180.0, Alone, Cw)]
-            }
-            Self::HexaX => &[
-                (90.0, Alone, Cw),
-                (-90.0, Alone, Ccw),
-                (-30.0, Alone, Cw),
-                (150.0, Alone, Ccw),
-                (30.0, Alone, Ccw),
-                (-150.0, Alone, Cw),
-            ],
-            Self::HexaPlus => &[
-                (0.0, Alone, Cw),
-                (180.0, Alone, Ccw),
-                (-120.0, Alone, Cw),
-                (60.0, Alone, Ccw),
-                (-60.0, Alone, Ccw),
-                (120.0, Alone, Cw),
-            ],
-            Self::OctoX => &[
-                (22.5, Alone, Cw),
-                (-157.5, Alone, Cw),
-                (67.5, Alone, Ccw),
-                (157.5, Alone, Ccw),
-                (-22.5, Alone, Ccw),
-                (-112.5, Alone, Ccw),
-                (-67.5, Alone, Cw),
-                (112.5, Alone, Cw),
-            ],
-            Self::OctoPlus => &[
-                (0.0, Alone, Cw),
-                (180.0, Alone, Cw),
-                (45.0, Alone, Ccw),
-                (135.0, Alone, Ccw),
-                (-45.0, Alone, Ccw),
-                (-135.0, Alone, Ccw),
-                (-90.0, Alone, Cw),
-                (90.0, Alone, Cw),
-            ],
-            Self::Y6 => &[
-                (60.0, Upper, Cw),
-                (60.0, Lower, Ccw),
-                (180.0, Upper, Cw),
-                (180.0, Lower, Ccw),
-                (-60.0, Upper, Cw),
-                (-60.0, Lower, Ccw),
-            ],
-            Self::X8 => &[
-                (45.0, Upper, Ccw),
-                (-45.0, Upper, Cw),
-                (-135.0, Upper, Ccw),
-                (135.0, Upper, Cw),
-                (-45.0, Lower, Ccw),
-                (45.0, Lower, Cw),
-                (135.0, Lower, Ccw),
-                (-135.0, Lower, Cw),
-            ],
-        };
-        places.iter().map(|&(bearing_deg, on_arm, spin)| FrameRotor { bearing_deg, on_arm, spin }).collect()
-    }
-}
+use samara_core::model::{Interference, ModelError, RotationSense, RotorMount, SAME_AXIS};
+use samara_core::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
 
 /// Thrust of a rotor, as it is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum DraftThrust {
-    /// Thrust at full throttle in still air [N]; the rotor speed is estimated.
+    /// Thrust at full throttle in still air [N]; the rotor speed is what files say, else estimated.
     AtFullThrottle {
         /// The thrust [N].
         thrust_n: f64,
+    },
+    /// Share of the full thrust that carries the weight, as PX4's MPC_THR_HOVER has it; the rotor speed as
+    /// before.
+    Hover {
+        /// The share, from 0 to 1.
+        share: f64,
     },
     /// Thrust over the square of the rotor speed, and the speed at full throttle.
     Coefficient {
@@ -169,6 +33,23 @@ pub enum DraftThrust {
     },
 }
 
+/// Where the rotors are.
+#[derive(Clone, Debug, PartialEq)]
+pub enum DraftRotors {
+    /// On a circle about the centre of mass.
+    Frame {
+        /// Arrangement of the rotors.
+        frame: Frame,
+        /// Angle by which each rotor is turned about its arm, so that its thrust pushes the way that its
+        /// torque turns the body [deg]; 0: straight up. Only of frames without coaxial pairs.
+        cant_deg: f64,
+        /// From the centre of mass to a rotor's hub [m].
+        arm_m: f64,
+    },
+    /// Where files have them, in metres.
+    Known(KnownRotors),
+}
+
 /// What is known of a vehicle.
 #[derive(Clone, Debug, PartialEq)]
 pub struct VehicleDraft {
@@ -176,23 +57,20 @@ pub struct VehicleDraft {
     pub name: String,
     /// Mass, all included [kg].
     pub mass_kg: f64,
-    /// Arrangement of the rotors.
-    pub frame: Frame,
-    /// Angle by which each rotor is turned about its arm, so that its thrust pushes the way that its torque
-    /// turns the body [deg]; 0: straight up. Only of frames without coaxial pairs.
-    pub cant_deg: f64,
-    /// From the centre of mass to a rotor's hub [m].
-    pub arm_m: f64,
-    /// Diameter of a propeller [m].
-    pub propeller_m: f64,
+    /// The rotors.
+    pub rotors: DraftRotors,
+    /// Diameter of a propeller [m]; may be left out where nothing is estimated by it.
+    pub propeller_m: Option<f64>,
     /// Thrust of a rotor.
     pub thrust: DraftThrust,
     /// Density of the air that the thrust holds for [kg/m^3].
     pub density_kg_m3: f64,
-    /// Moments of inertia about x, y and z [kg m^2]; estimated when left out.
+    /// Moments of inertia about x, y and z [kg m^2]; as files have them, or estimated, when left out.
     pub inertia_kg_m2: Option<[f64; 3]>,
-    /// Time constant of a motor speeding up [s]; estimated when left out.
+    /// Time constant of a motor speeding up [s]; as files have it, or estimated, when left out.
     pub motor_tau_s: Option<f64>,
+    /// What files say, but for what was told otherwise: it names the file of each number.
+    pub known: KnownVehicle,
     /// Path of the schema beside the file, for editors.
     pub schema: Option<String>,
 }
@@ -235,24 +113,120 @@ const LOWER_TORQUE: f64 = 0.87;
 /// Greatest angle of canted rotors [deg].
 const MOST_CANT_DEG: f64 = 45.0;
 
+/// A vehicle is lighter than a ball of iron that has its arms for a radius: density [kg/m^3].
+const IRON_KG_M3: f64 = 7870.0;
+
 /// Moments of inertia [kg m^2]: a solid sphere and point masses at the hubs (R. W. Beard, Quadrotor Dynamics
 /// and Control, Brigham Young University 2008, section 2.3), on the safe side.
-fn estimated_inertia(draft: &VehicleDraft, hubs: &[[f64; 3]]) -> [f64; 3] {
-    let radius = BODY_RADIUS * draft.arm_m;
-    let body = 0.4 * (1.0 - ROTORS_SHARE) * draft.mass_kg * radius * radius;
-    let at_hub = ROTORS_SHARE * draft.mass_kg / hubs.len() as f64;
-    let [x2, y2, z2] = [0, 1, 2].map(|k| hubs.iter().map(|hub| hub[k] * hub[k]).sum::<f64>());
+fn estimated_inertia(mass_kg: f64, arm_m: f64, rotors: &[RotorMount]) -> [f64; 3] {
+    let radius = BODY_RADIUS * arm_m;
+    let body = 0.4 * (1.0 - ROTORS_SHARE) * mass_kg * radius * radius;
+    let at_hub = ROTORS_SHARE * mass_kg / rotors.len() as f64;
+    let squares = |k: usize| rotors.iter().map(|r| r.position_body_m[k] * r.position_body_m[k]).sum::<f64>();
+    let [x2, y2, z2] = [0, 1, 2].map(squares);
     [y2 + z2, x2 + z2, x2 + y2].map(|squares| rounded(INERTIA_SAFE * (body + at_hub * squares)))
 }
 
 /// Unit vector of the thrust of a rotor on an arm of this bearing, body axes. Turned about the arm, a rotor
 /// that turns counter-clockwise pushes its arm clockwise, as the torque of the air on it does.
-fn canted_axis(rotor: &FrameRotor, cant_deg: f64) -> [f64; 3] {
+fn canted_axis(rotor: &FrameRotor, cant_deg: f64) -> Vector3<f64> {
     let (sin_bearing, cos_bearing) = math::sin_cos(rotor.bearing_deg * RAD_PER_DEG);
     let (sin_cant, cos_cant) = math::sin_cos(cant_deg * RAD_PER_DEG);
     let across = rotor.spin.sign() * sin_cant;
-    let to_1e_9 = |x: f64| (x * 1e9).round() / 1e9 + 0.0;
-    [-across * sin_bearing, across * cos_bearing, -cos_cant].map(to_1e_9)
+    Vector3::new(-across * sin_bearing, across * cos_bearing, -cos_cant).map(to_1e_9)
+}
+
+fn to_1e_9(x: f64) -> f64 {
+    (x * 1e9).round() / 1e9 + 0.0
+}
+
+/// The rotors of a frame.
+fn frame_rotors(frame: Frame, cant_deg: f64, arm_m: f64, propeller_m: f64) -> Vec<RotorMount> {
+    let to_1e_5 = |x: f64| (x * 1e5).round() / 1e5 + 0.0;
+    let mount = |rotor: FrameRotor| {
+        let (sin, cos) = math::sin_cos(rotor.bearing_deg * RAD_PER_DEG);
+        let down = match rotor.on_arm {
+            OnArm::Alone => 0.0,
+            OnArm::Upper => -0.5 * PAIR_SPACING * propeller_m,
+            OnArm::Lower => 0.5 * PAIR_SPACING * propeller_m,
+        };
+        RotorMount {
+            position_body_m: Vector3::new(arm_m * cos, arm_m * sin, down).map(to_1e_5),
+            axis_body: canted_axis(&rotor, cant_deg),
+            spin: rotor.spin,
+            interference: Interference::NONE,
+        }
+    };
+    frame.rotors().into_iter().map(mount).collect()
+}
+
+/// How many thrusts of a lone rotor the rotors lift together.
+fn lift(rotors: &[RotorMount]) -> f64 {
+    let each = |rotor: &RotorMount| {
+        let of_wake = if is_lower(rotor, rotors) { LOWER_THRUST } else { 1.0 };
+        -of_wake * rotor.axis_body.z
+    };
+    rotors.iter().map(each).sum()
+}
+
+/// Whether a rotor is in the wake of another one on its axis.
+fn is_lower(rotor: &RotorMount, rotors: &[RotorMount]) -> bool {
+    let beside_m = |above: &RotorMount| rotor.beside_the_axis_above_m(above);
+    rotors.iter().any(|above| beside_m(above).is_some_and(|m| m <= SAME_AXIS))
+}
+
+impl VehicleDraft {
+    /// From the centre of mass to the farthest hub [m].
+    pub fn arm_m(&self) -> f64 {
+        match &self.rotors {
+            DraftRotors::Frame { arm_m, .. } => *arm_m,
+            DraftRotors::Known(known) => known.arm(),
+        }
+    }
+
+    /// Refuses a mass that no vehicle with such arms has, as of grams taken for kilograms.
+    ///
+    /// # Errors
+    /// [`ModelError::OutOfRange`].
+    pub fn check_mass(&self) -> Result<(), ModelError> {
+        samara_core::model::check_positive("mass", self.mass_kg)?;
+        let iron_kg = IRON_KG_M3 * 4.0 / 3.0 * std::f64::consts::PI * self.arm_m().powi(3);
+        let expected = "less than a ball of iron weighs that has the arms for a radius";
+        samara_core::model::check(self.mass_kg < iron_kg, "mass [kg]", expected, self.mass_kg)
+    }
+
+    /// What is to be told where a file's hover is another one than that of the motors of a file, which stand.
+    pub fn hovers_otherwise(&self) -> Option<String> {
+        let (hover, DraftRotors::Known(KnownRotors { rotors, .. })) =
+            (self.known.numbers.get(&Key::Hover)?, &self.rotors)
+        else {
+            return None;
+        };
+        let DraftThrust::Coefficient { thrust_n_per_rad2_s2, omega_max_rad_s } = self.thrust else {
+            return None;
+        };
+        let lift_n = lift(rotors) * thrust_n_per_rad2_s2 * omega_max_rad_s * omega_max_rad_s;
+        let (by_motors, by_hover) = (lift_n / (self.mass_kg * STANDARD_GRAVITY_M_S2), 1.0 / hover.value);
+        ((by_hover / by_motors - 1.0).abs() > SAME_HOVER).then(|| {
+            format!(
+                "thrust to weight: {by_motors:.2} of the motors stands, not {by_hover:.2} of {} ({})",
+                hover.file, hover.words
+            )
+        })
+    }
+}
+
+/// Share of a thrust to weight by which what a file says of the hover may be off what the motors say.
+const SAME_HOVER: f64 = 0.2;
+
+/// Whether a draft needs the propeller's diameter, for what neither files nor options say: the speed at full
+/// throttle, where the thrust is no coefficient, the lag, where it was not told, and what files may say.
+pub fn needs_propeller(known: &KnownVehicle, by_coefficient: bool, pairs: bool, lag_told: bool) -> bool {
+    let unknown = |key: Key| !known.numbers.contains_key(&key);
+    let speed = !by_coefficient && unknown(Key::OmegaMax);
+    let lag = !lag_told && unknown(Key::TauUp);
+    let others = [Key::Torque, Key::Drag, Key::RotorInertia].into_iter().any(unknown);
+    unknown(Key::Radius) && (speed || pairs || lag || others)
 }
 
 /// The text of a vehicle file, as [`load_vehicle`](crate::load_vehicle) reads it.
@@ -260,9 +234,17 @@ fn canted_axis(rotor: &FrameRotor, cant_deg: f64) -> [f64; 3] {
 /// # Errors
 /// [`ModelError`] when a number of the draft is not positive.
 pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
-    let VehicleDraft { mass_kg, cant_deg, arm_m, propeller_m, density_kg_m3, .. } = *draft;
+    let VehicleDraft { mass_kg, density_kg_m3, ref known, .. } = *draft;
+    let arm_m = draft.arm_m();
+    // The radius that is known stands for a propeller; where nothing is estimated by it, none is needed.
+    let propeller = draft.propeller_m.or_else(|| known.number(Key::Radius).map(|radius| 2.0 * radius));
+    let by_coefficient = matches!(draft.thrust, DraftThrust::Coefficient { .. });
+    let pairs = matches!(draft.rotors, DraftRotors::Frame { frame, .. } if frame.is_coaxial());
+    let needed = needs_propeller(known, by_coefficient, pairs, draft.motor_tau_s.is_some());
+    let propeller_m = propeller.unwrap_or(if needed { f64::NAN } else { 1.0 });
     let (given, speed) = match draft.thrust {
         DraftThrust::AtFullThrottle { thrust_n } => (thrust_n, 1.0),
+        DraftThrust::Hover { share } => (share, 1.0),
         DraftThrust::Coefficient { thrust_n_per_rad2_s2, omega_max_rad_s } => {
             (thrust_n_per_rad2_s2, omega_max_rad_s)
         }
@@ -280,130 +262,170 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     ] {
         samara_core::model::check_positive(what, value)?;
     }
-    let in_range = (0.0..=MOST_CANT_DEG).contains(&cant_deg);
-    samara_core::model::check(in_range, "cant", "from 0 to 45 deg", cant_deg)?;
-    let is_coaxial = draft.frame.is_coaxial();
-    let not_both = !(is_coaxial && cant_deg > 0.0);
-    samara_core::model::check(
-        not_both,
-        "cant of a coaxial frame",
-        "0 deg: a pair shares its axis",
-        cant_deg,
-    )?;
-    let to_1e_5 = |x: f64| (x * 1e5).round() / 1e5 + 0.0;
-    let of_frame = draft.frame.rotors();
-    let hubs: Vec<[f64; 3]> = of_frame
-        .iter()
-        .map(|FrameRotor { bearing_deg, on_arm, .. }| {
-            let (sin, cos) = math::sin_cos(bearing_deg * RAD_PER_DEG);
-            let down = match on_arm {
-                OnArm::Alone => 0.0,
-                OnArm::Upper => -0.5 * PAIR_SPACING * propeller_m,
-                OnArm::Lower => 0.5 * PAIR_SPACING * propeller_m,
-            };
-            [arm_m * cos, arm_m * sin, down].map(to_1e_5)
-        })
-        .collect();
-    let mut origins = Vec::new();
-    let mut given = vec!["mass_kg", "rotors"];
+    draft.check_mass()?;
+    let rotors = match &draft.rotors {
+        DraftRotors::Known(known) => known.rotors.clone(),
+        DraftRotors::Frame { frame, cant_deg, arm_m } => {
+            let cant_deg = *cant_deg;
+            let in_range = (0.0..=MOST_CANT_DEG).contains(&cant_deg);
+            samara_core::model::check(in_range, "cant", "from 0 to 45 deg", cant_deg)?;
+            let not_both = !(frame.is_coaxial() && cant_deg > 0.0);
+            samara_core::model::check(
+                not_both,
+                "cant of a coaxial frame",
+                "0 deg: a pair shares its axis",
+                cant_deg,
+            )?;
+            frame_rotors(*frame, cant_deg, *arm_m, propeller_m)
+        }
+    };
+    let is_coaxial = rotors.iter().any(|rotor| is_lower(rotor, &rotors));
+    let mut ledger = Ledger::new(known);
+    ledger.known(Key::Mass);
+    match &known.rotors {
+        Some(from) => ledger.of_file("rotors", from),
+        None => ledger.told.push("rotors"),
+    }
     if is_coaxial {
-        origins.push(Told::estimated(
+        let apart = match draft.rotors {
+            DraftRotors::Frame { .. } => format!("rotors of a pair {PAIR_SPACING} diameters apart; "),
+            DraftRotors::Known(_) => String::new(),
+        };
+        ledger.estimate(
             &["coaxial"],
             format!(
-                "rotors of a pair {PAIR_SPACING} diameters apart; the lower one has {LOWER_THRUST} of the thrust and {LOWER_TORQUE} of \
+                "{apart}the lower one has {LOWER_THRUST} of the thrust and {LOWER_TORQUE} of \
                  the torque of a lone one at the same speed: APC 10x4.7 SF in the wake of another (UIUC Propeller Data Site), a \
                  pair lifts 0.835 of two lone rotors, and designers count on 0.78 to 0.88"
             ),
-        ));
+        );
     }
-    let inertia = draft.inertia_kg_m2.inspect(|_| given.push("inertia_kg_m2")).unwrap_or_else(|| {
-        origins.push(Told::estimated(
-            &["inertia_kg_m2"],
-            format!(
-                "on the small side: {INERTIA_SAFE} of that of a solid sphere of {:.0} % of the mass and {BODY_RADIUS} arm lengths \
-                 radius with the rest as points at the hubs (Beard, Quadrotor Dynamics and Control, 2008), since a vehicle that \
-                 is easier to turn than its file says has faster loops and keeps less to instability",
-                100.0 * (1.0 - ROTORS_SHARE)
-            ),
-        ));
-        estimated_inertia(draft, &hubs)
-    });
-    let of_thrust = ["rotor.quadratic.thrust_n_per_rad2_s2", "motor.first_order.omega_max_rad_s"];
-    let (k, omega_max) = match draft.thrust {
-        DraftThrust::Coefficient { thrust_n_per_rad2_s2, omega_max_rad_s } => {
-            given.extend(of_thrust);
-            (thrust_n_per_rad2_s2, omega_max_rad_s)
+    let [xx, yy, zz, xy, xz, yz] = match (draft.inertia_kg_m2, &known.inertia_kg_m2) {
+        (Some([xx, yy, zz]), _) => {
+            ledger.told.push("inertia_kg_m2");
+            [xx, yy, zz, 0.0, 0.0, 0.0]
         }
-        DraftThrust::AtFullThrottle { thrust_n } => {
-            let formula = format!(
-                "the speed at full throttle from the thrust of {thrust_n} N: thrust = {C_THRUST} rho n^2 D^4"
+        (None, Some(inertia)) => {
+            ledger.of_file("inertia_kg_m2", inertia);
+            inertia.value
+        }
+        (None, None) => {
+            ledger.estimate(
+                &["inertia_kg_m2"],
+                format!(
+                    "on the small side: {INERTIA_SAFE} of that of a solid sphere of {:.0} % of the mass and {BODY_RADIUS} arm lengths \
+                     radius with the rest as points at the hubs (Beard, Quadrotor Dynamics and Control, 2008), since a vehicle that \
+                     is easier to turn than its file says has faster loops and keeps less to instability",
+                    100.0 * (1.0 - ROTORS_SHARE)
+                ),
             );
-            origins.push(Told::estimated(&of_thrust, formula));
-            let diameter_4 = propeller_m.powi(4);
-            let turns_per_s = (thrust_n / (C_THRUST * density_kg_m3 * diameter_4)).sqrt();
-            let omega = rounded(std::f64::consts::TAU * turns_per_s);
-            (thrust_n / (omega * omega), omega)
+            let [xx, yy, zz] = estimated_inertia(mass_kg, arm_m, &rotors);
+            [xx, yy, zz, 0.0, 0.0, 0.0]
         }
     };
-    let torque_per_thrust_m = rounded(C_POWER * propeller_m / (std::f64::consts::TAU * C_THRUST));
-    origins.push(Told::estimated(
-        &["rotor.quadratic.torque_per_thrust_m"],
-        format!(
-            "a static power coefficient of {C_POWER} beside a thrust coefficient of {C_THRUST} (APC 10x4.7 SF, UIUC Propeller Data Site)"
+    let off_diagonal = [xy, xz, yz];
+    let off_diagonal = if off_diagonal == [0.0; 3] {
+        String::new()
+    } else {
+        if let Some(inertia) = &known.inertia_kg_m2 {
+            ledger.of_file("inertia_off_diagonal_kg_m2", inertia);
+        }
+        format!("  \"inertia_off_diagonal_kg_m2\": [{xy:?}, {xz:?}, {yz:?}],\n")
+    };
+    let of_thrust = [Key::Thrust, Key::OmegaMax];
+    let (k, omega_max) = match draft.thrust {
+        DraftThrust::Coefficient { thrust_n_per_rad2_s2, omega_max_rad_s } => {
+            of_thrust.into_iter().for_each(|key| ledger.known(key));
+            (thrust_n_per_rad2_s2, omega_max_rad_s)
+        }
+        DraftThrust::AtFullThrottle { thrust_n } => thrust_and_speed(
+            &mut ledger,
+            thrust_n,
+            format!("the thrust of {thrust_n} N"),
+            propeller_m,
+            density_kg_m3,
         ),
-    ));
-    origins.push(Told::estimated(
-        &["rotor.quadratic.drag_n_s2_per_rad_m"],
-        format!(
-            "on the side that is worse: {C_DRAG} rho D^3, four times what blade elements give and as quadrotors are slowed in \
-             flight (Faessler et al., RA-L 2018)"
-        ),
-    ));
-    origins.push(Told::estimated(
+        DraftThrust::Hover { share } => {
+            let thrust_n = rounded(mass_kg * STANDARD_GRAVITY_M_S2 / (share * lift(&rotors)));
+            let by = known.numbers.get(&Key::Hover);
+            let by = by.map_or_else(String::new, |by| format!(" ({}: {})", by.file, by.words));
+            let thrust = format!(
+                "a thrust of {thrust_n} N, of which {share} carries the weight, as PX4's thrust has it where THR_MDL_FAC fits the \
+                 motors{by}"
+            );
+            thrust_and_speed(&mut ledger, thrust_n, thrust, propeller_m, density_kg_m3)
+        }
+    };
+    let torque_per_thrust_m = ledger.number(Key::Torque, None, || {
+        (
+            rounded(C_POWER * propeller_m / (std::f64::consts::TAU * C_THRUST)),
+            format!(
+                "a static power coefficient of {C_POWER} beside a thrust coefficient of {C_THRUST} (APC 10x4.7 SF, UIUC Propeller Data Site)"
+            ),
+        )
+    });
+    let drag_n_s2_per_rad_m = ledger.number(Key::Drag, None, || {
+        (
+            rounded(C_DRAG * density_kg_m3 * propeller_m.powi(3)),
+            format!(
+                "on the side that is worse: {C_DRAG} rho D^3, four times what blade elements give and as quadrotors are slowed in \
+                 flight (Faessler et al., RA-L 2018)"
+            ),
+        )
+    });
+    ledger.estimate(
         &["body_aero"],
         format!(
             "on the side that is worse: {DRAG_AREA} of the circle through the hubs, more than frames show to a wind and less \
              than they show to the fall"
         ),
-    ));
+    );
     let size = propeller_m / REFERENCE_M;
-    let up = "motor.first_order.tau_up_s";
-    let tau_up_s = draft.motor_tau_s.inspect(|_| given.push(up)).unwrap_or_else(|| {
-        let formula =
-            format!("{REFERENCE_TAU_S} s for a propeller of 10 inch, in proportion to the diameter");
-        origins.push(Told::estimated(&[up], formula));
-        rounded((REFERENCE_TAU_S * size).clamp(0.005, 1.0))
+    let tau_up_s = ledger.number(Key::TauUp, draft.motor_tau_s, || {
+        (
+            rounded((REFERENCE_TAU_S * size).clamp(0.005, 1.0)),
+            format!("{REFERENCE_TAU_S} s for a propeller of 10 inch, in proportion to the diameter"),
+        )
     });
-    origins
-        .push(Told::estimated(&["motor.first_order.tau_down_s"], "1.5 times the one speeding up".to_owned()));
-    origins.push(Told::estimated(
-        &["motor.first_order.rotor_inertia_kg_m2"],
-        "5.2e-5 kg m2 at 10 inch, with the fourth power of the diameter".to_owned(),
-    ));
-    let told = "told to samara new vehicle".to_owned();
-    origins.insert(0, Told { keys: given, kind: OriginKind::Given, formula: told });
-    let rotor_inertia = rounded(REFERENCE_INERTIA_KG_M2 * size.powi(4));
-    let drag_n_s2_per_rad_m = rounded(C_DRAG * density_kg_m3 * propeller_m.powi(3));
+    let tau_down_s = ledger
+        .number(Key::TauDown, None, || (rounded(1.5 * tau_up_s), "1.5 times the one speeding up".to_owned()));
+    let rotor_inertia = ledger.number(Key::RotorInertia, None, || {
+        (
+            rounded(REFERENCE_INERTIA_KG_M2 * size.powi(4)),
+            "5.2e-5 kg m2 at 10 inch, with the fourth power of the diameter".to_owned(),
+        )
+    });
+    let radius = if known.numbers.contains_key(&Key::Radius) && draft.propeller_m.is_none() {
+        ledger.known(Key::Radius);
+        known.number(Key::Radius)
+    } else {
+        draft.propeller_m.map(|diameter_m| rounded(0.5 * diameter_m))
+    };
+    let radius = radius.map_or_else(String::new, |radius| format!(",\n      \"radius_m\": {radius:?}"));
     let drag_area_m2 = rounded(DRAG_AREA * std::f64::consts::PI * arm_m * arm_m);
-    let canted = if cant_deg > 0.0 {
-        format!(
+    let arranged = match &draft.rotors {
+        DraftRotors::Frame { frame, .. } => frame.name().to_owned(),
+        DraftRotors::Known(known) => format!("{} rotors", known.rotors.len()),
+    };
+    let propellers =
+        propeller.map_or_else(String::new, |diameter| format!(", propellers of {:.0} mm", 1e3 * diameter));
+    let canted = match draft.rotors {
+        DraftRotors::Frame { cant_deg, .. } if cant_deg > 0.0 => format!(
             " Each rotor is turned about its arm by {cant_deg} deg, so that its thrust adds to its own torque about the \
              vertical axis."
-        )
-    } else {
-        String::new()
+        ),
+        _ => String::new(),
     };
     let about = format!(
-        "A draft by samara new vehicle: {} of {mass_kg} kg, arms of {arm_m} m, propellers of {:.0} mm.{canted} Replace what is \
+        "A draft by samara new vehicle: {arranged} of {mass_kg} kg, arms of {} m{propellers}.{canted} Replace what is \
          estimated by what is measured: origins say what, and how.",
-        draft.frame.name(),
-        1e3 * propeller_m,
+        rounded(arm_m),
     );
-    let rotors: Vec<String> = hubs
+    let mounts: Vec<String> = rotors
         .iter()
-        .zip(&of_frame)
-        .map(|([x, y, z], rotor)| {
-            let [a, b, c] = canted_axis(rotor, cant_deg);
+        .map(|rotor| {
+            let [x, y, z]: [f64; 3] = rotor.position_body_m.map(to_1e_9).into();
+            let [a, b, c]: [f64; 3] = rotor.axis_body.map(to_1e_9).into();
             let sense = if rotor.spin == RotationSense::Cw { "cw" } else { "ccw" };
             format!(
                 "    {{ \"position_body_m\": [{x}, {y}, {z}], \"axis_body\": [{a}, {b}, {c}], \"spin_from_above\": \"{sense}\" }}"
@@ -419,43 +441,37 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     };
     let schema =
         draft.schema.as_ref().map_or_else(String::new, |path| format!("  \"$schema\": {},\n", text(path)));
-    let [xx, yy, zz] = inertia;
     Ok(format!(
-        "{{\n{schema}  \"about\": {},\n  \"origins\": [\n{}\n  ],\n  \"name\": {},\n  \"mass_kg\": {mass_kg:?},\n  \"inertia_kg_m2\": [{xx:?}, {yy:?}, {zz:?}],\n  \
+        "{{\n{schema}  \"about\": {},\n  \"origins\": [\n{}\n  ],\n  \"name\": {},\n  \"mass_kg\": {mass_kg:?},\n  \"inertia_kg_m2\": [{xx:?}, {yy:?}, {zz:?}],\n{off_diagonal}  \
          \"rotors\": [\n{}\n  ],\n{coaxial}  \"effects\": {{ \"reaction_torque\": true, \"rotor_momentum\": true }},\n  \"body_aero\": {{ \"drag_area_m2\": {drag_area_m2:?}, \
          \"side_drag_area_m2\": {drag_area_m2:?} }},\n  \"rotor\": {{\n    \"quadratic\": {{\n      \"thrust_n_per_rad2_s2\": {k:?},\n      \
-         \"torque_per_thrust_m\": {torque_per_thrust_m:?},\n      \"drag_n_s2_per_rad_m\": {drag_n_s2_per_rad_m:?},\n      \"density_kg_m3\": {density_kg_m3:?},\n      \"radius_m\": {:?}\n    \
+         \"torque_per_thrust_m\": {torque_per_thrust_m:?},\n      \"drag_n_s2_per_rad_m\": {drag_n_s2_per_rad_m:?},\n      \"density_kg_m3\": {density_kg_m3:?}{radius}\n    \
          }}\n  }},\n  \"motor\": {{\n    \"first_order\": {{\n      \"omega_max_rad_s\": {omega_max:?},\n      \"tau_up_s\": \
-         {tau_up_s:?},\n      \"tau_down_s\": {:?},\n      \"rotor_inertia_kg_m2\": {rotor_inertia:?}\n    }}\n  }}\n}}\n",
+         {tau_up_s:?},\n      \"tau_down_s\": {tau_down_s:?},\n      \"rotor_inertia_kg_m2\": {rotor_inertia:?}\n    }}\n  }}\n}}\n",
         text(&about),
-        origins.iter().map(Told::line).collect::<Vec<_>>().join(",\n"),
+        ledger.lines().join(",\n"),
         text(&draft.name),
-        rotors.join(",\n"),
-        rounded(0.5 * propeller_m),
-        rounded(1.5 * tau_up_s),
+        mounts.join(",\n"),
     ))
 }
 
-/// Where numbers of a draft are from.
-struct Told {
-    keys: Vec<&'static str>,
-    kind: OriginKind,
-    formula: String,
-}
-
-impl Told {
-    fn estimated(keys: &[&'static str], formula: String) -> Self {
-        Self { keys: keys.to_vec(), kind: OriginKind::Estimated, formula }
+/// Thrust over the square of the rotor speed, and that speed, of a thrust at full throttle that is from
+/// `by`.
+fn thrust_and_speed(
+    ledger: &mut Ledger,
+    thrust_n: f64,
+    by: String,
+    propeller_m: f64,
+    density_kg_m3: f64,
+) -> (f64, f64) {
+    if let Some(known) = ledger.files.numbers.get(&Key::OmegaMax) {
+        ledger.of_file(Key::OmegaMax.path(), known);
+        ledger.estimate(&[Key::Thrust.path()], format!("{by}, at the speed at full throttle"));
+        return (thrust_n / (known.value * known.value), known.value);
     }
-
-    /// The line of the file.
-    fn line(&self) -> String {
-        let keys = serde_json::Value::from(self.keys.clone()).to_string().replace("\",", "\", ");
-        let (kind, formula) = (self.kind.word(), text(&self.formula));
-        format!("    {{ \"keys\": {keys}, \"kind\": \"{kind}\", \"formula\": {formula} }}")
-    }
-}
-
-fn text(s: &str) -> String {
-    serde_json::Value::from(s).to_string()
+    let formula = format!("the speed at full throttle from {by}: thrust = {C_THRUST} rho n^2 D^4");
+    ledger.estimate(&[Key::Thrust.path(), Key::OmegaMax.path()], formula);
+    let turns_per_s = (thrust_n / (C_THRUST * density_kg_m3 * propeller_m.powi(4))).sqrt();
+    let omega = rounded(std::f64::consts::TAU * turns_per_s);
+    (thrust_n / (omega * omega), omega)
 }

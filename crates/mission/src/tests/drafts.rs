@@ -3,7 +3,8 @@
 use nalgebra::Vector3;
 
 use super::*;
-use crate::draft::{DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
+use crate::draft::{DraftRotors, DraftThrust, Frame, VehicleDraft, vehicle_draft_json};
+use crate::foreign::KnownVehicle;
 use samara_core::control::Airframe;
 use samara_core::model::environment::GeoPoint;
 use samara_core::model::{Environment, RotationSense, Vehicle};
@@ -15,14 +16,13 @@ fn draft(frame: Frame, cant_deg: f64) -> VehicleDraft {
     VehicleDraft {
         name: "drafted".to_owned(),
         mass_kg: 6.0,
-        frame,
-        cant_deg,
-        arm_m: ARM_M,
-        propeller_m: 0.3,
+        rotors: DraftRotors::Frame { frame, cant_deg, arm_m: ARM_M },
+        propeller_m: Some(0.3),
         thrust: DraftThrust::AtFullThrottle { thrust_n: THRUST_N },
         density_kg_m3: 1.225,
         inertia_kg_m2: None,
         motor_tau_s: None,
+        known: KnownVehicle::default(),
         schema: None,
     }
 }

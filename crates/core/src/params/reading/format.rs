@@ -3,7 +3,7 @@
 use std::str;
 
 use super::reader::{is_name, shortened};
-use super::shell::{set, shown};
+use super::shell::{run, set, shown};
 use crate::params::ParamsError;
 use crate::params::file::ParameterFile;
 use crate::params::metadata::Metadata;
@@ -17,7 +17,7 @@ pub enum Format {
     Pairs,
     /// What PX4's `param show` prints.
     Shown,
-    /// A script with `param set` or `param set-default`.
+    /// A script with `param set` or `param set-default`, or one that runs others.
     Script,
 }
 
@@ -29,7 +29,7 @@ impl Format {
         match () {
             () if any(is_row) => Self::Table,
             () if any(|line| shown(line).is_some()) => Self::Shown,
-            () if any(|line| set(line).is_some()) => Self::Script,
+            () if any(|line| set(line).is_some() || run(line).is_some()) => Self::Script,
             () if any(|line| pair(line).is_some_and(looks_like_a_pair)) => Self::Pairs,
             () => Self::Table,
         }

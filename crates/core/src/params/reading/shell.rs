@@ -44,6 +44,12 @@ pub(super) fn set(line: &str) -> Option<(&str, &str)> {
     sets.then_some((name, value))
 }
 
+/// The script that a line runs.
+pub(super) fn run(line: &str) -> Option<&str> {
+    let mut words = line.split_whitespace();
+    matches!(words.next()?, "." | "source").then(|| words.next())?
+}
+
 pub(super) fn read_script(text: &str, reader: &mut Reader) -> Result<(), ParamsError> {
     reader.file.say("Stack", "PX4");
     let mut depth = 0_usize;
@@ -58,6 +64,7 @@ pub(super) fn read_script(text: &str, reader: &mut Reader) -> Result<(), ParamsE
             _ => {}
         }
         let Some((name, text)) = set(line) else {
+            run(line).into_iter().for_each(|script| reader.file.run(number, script));
             reader.remarks.note(number, "sets no parameter: passed over");
             continue;
         };

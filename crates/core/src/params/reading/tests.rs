@@ -164,6 +164,10 @@ fn other_formats_say_the_same() {
     for px4s in [shown, script] {
         assert!(ParameterFile::parse(px4s).unwrap().is_of_px4());
     }
+    let runs = ParameterFile::parse(script).unwrap();
+    assert_eq!(runs.scripts(), [(3, "${R}etc/init.d/rc.mc_defaults".to_owned())]);
+    let alone = ParameterFile::parse("#!/bin/sh\nPX4_SIM_MODEL=x\n. ${R}etc/4001_x\n").unwrap();
+    assert_eq!((alone.len(), alone.scripts()), (0, &[(3, "${R}etc/4001_x".to_owned())][..]));
     let later = "param set-default MC_PITCH_P 4\nparam set MC_PITCH_P 5\nparam set CAL_ACC0_ID ${ID}\n\
                  if [ $A = yes ]\nthen\nparam set MC_ROLL_P 3\nfi\n";
     let file = ParameterFile::parse(later).unwrap();
