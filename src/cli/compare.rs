@@ -1,4 +1,4 @@
-//! `samara compare`: two runs, or two missions, held against each other.
+//! `samara compare`: two runs, two missions, or a flight log and a mission, held against each other.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -10,14 +10,19 @@ use serde::de::DeserializeOwned;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::SetArgs;
+use super::log::with_log;
 use super::mission::open_mission;
+use super::planning::plan_mission;
 use super::results::OutputFolder;
 use super::terminal::print;
 use samara::config::bounded::text_at_most;
 use samara::config::{Mission, plain_name};
+use samara::logged_flight::LoggedFlight;
+use samara::plan::Status;
 use samara::study::campaign::json::AssessObject;
 use samara::study::compare::campaigns::CampaignPair;
 use samara::study::compare::drops::DropPair;
+use samara::study::compare::logged::LoggedPair;
 use samara::study::compare::missions::MissionPair;
 use samara::study::compare::paths::{FlownPath, paths_figure};
 use samara::study::compare::{Compared, PATHS};
@@ -34,12 +39,15 @@ const LARGEST: u64 = 64 << 20;
 /// `samara compare`.
 #[derive(Args, Debug)]
 pub struct CompareArgs {
-    /// A run's folder, the lines of a campaign (.csv), or a mission: a name or a file.
+    /// A run's folder, the lines of a campaign (.csv), a mission (a name or a file), or a flight log (.ulg).
     #[arg(value_name = "A")]
     pub a: PathBuf,
-    /// Another one, of the same kind.
+    /// Another one, of the same kind; to a flight log the mission that was flown.
     #[arg(value_name = "B")]
     pub b: PathBuf,
+    /// With a flight log: lines of a campaign of that mission (.csv), to say whether the drop is within them.
+    #[arg(long, value_name = "FILE")]
+    pub campaign: Option<PathBuf>,
     /// Folder that compare.html, .json and .svg are written to [default: nothing is].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
@@ -52,6 +60,7 @@ pub struct CompareArgs {
 enum Side {
     Run(Run),
     Mission(Box<Mission>),
+    Log(Box<LoggedFlight>),
 }
 
 /// What there is of a run: files, not read yet.
@@ -66,6 +75,12 @@ struct Run {
 
 /// Compares, prints, and writes where that is asked for. It judges nothing.
 pub fn run(args: &CompareArgs) -> Result<Answer, Failure> {
+    if args.campaign.is_some() && !is_log(&args.a) {
+        return Err(Failure::input(format!(
+            "--campaign goes with a flight log (.ulg) as A; {} is none",
+            args.a.display()
+        )));
+    }
     let names = [&args.a, &args.b].map(|path| path.display().to_string());
     let compared = match (side(&args.a)?, side(&args.b)?) {
         (Side::Run(a), Side::Run(b)) => of_runs(names, &[a, b])?,
@@ -76,13 +91,15 @@ pub fn run(args: &CompareArgs) -> Result<Answer, Failure> {
             let missions = Some(MissionPair::new([&a, &b], texts));
             Compared { names, missions, ..Compared::default() }
         }
+        (Side::Log(log), Side::Mission(mission)) => of_log(names, &log, &mission, args)?,
         (a, b) => {
             let kind = |side: &Side| match side {
                 Side::Run(_) => "a run",
                 Side::Mission(_) => "a mission",
+                Side::Log(_) => "a flight log",
             };
             return Err(Failure::input(format!(
-                "{} is {}, {} is {}: two runs are expected, or two missions",
+                "{} is {}, {} is {}: two runs are expected, two missions, or a flight log and then the mission that was flown",
                 args.a.display(),
                 kind(&a),
                 args.b.display(),
@@ -112,6 +129,9 @@ fn side(path: &Path) -> Result<Side, Failure> {
     if path.is_dir() {
         return Ok(Side::Run(Run::of_folder(path)?));
     }
+    if is_log(path) {
+        return Ok(Side::Log(Box::new(with_log(path, LoggedFlight::of_ulog)?)));
+    }
     if path.extension().is_some_and(|ending| ending == "csv") {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let campaigns = BTreeMap::from([(name, path.to_owned())]);
@@ -119,12 +139,38 @@ fn side(path: &Path) -> Result<Side, Failure> {
     }
     if plain_name(path).is_none() && !path.exists() {
         return Err(Failure::input(format!(
-            "{}: nothing is there; a run's folder, the lines of a campaign or a mission is expected",
+            "{}: nothing is there; a run's folder, the lines of a campaign, a flight log or a mission is expected",
             path.display()
         )));
     }
     let nothing_set = SetArgs { set: Vec::new() };
     Ok(Side::Mission(Box::new(open_mission(path, &nothing_set)?)))
+}
+
+fn is_log(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending == "ulg")
+}
+
+/// The drop of a log, and what the mission predicts of it.
+fn of_log(
+    names: [String; 2],
+    log: &LoggedFlight,
+    mission: &Mission,
+    args: &CompareArgs,
+) -> Result<Compared, Failure> {
+    let campaign = args.campaign.as_deref().map(lines).transpose()?;
+    let plan = plan_mission(mission, false)?.plan;
+    if plan.status != Status::Converged {
+        return Err(Failure::input(format!(
+            "{}: no plan of it is found, so that nothing is predicted",
+            names[1]
+        )));
+    }
+    let pair = LoggedPair::new(log, mission, &plan.trajectory, campaign.as_ref());
+    let pair = pair.with_context(|| names[0].clone()).bad_input()?;
+    let words = [names[0].clone(), format!("{} from the same state", names[1])];
+    let paths = paths_figure(&words, &pair.paths()).context("drawing the flight paths")?;
+    Ok(Compared { names, logged: Some(pair), paths: Some(paths), ..Compared::default() })
 }
 
 impl Run {
@@ -169,7 +215,7 @@ fn of_runs(names: [String; 2], runs: &[Run; 2]) -> Result<Compared, Failure> {
             b.words()
         )));
     }
-    Ok(Compared { names, campaigns, drops, paths, missions: None })
+    Ok(Compared { names, campaigns, drops, paths, ..Compared::default() })
 }
 
 /// The files of two runs that are held against each other, by the name of the pair: those of the same name,
@@ -194,12 +240,13 @@ fn pairs<'a>([a, b]: &'a [Run; 2]) -> Vec<(String, [&'a Path; 2])> {
 }
 
 fn campaign_pair((name, files): &(String, [&Path; 2])) -> Result<CampaignPair, Failure> {
-    let read = |path: &Path| {
-        let lines = CampaignLines::read_any(opened(path)?);
-        lines.with_context(|| path.display().to_string()).bad_input()
-    };
     let [a, b] = files;
-    CampaignPair::new(name.clone(), [read(a)?, read(b)?], [told_failed(a), told_failed(b)]).bad_input()
+    CampaignPair::new(name.clone(), [lines(a)?, lines(b)?], [told_failed(a), told_failed(b)]).bad_input()
+}
+
+fn lines(path: &Path) -> Result<CampaignLines, Failure> {
+    let lines = CampaignLines::read_any(opened(path)?);
+    lines.with_context(|| path.display().to_string()).bad_input()
 }
 
 /// How many trials failed by the results beside the lines, where those are there.

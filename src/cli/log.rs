@@ -1,6 +1,6 @@
 //! `samara log`: what is in a flight log.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 use clap::Args;
@@ -30,12 +30,18 @@ pub struct LogArgs {
 
 /// Looks through a log, and prints what is in it.
 pub fn run(args: &LogArgs) -> Result<Answer, Failure> {
-    let path = args.file.display();
-    let bytes =
-        bytes_at_most(&args.file, LARGEST).with_context(|| format!("cannot read {path}")).bad_input()?;
-    let log = Ulog::read(&bytes).with_context(|| path.to_string()).bad_input()?;
     let name = args.file.file_name().unwrap_or_default().to_string_lossy();
-    let report = LogReport::of(&name, &log);
-    print(&if args.json { report.json() } else { report.document(args.topics).text() })?;
+    let text = with_log(&args.file, |log| {
+        let report = LogReport::of(&name, log);
+        if args.json { report.json() } else { report.document(args.topics).text() }
+    })?;
+    print(&text)?;
     Ok(Answer::Yes)
+}
+
+/// What is made of a flight log.
+pub fn with_log<T>(path: &Path, make: impl FnOnce(&Ulog<'_>) -> T) -> Result<T, Failure> {
+    let shown = path.display();
+    let bytes = bytes_at_most(path, LARGEST).with_context(|| format!("cannot read {shown}")).bad_input()?;
+    Ok(make(&Ulog::read(&bytes).with_context(|| shown.to_string()).bad_input()?))
 }

@@ -17,6 +17,7 @@
 //! | [`drops`] | random drops from the canopy to the end | |
 //! | [`envelope`] | how far from the nominal release a drop may begin and be safe | |
 //! | [`free_fall`] | how well a fall is found from the accelerometer alone |
+//! | [`logged_drop`] | a drop that a log has, as samples | |
 //! | [`integrated_plan`] | J_TPF of a plan and its defects, integrated from node to node | (51) |
 //! | [`grid_loss`] | what interpolating plans costs against solving for each release | |
 //! | [`sobol`] | what decides an output: Sobol's indices | |
@@ -47,6 +48,7 @@ pub mod grid_loss;
 pub mod integrated_plan;
 pub mod judge;
 pub mod limits;
+pub mod logged_drop;
 pub mod outcome;
 pub mod paper;
 pub mod power;

@@ -1,16 +1,18 @@
-//! Two runs, or two missions, held against each other: B less A throughout.
+//! Two runs, two missions, or a flight log and a mission, held against each other: B less A throughout.
 //!
 //! | file | holds |
 //! |---|---|
 //! | [`campaigns`] | two campaigns of one seed, trial by trial |
 //! | [`drops`] | two drops |
 //! | [`paths`] | their flight paths, drawn |
+//! | [`logged`] | a drop out of a flight log, and what a mission predicts of it |
 //! | [`missions`] | files and derived numbers of two missions |
 //! | `sides` | words on A and on B |
 //! | this one | what is said of all of it |
 
 pub mod campaigns;
 pub mod drops;
+pub mod logged;
 pub mod missions;
 pub mod paths;
 mod sides;
@@ -19,6 +21,7 @@ mod tests;
 
 use campaigns::{CampaignPair, CampaignPairObject};
 use drops::{DropPair, DropPairObject};
+use logged::{LoggedPair, LoggedPairObject};
 use missions::{MissionPair, MissionPairObject};
 use samara_core::assess::CONFIDENCE;
 use samara_report::document::{Document, Figure, Passage, Section};
@@ -37,6 +40,8 @@ pub struct Compared {
     pub campaigns: Vec<CampaignPair>,
     /// Drops, where both runs have one.
     pub drops: Option<DropPair>,
+    /// A drop out of a log and its prediction, where those are compared.
+    pub logged: Option<LoggedPair>,
     /// Both flight paths as a drawing, where both are known.
     pub paths: Option<String>,
     /// Missions, where those are compared.
@@ -57,12 +62,16 @@ impl Compared {
                 self.campaigns.iter().flat_map(CampaignPair::passages).collect(),
             );
         }
+        let figure = self.paths.as_ref().map(|svg| {
+            let caption = "Both flight paths, from the side and from above; a mark each 5 s.".to_owned();
+            Passage::Figure(Figure { file: PATHS.to_owned(), caption, svg: svg.clone() })
+        });
         if let Some(drops) = &self.drops {
-            let figure = self.paths.as_ref().map(|svg| {
-                let caption = "Both flight paths, from the side and from above; a mark each 5 s.".to_owned();
-                Passage::Figure(Figure { file: PATHS.to_owned(), caption, svg: svg.clone() })
-            });
-            section("drops", "Drops", drops.passages().into_iter().chain(figure).collect());
+            section("drops", "Drops", drops.passages().into_iter().chain(figure.clone()).collect());
+        }
+        if let Some(logged) = &self.logged {
+            let title = "The drop of the log, and what was predicted";
+            section("logged", title, logged.passages().into_iter().chain(figure).collect());
         }
         if let Some(missions) = &self.missions {
             section("missions", "Missions", missions.passages());
@@ -78,7 +87,8 @@ impl Compared {
 }
 
 result_objects! {
-    /// Two runs or two missions held against each other, as `compare.json` holds them: B less A.
+    /// Two runs, two missions or a log and a mission held against each other, as `compare.json` has it: B less
+    /// A.
     CompareObject(of: &Compared) [let [a, b] = &of.names;] {
         /// Version of samara that made the result.
         version: String = VERSION.to_owned(),
@@ -92,7 +102,9 @@ result_objects! {
         campaigns: Vec<CampaignPairObject> = of.campaigns.iter().map(CampaignPairObject::of).collect(),
         /// The drops; null where not both runs have one.
         drops: Option<DropPairObject> = of.drops.as_ref().map(DropPairObject::of),
-        /// What differs between two missions; null where runs are compared.
+        /// What differs between two missions; null where others are compared.
         missions: Option<MissionPairObject> = of.missions.as_ref().map(MissionPairObject::of),
+        /// A drop out of a log and its prediction; null where others are compared.
+        logged: Option<LoggedPairObject> = of.logged.as_ref().map(LoggedPairObject::of),
     }
 }

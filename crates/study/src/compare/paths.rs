@@ -2,6 +2,7 @@
 
 use std::io::{self, BufRead as _, BufReader, Read};
 
+use samara_core::sim::Sample;
 use samara_mission::bounded::BoundedLines;
 use samara_report::figure::axis::{Axis, Panel, SMALL, TITLE, range};
 use samara_report::figure::canvas::{self, Anchor, FigureError, Font, Pen, Point, Stroke};
@@ -65,6 +66,15 @@ impl FlownPath {
             }
         }
         Ok(Some(Self { places }).filter(|path| path.places.len() > 1))
+    }
+
+    /// The path of samples, from their release on.
+    pub fn of(samples: &[Sample]) -> Self {
+        let place = |sample: &Sample| {
+            let p_ned = sample.state.body.p_ned;
+            Some([sample.t_powered_s?, p_ned.x, p_ned.y, p_ned.z])
+        };
+        Self { places: samples.iter().filter_map(place).collect() }
     }
 
     /// The places at round times.
