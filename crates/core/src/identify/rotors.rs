@@ -146,13 +146,13 @@ impl Train<'_> {
         let shortest = self.lag[0].value.min(self.lag[1].value);
         let steps = (time_s.value / (0.5 * self.longest_s * shortest)).ceil().clamp(1.0, 64.0);
         let h = time_s * (1.0 / steps);
-        for i in 0..self.count {
+        for (i, throttle) in throttle.iter().enumerate().take(self.count) {
             let (mut omega, mut turned) = (self.speed[i], Dual::constant(0.0));
             for _ in 0..steps as usize {
-                let k1 = self.acceleration(i, throttle[i], omega);
-                let k2 = self.acceleration(i, throttle[i], omega + h * k1 * 0.5);
-                let k3 = self.acceleration(i, throttle[i], omega + h * k2 * 0.5);
-                let k4 = self.acceleration(i, throttle[i], omega + h * k3);
+                let k1 = self.acceleration(i, *throttle, omega);
+                let k2 = self.acceleration(i, *throttle, omega + h * k1 * 0.5);
+                let k3 = self.acceleration(i, *throttle, omega + h * k2 * 0.5);
+                let k4 = self.acceleration(i, *throttle, omega + h * k3);
                 let next = omega + h * (k1 + (k2 + k3) * 2.0 + k4) * (1.0 / 6.0);
                 turned += h * (omega + next) * 0.5 + h * h * (k1 - k4) * (1.0 / 12.0);
                 omega = next;

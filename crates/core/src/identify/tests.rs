@@ -75,9 +75,19 @@ fn closed_form_a_flight_tells_the_vehicle_that_flew_it() {
 /// At PX4's usual rates nothing is told but the thrust, and that rightly.
 #[test]
 fn closed_form_a_slow_log_tells_the_thrust_of_its_hover_alone() {
+    slow_logs_tell_hover_alone(0..4);
+}
+
+#[test]
+#[ignore = "many flights"]
+fn closed_form_sixteen_more_slow_logs_tell_no_more() {
+    slow_logs_tell_hover_alone(4..20);
+}
+
+fn slow_logs_tell_hover_alone(seeds: std::ops::Range<u64>) {
     let truth = vehicle();
     let (base, off) = known_badly(&truth);
-    for seed in 0..20 {
+    for seed in seeds {
         let flown = Flown { doublets: false, speed_m_s: 0.0, length_s: 30.0, ..Flown::manoeuvre(seed) };
         let found = identified(&base, thinned(fly(&truth, &flown), [25, 12, 5]));
         assert_eq!(found.refused.len(), PARAMETERS - 1);

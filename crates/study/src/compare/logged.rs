@@ -245,18 +245,20 @@ fn predicted(drop: &LoggedDrop, mission: &Mission, plan: &Trajectory) -> Result<
     };
     let mut controller = KeepsHeading::new(controller(mission)?);
     let mut samples: Vec<Sample> =
-        drop.samples.iter().take_while(|sample| sample.t_s < start.t_s).cloned().collect();
+        drop.samples.iter().take_while(|sample| sample.t_s < start.t_s).copied().collect();
     let (from_s, powered_s) = (start.t_s, start.t_powered_s.unwrap_or(0.0));
     let _ = fly(&mut simulation, &mut controller, &flight, &mut |sample| {
         let t_powered_s = sample.t_powered_s.map(|t_s| t_s + powered_s);
-        samples.push(Sample { t_s: sample.t_s + from_s, t_powered_s, ..sample.clone() });
+        samples.push(Sample { t_s: sample.t_s + from_s, t_powered_s, ..*sample });
         ControlFlow::Continue(())
     });
     Ok(samples)
 }
 
-/// Quantities of a sample that are held against each other.
-const CHANNELS: [(&str, fn(&Sample) -> f64); 8] = [
+/// A quantity of a sample, with its name.
+type Reading = (&'static str, fn(&Sample) -> f64);
+/// Those that are held against each other.
+const CHANNELS: [Reading; 8] = [
     ("velocity north [m/s]", |sample| sample.state.body.v_ned.x),
     ("velocity east [m/s]", |sample| sample.state.body.v_ned.y),
     ("velocity down [m/s]", |sample| sample.state.body.v_ned.z),
@@ -277,7 +279,7 @@ fn channels(flight: &[Sample], predicted: &[Sample]) -> Vec<Channel> {
     let pairs: Vec<(&Sample, &Sample)> =
         powered.filter_map(|sample| Some((sample, newest(sample.t_s)?))).collect();
     let n = pairs.len() as f64;
-    let of = |(name, value): &(&'static str, fn(&Sample) -> f64)| {
+    let of = |(name, value): &Reading| {
         let values: Vec<(f64, f64)> = pairs.iter().map(|(a, b)| (value(a), value(b))).collect();
         let mean = |of: &dyn Fn(&(f64, f64)) -> f64| values.iter().map(of).sum::<f64>() / n;
         let (of_a, of_b) = (mean(&|(a, _)| *a), mean(&|(_, b)| *b));
