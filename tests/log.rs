@@ -62,8 +62,8 @@ fn a_drop_is_found_in_its_log_by_its_fall() {
 }
 
 /// The drop in a log comes to what the simulator says of it, as far as the autopilot's estimates do: within
-/// 0.03 in J_TPF, 0.3 s in steady time, 0.5 m in altitude. Among a hundred drops whose J_TPF is lower it is one
-/// in fifty (2 of 101, on either side); of those altitudes half are lower, half are higher.
+/// 0.03 in J_TPF, 0.3 s in steady time, 0.5 m in altitude. Among a hundred drops whose J_TPF is lower it is
+/// one in fifty (2 of 101, on either side); of their altitudes half are lower, half are higher.
 fn of_the_log_is_said_what_was_flown(log: &str, truth: &str, lines: &str) {
     let truth: Value = serde_json::from_slice(&fs::read(truth).unwrap()).unwrap();
     let mut text = "# samara 0.0.1\n# seed 1\n# inputs sha256 00\n# drops of m by a pilot, gains g\n\

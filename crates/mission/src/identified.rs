@@ -87,8 +87,8 @@ pub fn identified_file(
         let before = |key: &str| file.get("rotor_factors").and_then(|f| f.get(key)?.as_f64()).unwrap_or(1.0);
         let factor = |parameter: Parameter| found.of(parameter).map_or(1.0, Found::value);
         let factors = json!({
-            "thrust": before("thrust") * factor(Parameter::Thrust),
-            "torque": before("torque") * factor(Parameter::Torque),
+            "thrust_factor": before("thrust_factor") * factor(Parameter::Thrust),
+            "torque_factor": before("torque_factor") * factor(Parameter::Torque),
         });
         file.insert("rotor_factors".into(), factors);
         keys.push(("rotor_factors", said(&[Parameter::Thrust, Parameter::Torque])));

@@ -141,7 +141,7 @@ pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<Vehicl
         rotor = turning_backwards(source, &json.rotor, rotor)?;
     }
     if let Some(factors) = &json.rotor_factors {
-        rotor = rotor.scaled([factors.thrust.get(), factors.torque.get()]);
+        rotor = rotor.scaled([factors.thrust_factor.get(), factors.torque_factor.get()]);
     }
     let options = VehicleOptions {
         reaction_torque: json.effects.reaction_torque,

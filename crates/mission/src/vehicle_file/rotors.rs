@@ -77,9 +77,9 @@ pub(super) struct RotorFactorsJson {
     #[serde(rename = "about")]
     _about: Option<String>,
     /// Factor on the thrust, and on the force in the rotor's plane.
-    pub(super) thrust: Positive<10>,
+    pub(super) thrust_factor: Positive<10>,
     /// Factor on the torque of the air.
-    pub(super) torque: Positive<10>,
+    pub(super) torque_factor: Positive<10>,
 }
 
 pub(super) fn set_interference(

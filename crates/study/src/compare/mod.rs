@@ -87,8 +87,8 @@ impl Compared {
 }
 
 result_objects! {
-    /// Two runs, two missions or a log and a mission held against each other, as `compare.json` has it: B less
-    /// A.
+    /// Two runs, two missions or a log and a mission held against each other, as `compare.json` has it: B
+    /// less A.
     CompareObject(of: &Compared) [let [a, b] = &of.names;] {
         /// Version of samara that made the result.
         version: String = VERSION.to_owned(),
