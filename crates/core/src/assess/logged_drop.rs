@@ -19,6 +19,8 @@ const LET_GO_M_S2: f64 = 0.5 * STANDARD_GRAVITY_M_S2;
 const GRAVITY_WITHIN: f64 = 0.1;
 /// It is looked for from this long before the fall that was found [s].
 const BEFORE_S: f64 = 0.2;
+/// Across longer gaps of a quantity the log has no state [s].
+const GAP_S: f64 = 0.5;
 /// States are no closer in time [s]: those of PX4's inertial period.
 const STATES_S: f64 = 0.004 - 1e-6;
 
@@ -89,21 +91,26 @@ impl LoggedDrop {
         let mut samples: Vec<Sample> = Vec::new();
         let mut turning = TurningOver::default();
         let mut way_ned_m = Vector3::zeros();
-        let from = log.position_ned_m.as_ref().and_then(|position| between(position, released_s));
+        let from = log.position_ned_m.as_ref().and_then(|position| position.linear(released_s, GAP_S));
         for t_s in rates.t_s.iter().copied().filter(|t_s| (released_s..=end_s).contains(t_s)) {
             let last = samples.last().map(|sample| (sample.t_s, sample.state.body.v_ned));
             if last.is_some_and(|(before_s, _)| t_s - before_s < STATES_S) {
                 continue;
             }
-            let at =
-                (between(rates, t_s), between(attitude, t_s), between(velocity, t_s), between(force, t_s));
+            let at = (
+                rates.linear(t_s, GAP_S),
+                attitude.linear(t_s, GAP_S),
+                velocity.linear(t_s, GAP_S),
+                force.linear(t_s, GAP_S),
+            );
             let (Some(omega_body), Some(q), Some(v_ned), Some(f_body)) = at else { continue };
             let (omega_body, v_ned) = (Vector3::from(omega_body), Vector3::from(v_ned));
             let q: Quaternion = normalized(q);
             if let Some((before_s, before_ned)) = last {
                 way_ned_m += 0.5 * (t_s - before_s) * (before_ned + v_ned);
             }
-            let logged = log.position_ned_m.as_ref().and_then(|position| between(position, t_s)).zip(from);
+            let logged =
+                log.position_ned_m.as_ref().and_then(|position| position.linear(t_s, GAP_S)).zip(from);
             let p_ned = logged.map_or(way_ned_m, |(now, from)| Vector3::from(now) - Vector3::from(from));
             let felt_ned = rotate_ned_from_body(q, Vector3::from(f_body));
             samples.push(Sample {
@@ -145,22 +152,4 @@ fn let_go_s(force: &Series<3>, fall: &LoggedPhase) -> f64 {
     let held_until_s = held.take_while(|t_s| *t_s <= fall.from_s + BEFORE_S).last();
     near.find(|(t_s, _)| held_until_s.is_none_or(|until_s| **t_s > until_s))
         .map_or(fall.from_s, |(t_s, _)| *t_s)
-}
-
-/// The values at a time [s], linearly between those before and behind; `None` outside of a series, and where
-/// it has none. Of a quaternion it is the shorter way, not normalised.
-fn between<const N: usize>(series: &Series<N>, t_s: f64) -> Option<[f64; N]> {
-    let behind = series.t_s.partition_point(|t| *t <= t_s);
-    let (before_s, before) = (series.t_s.get(behind.checked_sub(1)?)?, series.values.get(behind - 1)?);
-    let (Some(behind_s), Some(behind)) = (series.t_s.get(behind), series.values.get(behind)) else {
-        return (t_s - before_s < 1e-9).then_some(*before);
-    };
-    let share = (t_s - before_s) / (behind_s - before_s);
-    let is_other_way = N == 4 && before.iter().zip(behind).map(|(a, b)| a * b).sum::<f64>() < 0.0;
-    let sign = if is_other_way { -1.0 } else { 1.0 };
-    let mut values = *before;
-    for (value, behind) in values.iter_mut().zip(behind) {
-        *value += share * (sign * behind - *value);
-    }
-    values.iter().all(|x| x.is_finite()).then_some(values)
 }

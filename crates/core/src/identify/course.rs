@@ -131,7 +131,8 @@ impl Course {
                 velocity_ned_m_s: seen.map_or([f64::NAN; 3], |(_, velocity)| nearest(velocity, t_s, half_s)),
                 near: match seen {
                     Some((attitude, velocity)) => {
-                        between(attitude, t_s).map(normalized).zip(between(velocity, t_s))
+                        let state = (attitude.linear(t_s, BETWEEN_S), velocity.linear(t_s, BETWEEN_S));
+                        state.0.map(normalized).zip(state.1)
                     }
                     None => Some((LEVEL, [0.0; 3])),
                 },
@@ -198,19 +199,4 @@ fn nearest<const N: usize>(series: &Series<N>, t_s: f64, within_s: f64) -> [f64;
     let candidates = [behind.saturating_sub(1), behind];
     let best = candidates.iter().min_by(|a, b| off(a).total_cmp(&off(b))).filter(|i| off(i) <= within_s);
     best.and_then(|i| series.values.get(*i)).copied().unwrap_or([f64::NAN; N])
-}
-
-/// The value at a time by those before and after; `None` where they are too far apart, or none.
-fn between<const N: usize>(series: &Series<N>, t_s: f64) -> Option<[f64; N]> {
-    let after = series.t_s.partition_point(|t| *t <= t_s);
-    let before = after.checked_sub(1)?;
-    let (from_s, a) = (series.t_s.get(before)?, series.values.get(before)?);
-    let (to_s, b) = (series.t_s.get(after).unwrap_or(from_s), series.values.get(after).unwrap_or(a));
-    let share = if to_s > from_s { (t_s - from_s) / (to_s - from_s) } else { 0.0 };
-    // Quaternions of either sign are one attitude.
-    let turned = N == 4 && a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() < 0.0;
-    let sign = if turned { -1.0 } else { 1.0 };
-    let mixed = std::array::from_fn(|i| a[i] + share * (sign * b[i] - a[i]));
-    (to_s - from_s <= BETWEEN_S && t_s - from_s <= BETWEEN_S && mixed.iter().all(|x: &f64| x.is_finite()))
-        .then_some(mixed)
 }

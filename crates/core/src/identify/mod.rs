@@ -51,6 +51,7 @@ const FIRST_DELAY_S: f64 = 0.008;
 const FEWEST: usize = 20;
 /// So often what cannot be told is held, and the rest fitted again.
 const REFITS: usize = 3;
+
 /// Finds out what logs tell of a vehicle.
 ///
 /// # Errors

@@ -66,6 +66,23 @@ impl<const N: usize> Series<N> {
         (0..N).filter(moves).count()
     }
 
+    /// The values at a time [s], linearly between those before and behind, the last ones held; `None` where
+    /// those are further away than so long [s], or no numbers. Of quaternions it is the shorter way, not
+    /// normalised.
+    pub fn linear(&self, t_s: f64, apart_s: f64) -> Option<[f64; N]> {
+        let behind = self.t_s.partition_point(|t| *t <= t_s);
+        let before = behind.checked_sub(1)?;
+        let (from_s, a) = (*self.t_s.get(before)?, self.values.get(before)?);
+        let (to_s, b) = (*self.t_s.get(behind).unwrap_or(&from_s), self.values.get(behind).unwrap_or(a));
+        let share = if to_s > from_s { (t_s - from_s) / (to_s - from_s) } else { 0.0 };
+        // Quaternions of either sign are one attitude.
+        let is_turned = N == 4 && a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>() < 0.0;
+        let sign = if is_turned { -1.0 } else { 1.0 };
+        let mixed = std::array::from_fn(|i| a[i] + share * (sign * b[i] - a[i]));
+        let is_near = to_s - from_s <= apart_s && t_s - from_s <= apart_s;
+        (is_near && mixed.iter().all(|x: &f64| x.is_finite())).then_some(mixed)
+    }
+
     /// The values between two times [s].
     pub fn between(&self, from_s: f64, to_s: f64) -> &[[f64; N]] {
         let (from, to) =
