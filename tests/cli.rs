@@ -13,6 +13,7 @@ mod doctor;
 mod drafts;
 mod failures;
 mod faults;
+mod go;
 mod list;
 mod replay;
 mod results;

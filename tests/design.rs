@@ -13,7 +13,7 @@ fn samara(folder: &Path, words: &[&str]) -> Output {
 fn quick(folder: &Path) -> String {
     let text = fs::read_to_string("mission/x500_drop.json").unwrap();
     let mut mission: serde_json::Value = serde_json::from_str(&text).unwrap();
-    mission["design"] = serde_json::json!({ "draws": 24, "settle_s": 5, "search": { "nodes": [38], "feed_forward": [true, false] } });
+    mission["design"] = serde_json::json!({ "draws": 12, "settle_s": 5, "search": { "nodes": [38], "feed_forward": [true, false] } });
     let text = mission.to_string();
     let root = env!("CARGO_MANIFEST_DIR");
     let file = folder.join("quick.json");
@@ -22,7 +22,7 @@ fn quick(folder: &Path) -> String {
 }
 
 fn design(folder: &Path, mission: &str, more: &[&str]) -> Output {
-    let words = ["design", mission, "--unseen", "24", "--finalists", "2"];
+    let words = ["design", mission, "--unseen", "12", "--finalists", "2"];
     samara(folder, &[&words[..], more].concat())
 }
 
@@ -233,7 +233,7 @@ fn regress_the_drop_of_a_design_keeps_the_missions_campaign() {
     };
     let before = read(&out);
     let (_, said) =
-        well(&["design", &mission, "--budget", "2", "--unseen", "24", "--finalists", "1"], &[0, 1]);
+        well(&["design", &mission, "--budget", "2", "--unseen", "12", "--finalists", "1"], &[0, 1]);
     assert!(
         said.contains("samara: the results of `samara assess --autopilot px4-model` of x500_drop"),
         "{said}"

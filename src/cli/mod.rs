@@ -21,6 +21,7 @@ mod drop;
 mod estimate;
 mod faults;
 mod fidelity;
+mod go;
 mod help;
 mod identify;
 mod init;
@@ -104,6 +105,7 @@ pub fn run() -> ExitCode {
         Verb::Identify(args) => identify::run(&args),
         Verb::Log(args) => log::run(&args),
         Verb::Card(args) => card::run(&args),
+        Verb::Go(args) => go::run(&args),
         Verb::Check(args) => check::run(&args),
         Verb::New(args) => new::run(&args),
     })

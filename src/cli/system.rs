@@ -60,6 +60,14 @@ pub fn threads(count: Option<u16>) -> anyhow::Result<Threads> {
     Threads::new(count.map(usize::from)).context("starting threads")
 }
 
+/// Whether this process has been asked to end.
+static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Whether Ctrl-C or a termination signal has come, and was heard by who was at work.
+pub fn was_interrupted() -> bool {
+    INTERRUPTED.load(Ordering::Relaxed)
+}
+
 /// Completes on Ctrl-C, on a termination signal or when the terminal is closed. From the call on, not only
 /// once it is awaited, these do not kill the program any more.
 #[cfg(unix)]
@@ -135,6 +143,10 @@ pub fn block_on<F: Future>(
         .context("the runtime for sockets")?;
     runtime.block_on(async {
         let stop = interrupted().context("the signal of Ctrl-C")?;
+        let stop = async {
+            stop.await;
+            INTERRUPTED.store(true, Ordering::Relaxed);
+        };
         Ok(run(Box::pin(stop)).await)
     })
 }

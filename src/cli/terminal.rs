@@ -1,6 +1,7 @@
 //! The terminal: results on stdout, everything else on stderr, and the exit code.
 
 use std::borrow::Cow;
+use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::{self, Write as _};
 use std::process::ExitCode;
@@ -8,9 +9,25 @@ use std::process::ExitCode;
 use super::answer::{Answer, BadInput, Failure};
 use samara::printable::printable;
 
+thread_local! {
+    /// What a verb prints that another one runs, until that takes it.
+    static HELD: RefCell<Option<String>> = const { RefCell::new(None) };
+}
+
+/// Runs something whose results on stdout, printed by this thread, are held back and given to the caller.
+pub fn held<T>(run: impl FnOnce() -> T) -> (T, String) {
+    HELD.set(Some(String::new()));
+    let result = run();
+    (result, HELD.take().unwrap_or_default())
+}
+
 /// Prints to stdout; a reader that has gone away (`samara plan | head`) is no error. A device that cannot be
 /// written to is one: results that nobody gets are no success.
 pub fn print(text: &str) -> Result<(), Failure> {
+    let is_held = HELD.with_borrow_mut(|held| held.as_mut().map(|held| held.push_str(text)).is_some());
+    if is_held {
+        return Ok(());
+    }
     let mut out = io::stdout().lock();
     let text = if text.starts_with('{') { Cow::Borrowed(text) } else { fit(text) };
     let painted = (!text.starts_with('{') && colored(&out)).then(|| painted(&text));

@@ -13,6 +13,7 @@ use super::doctor::DoctorArgs;
 use super::drop::DropArgs;
 use super::faults::FaultsArgs;
 use super::fidelity::FidelityArgs;
+use super::go::GoArgs;
 use super::identify::IdentifyArgs;
 use super::init::InitArgs;
 use super::list::ListArgs;
@@ -73,6 +74,9 @@ pub enum Verb {
     /// Make the release card of a mission: all evidence on one page, and whether to go.
     #[command(after_long_help = include_str!("help/card.txt"))]
     Card(CardArgs),
+    /// Go all the way to the card: check, drop, campaigns, envelope; ends at the first no.
+    #[command(after_long_help = include_str!("help/go.txt"))]
+    Go(GoArgs),
     /// Hold two runs, or two missions, against each other: trial by trial, key by key.
     #[command(after_long_help = include_str!("help/compare.txt"))]
     Compare(CompareArgs),
@@ -102,7 +106,7 @@ pub enum Verb {
     #[command(after_long_help = include_str!("help/verify.txt"))]
     Verify(VerifyArgs),
     /// List what can fail in a flight: by a mission, by a command.
-    #[command(after_long_help = include_str!("help/faults.txt"))]
+    #[command(hide = true, after_long_help = include_str!("help/faults.txt"))]
     Faults(FaultsArgs),
     /// Solve a vehicle's rotor blades in any flow and write the table that flies.
     #[command(after_long_help = include_str!("help/rotor.txt"))]

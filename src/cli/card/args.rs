@@ -49,7 +49,8 @@ pub struct CardArgs {
 /// Least probability of failure that a campaign can show: the most trials that one has show no less.
 const LEAST: f64 = 3e-9;
 
-fn accepted_probability(text: &str) -> Result<f64, String> {
+/// A probability of failure that can be accepted.
+pub fn accepted_probability(text: &str) -> Result<f64, String> {
     let expected = format!(
         "a probability from {LEAST:e} to 1 is expected: no campaign shows less, and `samara study rare` searches for what is rarer"
     );

@@ -11,7 +11,7 @@ use anyhow::Context as _;
 use super::args::CardArgs;
 use super::inputs::Present;
 use crate::cli::answer::{BadInput as _, Failure};
-use crate::cli::results::{OutputFolder, sha256_of};
+use crate::cli::results::sha256_of;
 use crate::cli::terminal::print_err;
 use samara::config::bounded::text_at_most;
 use samara::config::relative;
@@ -28,12 +28,8 @@ const LARGEST: u64 = 64 << 20;
 /// The manifest of a design.
 const DESIGN_MANIFEST: &str = "design_manifest.json";
 
-/// The evidence of the folders that were named, or of where verbs put results.
-pub fn of_folders(
-    args: &CardArgs,
-    present: &Present<'_>,
-    card: &OutputFolder,
-) -> Result<Vec<Evidence>, Failure> {
+/// The evidence of the folders that were named, or of where verbs put results; `card`: the card's folder.
+pub fn of_folders(args: &CardArgs, present: &Present<'_>, card: &Path) -> Result<Vec<Evidence>, Failure> {
     let usual = Path::new("out").join(&present.mission().name);
     let named = !args.evidence.is_empty();
     let folders = if named { args.evidence.clone() } else { vec![usual] };
@@ -46,7 +42,7 @@ pub fn of_folders(
             .with_context(|| format!("--evidence {}: a folder of results is expected", folder.display()))
             .bad_input()?;
         if seen.insert(place) {
-            let place = EvidenceFolder { args, present, folder, card: card.path() };
+            let place = EvidenceFolder { args, present, folder, card };
             found.extend(place.evidence()?);
         }
     }
@@ -56,7 +52,7 @@ pub fn of_folders(
     if let Some(folder) = beside.filter(|_| !named)
         && fs::canonicalize(folder).is_ok_and(|place| seen.insert(place))
     {
-        let of_design = EvidenceFolder { args, present, folder, card: card.path() }.evidence()?;
+        let of_design = EvidenceFolder { args, present, folder, card }.evidence()?;
         found.extend(of_design.into_iter().filter(|evidence| evidence.kind == Kind::Design));
     }
     found.sort_by_key(|evidence| evidence.kind);

@@ -10,14 +10,14 @@ mod args;
 mod evidence;
 mod inputs;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::Context as _;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::mission::{print_origin, px4_parameters};
 use super::results::{OutputFolder, sha256_of};
-pub use args::CardArgs;
+pub use args::{CardArgs, accepted_probability};
 use inputs::Present;
 use samara::assess::ChosenAmong;
 use samara::config::{Mission, input_text};
@@ -39,7 +39,7 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
         mission,
         mission_word: args.mission_word(mission),
         inputs: input_files(args, mission)?,
-        evidence: evidence::of_folders(args, &present, &folder)?,
+        evidence: evidence::of_folders(args, &present, folder.path())?,
         accepted: args.p_failure,
         accepts_estimates: args.accept_estimates,
         among: ChosenAmong::new(args.chosen_among),
@@ -52,6 +52,19 @@ pub fn run(args: &CardArgs) -> Result<Answer, Failure> {
     folder.write_manifest("card", mission, &[])?;
     folder.print_result(args.mission.json, || object, || text(&card))?;
     Ok(Answer::from(card.decision().is_go()))
+}
+
+/// The mission that a card would be of.
+pub fn present_mission(args: &CardArgs) -> Result<Mission, Failure> {
+    Present::of(args).map(|present| present.mission().clone())
+}
+
+/// Whether a card would accept a piece of the evidence that is named to it.
+pub fn accepts(args: &CardArgs) -> Result<bool, Failure> {
+    let present = Present::of(args)?;
+    // Where the card would lie matters to its links alone.
+    let found = evidence::of_folders(args, &present, Path::new(""))?;
+    Ok(found.iter().any(|evidence| evidence.found.is_ok()))
 }
 
 /// Files that the mission is read from: its own, those that it and its vehicle name, and the chosen
