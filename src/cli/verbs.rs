@@ -32,6 +32,8 @@ use super::study::StudyVerbArgs;
 use super::study::evaluate::EvaluateArgs;
 use super::study::searches::{DesignArgs, TuneArgs};
 use super::verify::VerifyArgs;
+#[cfg(feature = "view")]
+use super::view::ViewArgs;
 
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
@@ -52,6 +54,10 @@ pub enum Verb {
     /// Plan, drop and fly a vehicle over MAVLink, and judge the flight.
     #[command(after_long_help = include_str!("help/drop.txt"))]
     Drop(DropArgs),
+    /// Look at a mission in the browser, change it, and see it flown anew at once.
+    #[cfg(feature = "view")]
+    #[command(after_long_help = include_str!("help/view.txt"))]
+    View(ViewArgs),
     /// Solve the optimal control problem of the drop by direct collocation.
     #[command(after_long_help = include_str!("help/plan.txt"))]
     Plan(PlanArgs),

@@ -5,6 +5,7 @@
 //! | `data` | the flight, the plan and what is known about them, as the page's script takes them |
 //! | `channel`, `base64` | columns of numbers as compact text |
 //! | `words` | verdict, numbers and circumstances in words, as HTML |
+//! | [`live`] | what `samara view` shows of a drop, and the files of its page |
 //! | `page.html`, `page.css` | the page and its style |
 //! | `page/` | the page's script in its sources; `npm ci && npm run build` there makes the bundle |
 //! | `bundle/` | generated: the script with three.js and uPlot, and their licences |
@@ -15,6 +16,7 @@
 mod base64;
 mod channel;
 mod data;
+pub mod live;
 mod words;
 
 use sha2::{Digest, Sha256};
