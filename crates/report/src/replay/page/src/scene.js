@@ -59,6 +59,13 @@ function dashed(points, color, dash) {
   return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
 }
 
+/** Gives back what the graphics card holds of an object. */
+function dispose({ geometry, material }) {
+  geometry?.dispose();
+  material?.map?.dispose();
+  material?.dispose();
+}
+
 /** Whether WebGL is drawn by the processor. */
 function isSoft() {
   const context = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
@@ -101,7 +108,7 @@ function drawnRows(motion, from) {
 export class Scene {
   /** `stage` is the element with the canvas and the overlay of labels; views frame the path up to `until`. */
   constructor(stage, run, { still, until }) {
-    Object.assign(this, { stage, run, still, until, view: "follow", other: null, moves: null });
+    Object.assign(this, { stage, still, view: "follow", other: null, moves: null, retired: [] });
     this.canvas = stage.querySelector("canvas");
     this.labelLayer = stage.querySelector(".labels");
     const antialias = !isSoft();
@@ -113,11 +120,26 @@ export class Scene {
     this.controls.enableDamping = false;
     this.controls.addEventListener("change", () => this.onChange?.());
     this.controls.addEventListener("start", () => (this.moves = null));
-    this.size = sizes(run.about.rotors);
-    this.extents();
-    this.build();
+    this.open(run, until);
     new ResizeObserver(() => this.resize()).observe(stage);
     this.resize();
+  }
+
+  /** Shows a run; the camera stays where it is unless the run is out of its sight. */
+  open(run, until) {
+    Object.assign(this, { run, until, size: sizes(run.about.rotors) });
+    this.extents();
+    this.build();
+    if (this.placed && this.isAskew()) this.look(this.view);
+  }
+
+  /** Whether a view of the whole path does not show it, or shows it small. */
+  isAskew() {
+    if (this.view === "follow" || this.moves) return false;
+    this.camera.updateMatrixWorld();
+    const seen = this.points.map((p) => p.clone().project(this.camera));
+    const reach = Math.max(...seen.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y))));
+    return !(reach < 1 && reach > 0.4);
   }
 
   /** Box of the path, its heading, the steps of the grids. */
@@ -163,6 +185,7 @@ export class Scene {
   /** Makes all that is seen; again when the colours change. */
   build() {
     const { run } = this;
+    this.retired.push(this.scene);
     this.labelLayer.replaceChildren();
     this.labels = [];
     this.scene = new THREE.Scene();
@@ -202,7 +225,7 @@ export class Scene {
     if (run.plan) {
       this.label("plan", () => this.apart(this.ghost, 0.6), "ghost", 1, "plan");
     }
-    if (this.other) this.label("other", () => this.apart(this.otherGhost, 0.6), "other", 2, "other run");
+    if (this.other) this.label("other", () => this.apart(this.otherGhost, 0.6), "other", 2, this.otherName);
   }
 
   ghostOf(color) {
@@ -581,6 +604,8 @@ export class Scene {
 
   render() {
     this.renderer.render(this.scene, this.camera);
+    // After what takes their place is drawn: so its shaders are theirs and are not made again.
+    for (const scene of this.retired.splice(0)) scene?.traverse(dispose);
     this.placeLabels();
   }
 
@@ -608,8 +633,9 @@ export class Scene {
     }
   }
 
-  compare(other) {
-    this.other = other;
+  /** Lays another run beside this one, by a name. */
+  compare(other, name) {
+    Object.assign(this, { other, otherName: name });
     this.build();
   }
 }
