@@ -1,7 +1,7 @@
 // The page of one flight: clock, time line, events, the view in space and the panels; another flight may take
 // its place, and one may be laid beside it.
 
-import { costCss, css } from "./colors.js";
+import { costCss, css, forgetColors } from "./colors.js";
 import { Plots } from "./plots.js";
 import { Scene } from "./scene.js";
 import { fixed, signed } from "./words.js";
@@ -159,8 +159,9 @@ export class Player {
     this.plots.zoomed = false;
   }
 
-  /** Colours or the size have changed. */
+  /** Draws all in the colours that the style sheet has now. */
   recolor() {
+    forgetColors();
     this.scene?.build();
     this.plots.build();
     this.drawStrip();

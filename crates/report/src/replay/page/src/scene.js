@@ -85,22 +85,17 @@ function disc() {
 }
 
 /** Rows of a motion that draw it: none closer together than a share of the path, the last one included. */
-function drawnRows(motion, from) {
-  const at = (i) => motion.p.map((p) => p[i]);
-  const finite = (i) => at(i).every(Number.isFinite) && Math.hypot(...at(i)) < 1e7;
+function drawnRows({ p: [north, east, down], count }, from) {
+  const finite = (i) => Math.hypot(north[i], east[i], down[i]) < 1e7;
+  const apart = (i, k) => Math.hypot(north[i] - north[k], east[i] - east[k], down[i] - down[k]);
+  const first = Math.min(from, count - 1);
+  let end = first;
   let length = 0;
-  const first = Math.min(from, motion.count - 1);
-  for (let i = first + 1; i < motion.count; i++) {
-    if (finite(i) && finite(i - 1)) length += Math.hypot(...at(i).map((x, k) => x - at(i - 1)[k]));
-  }
+  for (; end < count && finite(end); end++) if (end > first) length += apart(end, end - 1);
   const rows = [];
-  let last = null;
-  for (let i = first; i < motion.count; i++) {
-    if (!finite(i)) break;
-    const here = at(i);
-    if (last && i < motion.count - 1 && Math.hypot(...here.map((x, k) => x - last[k])) < length * FINENESS) continue;
-    rows.push(i);
-    last = here;
+  for (let i = first; i < end; i++) {
+    const last = rows[rows.length - 1];
+    if (last === undefined || i === count - 1 || apart(i, last) >= length * FINENESS) rows.push(i);
   }
   return rows;
 }
@@ -139,7 +134,7 @@ export class Scene {
     this.camera.updateMatrixWorld();
     const seen = this.points.map((p) => p.clone().project(this.camera));
     const reach = Math.max(...seen.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y))));
-    return !(reach < 1 && reach > 0.4);
+    return !(reach < 0.95 && reach > 0.4);
   }
 
   /** Box of the path, its heading, the steps of the grids. */
