@@ -220,7 +220,7 @@ export class Player {
     const { motion, about, steady } = this;
     const phase = motion.phase ? motion.phase[motion.index(t)] : 2;
     if (about.standing && phase === 0) return "standing on the ground";
-    if (phase === 0) return "hanging under the parachute";
+    if (phase === 0) return `hanging under the ${about.balloon ? "balloon" : "parachute"}`;
     if (phase === 1) return "falling, rotors off";
     if (steady != null && t >= steady - 1e-6) return "steady at the target velocity";
     return "flying under power";

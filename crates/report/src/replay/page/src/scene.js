@@ -4,11 +4,9 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { Line2 } from "three/examples/jsm/lines/Line2.js";
-import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
-import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { costColor, css, rotorColor } from "./colors.js";
-import { Arrow, Canopy, VehiclePicture, flat, ghostOf, sizes } from "./vehicle.js";
+import { Segments, flat, lineThrough } from "./materials.js";
+import { Arrow, Canopy, VehiclePicture, ghostOf, sizes } from "./vehicle.js";
 import { fixed, roundStep } from "./words.js";
 
 export const VIEWS = ["follow", "path", "side", "top"];
@@ -26,16 +24,15 @@ function point([north, east, down], out = new THREE.Vector3()) {
   return out.set(east, -down, -north);
 }
 
+/** A line of length one, down. */
+const UNIT = [[0, 0, 0], [0, 0, 1]];
+
 let lines = 0;
 
 /** A line as wide as that [px], of one colour or one for each point. */
 function line(points, color, width) {
-  const geometry = new LineGeometry();
-  geometry.setPositions(points.flat());
-  const all = Array.isArray(color) ? color : points.map(() => new THREE.Color(color).toArray());
-  geometry.setColors(all.flat());
+  const made = lineThrough(points, color, width);
   // Lines along one another are drawn one over the other, whatever their depths round to.
-  const made = new Line2(geometry, new LineMaterial({ linewidth: width, vertexColors: true, depthWrite: false }));
   made.renderOrder = ++lines;
   return made;
 }
@@ -55,14 +52,12 @@ function dashed(points, color, dash) {
     }
     way += length;
   }
-  const geometry = new THREE.BufferGeometry().setFromPoints(ends);
-  return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
+  return new Segments(ends, color, 1);
 }
 
 /** Gives back what the graphics card holds of an object. */
 function dispose({ geometry, material }) {
   geometry?.dispose();
-  material?.map?.dispose();
   material?.dispose();
 }
 
@@ -71,17 +66,6 @@ function isSoft() {
   const context = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
   context?.getExtension("WEBGL_lose_context")?.loseContext();
   return !context;
-}
-
-/** A round dot. */
-function disc() {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 32;
-  const pen = canvas.getContext("2d");
-  pen.fillStyle = "#fff";
-  pen.arc(16, 16, 15, 0, 2 * Math.PI);
-  pen.fill();
-  return new THREE.CanvasTexture(canvas);
 }
 
 /** Rows of a motion that draw it: none closer together than a share of the path, the last one included. */
@@ -185,10 +169,6 @@ export class Scene {
     this.labels = [];
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(css("stage"));
-    this.scene.add(new THREE.HemisphereLight(0xffffff, css("shade"), 2.4));
-    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
-    sun.position.set(-2, 5, 3);
-    this.scene.add(sun);
     this.ned = new THREE.Group();
     this.ned.matrixAutoUpdate = false;
     this.ned.matrix.set(0, 1, 0, 0, 0, 0, -1, 0, -1, 0, 0, 0, 0, 0, 0, 1);
@@ -201,11 +181,9 @@ export class Scene {
     this.vehicle = new VehiclePicture(run.about.rotors, colors);
     this.craft.add(this.vehicle);
     this.ned.add(this.craft);
-    this.canopy = new Canopy(this.size.reach, 2.2 * this.size.reach);
+    this.canopy = new Canopy(this.size.reach, 2.2 * this.size.reach, run.about.balloon);
     this.ned.add(this.canopy);
-    const line = new THREE.LineBasicMaterial({ color: 0x888888 });
-    this.riser = new THREE.Line(new THREE.BufferGeometry(), line);
-    this.riser.frustumCulled = false;
+    this.riser = new Segments(UNIT, 0x888888, 1);
     this.riser.visible = false;
     this.ned.add(this.riser);
     this.ghost = run.plan ? this.ghostOf(css("ghost")) : null;
@@ -257,12 +235,9 @@ export class Scene {
     ruled(...u, "floor", step, (x) => [at(x, w[0], floor), at(x, w[1], floor)]);
     ruled(...w, "floor", step, (y) => [at(u[0], y, floor), at(u[1], y, floor)]);
     for (const kind of ["coarse", "fine"]) {
-      const points = lines[kind];
-      const material = new THREE.LineBasicMaterial({ color: css(`grid-${kind}`) });
-      this.wall.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points), material));
+      this.wall.add(new Segments(lines[kind], css(`grid-${kind}`), 1));
     }
-    const floorLines = new THREE.BufferGeometry().setFromPoints(lines.floor);
-    this.ned.add(new THREE.LineSegments(floorLines, new THREE.LineBasicMaterial({ color: css("grid-coarse") })));
+    this.ned.add(new Segments(lines.floor, css("grid-coarse"), 1));
     if (ground != null) {
       const plane = new THREE.PlaneGeometry(u[1] - u[0], w[1] - w[0]);
       const mesh = new THREE.Mesh(plane, flat(css("ground")));
@@ -286,10 +261,7 @@ export class Scene {
     this.ned.add(north);
     this.label("north", this.fixedAt([n0 + 1.25 * length, e0, floor]), "rule", 0, "N");
     this.floor = floor;
-    this.plumb = new THREE.Line(
-      new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3(0, 0, 1)]),
-      new THREE.LineBasicMaterial({ color: css("grid-coarse") }),
-    );
+    this.plumb = new Segments(UNIT, css("grid-coarse"), 1);
     this.ned.add(this.plumb);
   }
 
@@ -324,12 +296,11 @@ export class Scene {
     const seconds = [];
     const spacing = roundStep(Math.max(motion.end - motion.zero, 1) / 40);
     for (let t = motion.zero; t <= motion.end; t += spacing) {
-      if (t >= free) seconds.push(new THREE.Vector3(...motion.position(t)));
+      const at = motion.position(t);
+      if (t >= free && at.every(Number.isFinite)) seconds.push(at, at);
     }
-    const dots = new THREE.BufferGeometry().setFromPoints(seconds.filter((p) => Number.isFinite(p.x + p.y + p.z)));
     for (const [size, color] of [[8, css("ink")], [5.5, css("stage")]]) {
-      const material = new THREE.PointsMaterial({ color, size, sizeAttenuation: false, map: disc(), alphaTest: 0.5 });
-      const drawn = new THREE.Points(dots, material);
+      const drawn = new Segments(seconds, color, size);
       drawn.renderOrder = ++lines;
       this.ned.add(drawn);
     }
@@ -583,7 +554,9 @@ export class Scene {
     this.canopy.scale.setScalar(scale);
     this.canopy.fade(1);
     this.riser.visible = held;
-    if (held) this.riser.geometry.setFromPoints([knot, vehicle]);
+    this.riser.position.copy(knot);
+    this.riser.scale.z = Math.max(1e-6, knot.distanceTo(vehicle));
+    this.riser.quaternion.copy(this.canopy.quaternion);
   }
 
   showGhost(ghost, motion, t, shift) {

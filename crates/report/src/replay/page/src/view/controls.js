@@ -62,13 +62,13 @@ class Control {
       this.field = make("select", { id: field }, ...options);
     } else {
       const numeric = typeof spec.value === "number" || minimum !== undefined;
-      this.field = make("input", { id: field, type: "text", inputMode: numeric ? "decimal" : "text", autocomplete: "off", spellcheck: false, placeholder: absent ?? "" });
+      this.field = make("input", { id: field, type: "text", inputMode: numeric ? "decimal" : "text", autocomplete: "off", spellcheck: false, placeholder: absent ? "\u2013" : "" });
     }
     this.field.setAttribute("aria-describedby", error);
     this.field.addEventListener("change", () => this.onSet(this.field.value.trim() || null, true));
     this.error = make("p", { className: "error", id: error, role: "alert", hidden: true });
     const ofUnit = make("span", { className: "unit" }, unit ?? "");
-    const title = description ? `${key}: ${description}` : key;
+    const title = [key, description ?? absent].filter(Boolean).join(": ");
     this.element = make("div", { className: "control", title });
     this.element.dataset.key = key;
     this.element.append(make("label", { htmlFor: field }, label), this.reset, make("span", { className: "entry" }, this.field, ofUnit));
@@ -103,6 +103,7 @@ class Control {
     if (this.slider) {
       const number = Number.parseFloat(text);
       this.slider.value = String(Number.isFinite(number) ? number : this.slider.min);
+      this.slider.parentElement.classList.toggle("none", !Number.isFinite(number));
       this.slider.setAttribute("aria-valuetext", text ? `${text} ${this.spec.unit ?? ""}` : (this.spec.absent ?? "none"));
     }
     this.reset.hidden = changed === undefined;

@@ -145,7 +145,7 @@ class View {
     if (this.player) this.player.open(run);
     else this.begin(run);
     this.tell(told);
-    if (this.isBesideOld) this.showBeside();
+    if (this.isBesideOld ?? true) this.showBeside();
     this.controls.beside(this.beside()?.changes, changes);
     this.timing = { changedAt: at, tookMs: told.took_ms };
   }
