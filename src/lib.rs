@@ -28,6 +28,10 @@
 #![cfg_attr(feature = "files", doc = "| [`config`] | files in: missions, vehicles, gains, trajectories |")]
 #![cfg_attr(feature = "host", doc = "| [`host`] | studies on many threads, whose rows are kept |")]
 #![cfg_attr(feature = "files", doc = "| [`report`] | results out: flight log, figures, tables, pages |")]
+#![cfg_attr(
+    feature = "view",
+    doc = "| [`view`] | a mission in the browser, changed and flown anew at once |"
+)]
 //! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
 #![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
 //!
@@ -49,3 +53,5 @@ pub use samara_mission as config;
 pub use samara_report as report;
 #[cfg(feature = "files")]
 pub use samara_study as study;
+#[cfg(feature = "view")]
+pub use samara_view as view;

@@ -51,6 +51,8 @@ mod system;
 mod terminal;
 mod verbs;
 mod verify;
+#[cfg(feature = "view")]
+mod view;
 
 use std::process::ExitCode;
 
@@ -76,6 +78,8 @@ pub fn run() -> ExitCode {
     system::let_limits_be_errors();
     exit_code(match cli.verb {
         Verb::Drop(args) => drop::run(&args),
+        #[cfg(feature = "view")]
+        Verb::View(args) => view::run(args),
         Verb::Plan(args) => plan::run(&args),
         Verb::Tune(args) => study::searches::run(&args.0),
         Verb::Design(args) => study::searches::run(&args.0),

@@ -1,4 +1,4 @@
-//! `--set KEY=VALUE`: keys of the mission's and the vehicle's files with other values.
+//! `--set KEY=VALUE`: keys of the mission's, the vehicle's and the gains' files with other values.
 
 use std::ffi::OsStr;
 
@@ -18,7 +18,7 @@ pub struct SetArgs {
     /// The key as a path: limits.pitch_deg=40, mass_kg=2.1, tuning.cases[0].pitch_deg=5. A number may have a
     /// unit (limits.speed_m_s=30kt), numbers stand in a list with commas (target_v_ned_m_s=3,0,1), all else
     /// is JSON or a text. Where both files have the key, the mission's is meant; `vehicle.` before it means
-    /// the vehicle's.
+    /// the vehicle's, `gains.` the gains'.
     #[arg(long = "set", value_name = "KEY=VALUE", value_parser = SetParser, help_heading = CHOICES, hide_possible_values = true)]
     pub set: Vec<Override>,
 }
@@ -48,6 +48,6 @@ impl TypedValueParser for SetParser {
     }
 
     fn possible_values(&self) -> Option<Box<dyn Iterator<Item = PossibleValue> + '_>> {
-        Some(Box::new(settable_keys().map(|key| PossibleValue::new(format!("{key}=")))))
+        Some(Box::new(settable_keys().map(|key| PossibleValue::new(format!("{}=", key.path)))))
     }
 }

@@ -31,6 +31,8 @@ use super::study::StudyVerbArgs;
 use super::study::evaluate::EvaluateArgs;
 use super::study::searches::{DesignArgs, TuneArgs};
 use super::verify::VerifyArgs;
+#[cfg(feature = "view")]
+use super::view::ViewArgs;
 
 /// Plan and fly the drop of a multirotor from a parachute.
 #[derive(Debug, Parser)]
@@ -51,6 +53,10 @@ pub enum Verb {
     /// Plan, drop and fly a vehicle over MAVLink, and judge the flight.
     #[command(after_long_help = include_str!("help/drop.txt"))]
     Drop(DropArgs),
+    /// Look at a mission in the browser, change it, and see it flown anew at once.
+    #[cfg(feature = "view")]
+    #[command(after_long_help = include_str!("help/view.txt"))]
+    View(ViewArgs),
     /// Solve the optimal control problem of the drop by direct collocation.
     #[command(after_long_help = include_str!("help/plan.txt"))]
     Plan(PlanArgs),
@@ -102,7 +108,7 @@ pub enum Verb {
     #[command(after_long_help = include_str!("help/verify.txt"))]
     Verify(VerifyArgs),
     /// List what can fail in a flight: by a mission, by a command.
-    #[command(after_long_help = include_str!("help/faults.txt"))]
+    #[command(hide = true, after_long_help = include_str!("help/faults.txt"))]
     Faults(FaultsArgs),
     /// Solve a vehicle's rotor blades in any flow and write the table that flies.
     #[command(after_long_help = include_str!("help/rotor.txt"))]

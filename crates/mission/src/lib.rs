@@ -3,6 +3,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
+//! | `changed` | a mission with other values of its keys, in files of its own |
 //! | `derived` | what the numbers of a mission amount to |
 //! | [`draft`] | first drafts of vehicles and missions |
 //! | [`foreign`] | what airframes, parameter files and Gazebo's models say of a vehicle, for drafts |
@@ -34,6 +35,7 @@
 //! refused.
 
 pub mod bounded;
+mod changed;
 mod coefficient_csv;
 mod derived;
 mod designing;
@@ -63,6 +65,7 @@ mod trajectory_csv;
 mod uncertain;
 mod vehicle_file;
 
+pub use changed::changed_mission_files;
 pub use derived::{Derived, DerivedGroup, DerivedRow, derived};
 pub use designing::{DesignError, designed_mission_json, relative};
 pub use error::ConfigError;
@@ -84,7 +87,7 @@ pub use plan_grid::{
 };
 pub use px4_fit::{UnfitPx4, check_for_px4, check_site_for_px4, px4_receiver, px4_senses, truth_remark};
 pub use rare_failure::{RareFailureFile, load_rare_failure};
-pub use set_keys::{is_of_vehicle, load_mission_with, settable_keys};
+pub use set_keys::{SettableKey, is_of_vehicle, load_mission_with, settable_keys};
 pub use source::{NamedFile, input_text};
 pub use trajectory_csv::{
     Stamp, TrajectoryFile, read_trajectory_csv, trajectory_columns, write_trajectory_csv,

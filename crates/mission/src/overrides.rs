@@ -1,4 +1,4 @@
-//! Keys of a mission's or its vehicle's file with other values: `--set limits.pitch_deg=40`.
+//! Keys of a mission's file, its vehicle's or its gains' with other values: `--set limits.pitch_deg=40`.
 //!
 //! A value is put into the text that was read, on the line where it stands or belongs, so that whatever
 //! refuses it says where, and the hash of the inputs is that of the text with it.
@@ -13,7 +13,8 @@ use super::source::Source;
 use samara_core::printable::printable;
 use samara_core::units::{in_unit, unit_of};
 
-/// A key of a mission's or its vehicle's file, as a path, with the value that stands in its place.
+/// A key of a mission's file, its vehicle's or its gains', as a path, with the value that stands in its
+/// place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Override {
     key: String,
@@ -31,7 +32,8 @@ impl Override {
         &self.value
     }
 
-    /// The key's path where it is of the file that `before` its name stands for: `mission.`, `vehicle.`.
+    /// The key's path where it is of the file that `before` its name stands for: `mission.`, `vehicle.`,
+    /// `gains.`.
     pub(super) fn path_behind(&self, before: &str) -> Option<&str> {
         self.key.strip_prefix(before)
     }
@@ -97,6 +99,8 @@ pub(super) struct Overrides {
     pub(super) mission: Vec<(String, Override)>,
     /// Of the vehicle's file.
     pub(super) vehicle: Vec<(String, Override)>,
+    /// Of the gains' file.
+    pub(super) gains: Vec<(String, Override)>,
     /// All, in the order in which they were given.
     pub(super) all: Vec<Override>,
 }

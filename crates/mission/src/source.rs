@@ -104,6 +104,11 @@ impl Source {
         Ok(())
     }
 
+    /// The value at a path; `None` where there is none.
+    pub(super) fn value(&self, path: &str) -> Option<serde_json::Value> {
+        serde_json::from_str(self.text.get(span(&self.text, path)?)?).ok()
+    }
+
     /// A path that this file names: relative to this file's directory.
     pub(super) fn resolve(&self, path: &str) -> PathBuf {
         shipped::resolve(&self.file, path)

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use crate::error::ConfigError;
 use crate::gains_file::{GainsFile, gains_of, load_gains};
 use crate::names::{gains_path, names_of};
+use crate::overrides::{Override, put_all};
 use crate::source::{InputHash, NamedFile, Source};
 
 /// Everything that the results of a mission depend on.
@@ -20,16 +21,19 @@ pub struct Inputs {
     pub gains_file: PathBuf,
     /// The directory of the mission's own gains file.
     gains_directory: PathBuf,
+    /// Keys of the gains' file with other values, whichever file that is.
+    gains_set: Vec<(String, Override)>,
     /// The texts of mission and vehicle.
     texts: [Arc<str>; 2],
     hash_without_gains: InputHash,
 }
 
 impl Inputs {
-    /// The inputs of a mission as its files give them, and its gains; `texts` are those of mission and
-    /// vehicle.
+    /// The inputs of a mission as its files give them, and its gains, in whose file these keys are set;
+    /// `texts` are those of mission and vehicle.
     pub(super) fn of_files(
         source: &Source,
+        gains_set: &[(String, Override)],
         texts: [String; 2],
         hash_without_gains: InputHash,
     ) -> Result<(Self, GainsFile), ConfigError> {
@@ -39,6 +43,7 @@ impl Inputs {
             choices: Vec::new(),
             gains_file: PathBuf::new(),
             gains_directory,
+            gains_set: gains_set.to_vec(),
             texts: texts.map(Arc::from),
             hash_without_gains,
         };
@@ -50,7 +55,9 @@ impl Inputs {
     /// the built-in ones of that name. The hash follows.
     pub(super) fn other_gains(&mut self, name_or_path: &str) -> Result<GainsFile, ConfigError> {
         let path = gains_path(name_or_path, &self.gains_directory)?;
-        self.given_gains(&Source::read(&path, "gains file", None)?)
+        let mut source = Source::read(&path, "gains file", None)?;
+        put_all(&mut source, &self.gains_set)?;
+        self.given_gains(&source)
     }
 
     /// Takes gains in place of those that there are. The hash follows.
@@ -118,7 +125,9 @@ impl Inputs {
         let mut files = vec![("mission.json", mission.to_string()), ("vehicle.json", vehicle.to_string())];
         // Others may have flown: of a parameter file, of a study.
         if load_gains(&self.gains_file)?.name == gains_name {
-            files.push(("gains.json", Source::read(&self.gains_file, "file", None)?.text));
+            let mut source = Source::read(&self.gains_file, "file", None)?;
+            put_all(&mut source, &self.gains_set)?;
+            files.push(("gains.json", source.text));
         }
         Ok(files.into_iter().map(|(name, text)| (name.to_owned(), text)).collect())
     }

@@ -214,7 +214,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
     load_with(path, &Overrides::default())
 }
 
-/// Reads a mission with other values of keys of its file and of its vehicle's.
+/// Reads a mission with other values of keys of its file, of its vehicle's and of its gains'.
 pub(super) fn load_with(path: &Path, overrides: &Overrides) -> Result<Mission, ConfigError> {
     let mut source = Source::read(path, "mission file", None).map_err(|e| naming_the_built_in(e, path))?;
     put_all(&mut source, &overrides.mission)?;
@@ -282,7 +282,9 @@ fn mission_of(
     let replan = json.replan.as_ref().map(|replan| Replan::from_json(source, replan, &mut hash));
     let replan = replan.transpose()?.unwrap_or_default();
     let texts = [source.text.clone(), vehicle_source.text.clone()];
-    let (mut inputs, gains) = Inputs::of_files(&named(&json.gains, "gains file", gains)?, texts, hash)?;
+    let mut gains_source = named(&json.gains, "gains file", gains)?;
+    put_all(&mut gains_source, &overrides.gains)?;
+    let (mut inputs, gains) = Inputs::of_files(&gains_source, &overrides.gains, texts, hash)?;
     overrides.all.iter().for_each(|given| inputs.note(&format!("set {}", given.key()), given.value()));
     let release =
         Release::from_json(source, &json.release, &json.parachute, &vehicle.vehicle, &site.environment)?;

@@ -106,7 +106,28 @@ impl<'a> EffectFlights<'a> {
 
     /// Flies trials, side by side where they may be: each as [`Self::fly`] does.
     pub fn fly_all(&self, trials: Range<u64>) -> Vec<JudgedDrop> {
-        let Mission { limits, target_v_ned, duration_s, ref control, .. } = self.mission;
+        self.verdicts(trials).into_iter().map(JudgedDrop::of).collect()
+    }
+
+    /// Verdicts on trials, as [`Self::fly_all`] flies them; `None` where nothing was released.
+    pub fn verdicts(&self, trials: Range<u64>) -> Vec<Option<Verdict>> {
+        let drop = |trial| self.flight(&self.mission.with_drop(&self.mission.draw_drop(trial)));
+        let flights: Vec<Flight<'_>> = trials.map(drop).collect();
+        let Mission { limits, target_v_ned, .. } = self.mission;
+        let builder = VerdictBuilder::judging(limits, target_v_ned).along(self.plan);
+        let mut verdicts = Verdicts::by(vec![builder; flights.len()]);
+        sim::fly_many(flights, &mut verdicts);
+        verdicts.finish()
+    }
+
+    /// The mission's own drop, of which nothing is drawn.
+    pub fn nominal(&self) -> Flight<'_> {
+        self.flight(&self.mission)
+    }
+
+    /// The drop of the mission with what was drawn for it.
+    fn flight(&self, drawn: &Mission) -> Flight<'_> {
+        let Mission { target_v_ned, duration_s, ref control, .. } = self.mission;
         let (trajectory, then_v_ned) = (self.plan, Some(target_v_ned));
         let reference = Reference::Plan { trajectory, then_v_ned, feed_forward: control.feed_forward };
         let plan = FlightPlan {
@@ -114,16 +135,7 @@ impl<'a> EffectFlights<'a> {
             yaw_sp_rad: None,
             ..FlightPlan::new(reference, IMU_PERIOD_S, duration_s)
         };
-        let flights: Vec<Flight<'_>> = trials
-            .map(|trial| {
-                let mission = self.mission.with_drop(&self.mission.draw_drop(trial));
-                let (simulation, controller) = (mission.released_simulation(), self.controller.clone());
-                Flight { simulation, controller: Box::new(controller), plan }
-            })
-            .collect();
-        let builder = VerdictBuilder::judging(limits, target_v_ned).along(trajectory);
-        let mut verdicts = Verdicts::by(vec![builder; flights.len()]);
-        sim::fly_many(flights, &mut verdicts);
-        verdicts.finish().into_iter().map(JudgedDrop::of).collect()
+        let controller = Box::new(self.controller.clone());
+        Flight { simulation: drawn.released_simulation(), controller, plan }
     }
 }

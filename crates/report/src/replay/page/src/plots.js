@@ -3,6 +3,7 @@
 
 import uPlot from "uplot";
 import { costCss, css, rotorColor } from "./colors.js";
+import "./soft.js";
 import { fixed, rotorNames } from "./words.js";
 
 /** A limit is drawn when the flight comes within this share of it. */

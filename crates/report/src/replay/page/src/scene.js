@@ -6,6 +6,7 @@ import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { costColor, css, rotorColor } from "./colors.js";
 import { Segments, flat, lineThrough } from "./materials.js";
+import { IS_SOFT } from "./soft.js";
 import { Arrow, Canopy, VehiclePicture, ghostOf, sizes } from "./vehicle.js";
 import { fixed, roundStep } from "./words.js";
 
@@ -61,13 +62,6 @@ function dispose({ geometry, material }) {
   material?.dispose();
 }
 
-/** Whether WebGL is drawn by the processor. */
-function isSoft() {
-  const context = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
-  context?.getExtension("WEBGL_lose_context")?.loseContext();
-  return !context;
-}
-
 /** Rows of a motion that draw it: none closer together than a share of the path, the last one included. */
 function drawnRows({ p: [north, east, down], count }, from) {
   const finite = (i) => Math.hypot(north[i], east[i], down[i]) < 1e7;
@@ -90,7 +84,7 @@ export class Scene {
     Object.assign(this, { stage, still, view: "follow", other: null, moves: null, retired: [] });
     this.canvas = stage.querySelector("canvas");
     this.labelLayer = stage.querySelector(".labels");
-    const antialias = !isSoft();
+    const antialias = !IS_SOFT;
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias, powerPreference: "low-power" });
     // Points for each pixel of the page: while it moves, at rest, and now.
     this.ratio = this.fullRatio = this.shownRatio = Math.min(window.devicePixelRatio || 1, 2);

@@ -18,7 +18,7 @@ class Tally {
     this.unsafe = new Uint32Array(BINS);
   }
 
-  take({ cost, passed, cause, interval95 }) {
+  take({ cost, passed, cause }) {
     cost.forEach((j, k) => {
       const bin = j === null ? BINS - 1 : Math.min(BINS - 1, Math.max(0, Math.floor(j / BIN)));
       (passed[k] ? this.safe : this.unsafe)[bin]++;
@@ -28,7 +28,6 @@ class Tally {
       this.causes.set(why, (this.causes.get(why) ?? 0) + 1);
     });
     this.flown += cost.length;
-    this.interval = interval95 ?? null;
   }
 }
 
@@ -43,13 +42,16 @@ export class Campaign {
   /** Flies the drops of some changes, in place of those that were flown. */
   async fly(changes) {
     this.stop();
+    this.overtaken = false;
     const tally = (this.tally = new Tally());
     const control = (this.control = new AbortController());
     const body = { number: this.server.next(), changes, drops: this.drops };
     try {
       await this.server.lines("campaign", body, control.signal, (line) => {
         if (line.cost) tally.take(line);
-        if (line.interval95) tally.interval = line.interval95;
+        tally.interval = line.interval95 ?? tally.interval;
+        this.overtaken = !!line.overtaken;
+        this.fault = line.error ?? null;
         this.dirty = true;
       });
     } catch (error) {

@@ -10,13 +10,8 @@ const MOST_FOUND = 14;
 const NARROW_PX = 928;
 const GROUP_OF_FOUND = "Found";
 
-function make(tag, attributes = {}, ...children) {
-  const element = document.createElement(tag);
-  for (const [name, value] of Object.entries(attributes)) {
-    if (value === undefined || value === null || value === false) continue;
-    if (name in element && name !== "list") element[name] = value;
-    else element.setAttribute(name, value);
-  }
+function make(tag, properties = {}, ...children) {
+  const element = Object.assign(document.createElement(tag), properties);
   element.append(...children);
   return element;
 }
@@ -36,7 +31,7 @@ function stepOf(span) {
 
 /** A key of the search box as a control: a number's slider reaches around its value. */
 function controlOf({ key, description, unit, kind, value, minimum, maximum, choices }) {
-  const control = { key, label: key, unit, group: GROUP_OF_FOUND, value, choices, description };
+  const control = { key, label: key.replace(/[._]/g, "$&\u200b"), unit, group: GROUP_OF_FOUND, value, choices, description };
   if (kind === "boolean") control.choices = ["false", "true"];
   if ((kind !== "number" && kind !== "integer") || typeof value !== "number" || value === 0) return control;
   const low = Math.max(Math.min(0, AROUND * value), minimum ?? -Infinity);
@@ -91,7 +86,7 @@ class Control {
       const now = Number(this.field.value);
       if (!Number.isFinite(now)) return;
       const digits = Math.max(0, Math.ceil(-Math.log10(step)));
-      this.onSet(typed(Number((now + by * step).toFixed(digits + 1))), false);
+      this.onSet(typed(Number((now + by * step).toFixed(digits + 1))), true);
     });
     this.element.append(make("span", { className: "slide" }, this.slider, this.mark));
   }

@@ -32,16 +32,15 @@ class View {
 
   // ---- what is changed ----
 
-  /** Another value of a key; none: the mission's own. */
+  /** Another value of a key; none: the mission's own. Until a hand is `done`, and shortly after, it is one
+   * change. */
   set(key, value, done) {
-    const now = performance.now();
-    if ((value ?? undefined) === this.changes.get(key)) {
-      this.controls.show(this.changes);
-      return;
-    }
     const { last } = this;
-    if (!(last && last.key === key && now - last.at < ONE_CHANGE_MS)) this.remember();
-    this.last = { key, at: now };
+    const at = performance.now();
+    const goesOn = last?.key === key && (!last.done || at - last.at < ONE_CHANGE_MS);
+    this.last = { key, done, at };
+    if ((value ?? undefined) === this.changes.get(key)) return this.controls.show(this.changes);
+    if (!goesOn) this.remember();
     const changes = new Map(this.changes);
     if (value === null) changes.delete(key);
     else changes.set(key, value);
@@ -63,7 +62,6 @@ class View {
     find("#redo").disabled = !this.future.length;
     find("#reset").disabled = !changes.size;
     this.campaign.stop();
-    this.changedAt = performance.now();
     this.fly();
   }
 
@@ -86,17 +84,16 @@ class View {
 
   /** Asks for the flight of what is there; while one is under way the newest waits. */
   async fly() {
-    clearTimeout(this.quiet);
     this.asked = true;
     if (this.flying) return;
     this.flying = true;
     document.body.classList.add("flying");
     while (this.asked) {
       this.asked = false;
-      const [changes, at] = [this.changes, this.changedAt];
+      const { changes } = this;
       try {
         const told = await this.server.json("fly", { number: this.server.next(), changes: Object.fromEntries(changes) });
-        this.pending = { told, changes, at };
+        this.pending = { told, changes };
         // Later ones are taken by the next frame.
         if (!this.player) this.take();
       } catch (error) {
@@ -105,14 +102,13 @@ class View {
     }
     this.flying = false;
     document.body.classList.remove("flying");
-    this.quiet = setTimeout(() => this.rest(), QUIET_MS);
   }
 
   /** Nothing was changed for a while: the campaign is flown, and the address holds what is there. */
   rest() {
-    history.replaceState(null, "", this.changes.size ? `#${textOf(this.changes)}` : location.pathname);
     const { shown } = this;
-    if (!shown || shown.changes !== this.changes) return;
+    if (shown.changes !== this.changes) return;
+    history.replaceState(null, "", this.changes.size ? `#${textOf(this.changes)}` : location.pathname);
     this.campaign.fly(Object.fromEntries(this.changes));
     shown.tally = this.campaign.tally;
     put("#said", `${find("#verdict").textContent} ${shown.told.hint ?? ""}`);
@@ -133,7 +129,7 @@ class View {
 
   /** Draws the newest flight, once a frame. */
   take() {
-    const { told, changes, at } = this.pending;
+    const { told, changes } = this.pending;
     this.pending = null;
     const run = Run.fromObject(told.drop);
     this.shown = { run, changes, told, tally: null };
@@ -147,7 +143,8 @@ class View {
     this.tell(told);
     if (this.isBesideOld ?? true) this.showBeside();
     this.controls.beside(this.beside()?.changes, changes);
-    this.timing = { changedAt: at, tookMs: told.took_ms };
+    clearTimeout(this.quiet);
+    this.quiet = setTimeout(() => this.rest(), QUIET_MS);
   }
 
   begin(run) {
@@ -283,6 +280,8 @@ class View {
       copy.textContent = copied ? "Copied" : "Marked below";
       setTimeout(() => (copy.textContent = "Copy command"), 1500);
     });
+    // Another tab may have had the program for itself meanwhile.
+    addEventListener("focus", () => this.campaign.overtaken && this.rest());
     this.wireWrite();
   }
 

@@ -1,0 +1,187 @@
+//! The server by raw sockets: who is let in, who is not, and what it survives.
+
+use std::path::Path;
+
+use tokio::io::{AsyncReadExt as _, AsyncWriteExt as _};
+use tokio::net::TcpStream;
+use tokio::time::{Duration, timeout};
+
+use super::*;
+use samara_mission::mission_path;
+
+/// A server of a built-in mission that waits for a tenth of a second, its port and its token.
+async fn served(mission: &str) -> (u16, String) {
+    let path = mission_path(Path::new(mission)).unwrap();
+    let viewed = Viewed { path, typed: mission.to_owned(), set: Vec::new() };
+    let server = Server::listen(viewed, 0).unwrap().patient_for(Duration::from_millis(100));
+    let (port, token) = (server.address.port(), server.token.to_string());
+    assert_eq!(server.address(), format!("http://127.0.0.1:{port}/#{token}"));
+    tokio::spawn(server.serve());
+    (port, token)
+}
+
+/// All that comes back for these bytes until the server closes.
+async fn sent(port: u16, bytes: &[u8]) -> String {
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).await.unwrap();
+    // The server may have closed already.
+    let _ = stream.write_all(bytes).await;
+    let mut answer = Vec::new();
+    let _ = timeout(Duration::from_secs(60), stream.read_to_end(&mut answer)).await.unwrap();
+    String::from_utf8(answer).unwrap()
+}
+
+/// A request with the headers that a browser sends, and these, the body last.
+fn request(port: u16, line: &str, headers: &[&str], body: &str) -> String {
+    let own = ["Host: 127.0.0.1", "Connection: close"];
+    let own = [format!("{}:{port}", own[0]), own[1].to_owned(), format!("Content-Length: {}", body.len())];
+    let all = own.into_iter().chain(headers.iter().map(|header| (*header).to_owned()));
+    let all: Vec<String> = all.collect();
+    format!("{line} HTTP/1.1\r\n{}\r\n\r\n{body}", all.join("\r\n"))
+}
+
+fn status(answer: &str) -> u16 {
+    answer.split(' ').nth(1).and_then(|code| code.parse().ok()).unwrap_or(0)
+}
+
+fn body(answer: &str) -> &str {
+    answer.split_once("\r\n\r\n").map_or("", |(_, body)| body)
+}
+
+const JSON: &str = "Content-Type: application/json";
+
+/// A browser that has the token.
+struct Browser {
+    port: u16,
+    cookie: String,
+}
+
+impl Browser {
+    async fn of((port, token): &(u16, String)) -> Self {
+        let enter = request(*port, "POST /enter", &[JSON], &format!("{{\"token\":\"{token}\"}}"));
+        let answer = sent(*port, enter.as_bytes()).await;
+        assert_eq!(status(&answer), 204, "{answer}");
+        let cookie = answer.lines().find_map(|line| line.strip_prefix("set-cookie: ")).unwrap();
+        assert_eq!(cookie, format!("samara_{port}={token}; HttpOnly; SameSite=Strict; Path=/"));
+        Self { port: *port, cookie: format!("Cookie: a=b; {}", cookie.split(';').next().unwrap()) }
+    }
+
+    async fn get(&self, path: &str) -> String {
+        sent(self.port, request(self.port, &format!("GET {path}"), &[&self.cookie], "").as_bytes()).await
+    }
+
+    async fn post(&self, path: &str, body: &str) -> String {
+        let line = format!("POST {path}");
+        sent(self.port, request(self.port, &line, &[&self.cookie, JSON], body).as_bytes()).await
+    }
+}
+
+/// Each rule of the door, one request each: what is not let in learns nothing.
+#[tokio::test]
+async fn only_the_browser_with_the_token_is_served() {
+    let server = served("x500_drop").await;
+    let (port, token) = (server.0, server.1.as_str());
+    let browser = Browser::of(&server).await;
+    let (own, cookie) = (format!("Origin: http://127.0.0.1:{port}"), browser.cookie.as_str());
+    let wrong = format!("Cookie: samara_{port}={}", "0".repeat(32));
+    let short = format!("Cookie: samara_{port}={}", &token[..31]);
+    let query = format!("GET /mission?token={token}");
+    let elsewhere = format!("Origin: http://127.0.0.1:{}", port ^ 1);
+    let long = "x".repeat((64 << 10) + 1);
+    let fly = "{\"number\":1,\"changes\":{\"limits.pitch_deg\":\"x\"}}";
+    for (line, headers, body, expected) in [
+        ("GET /", &[] as &[&str], "", 200),
+        ("GET /view.js", &[], "", 200),
+        ("GET /view.css", &[&own], "", 200),
+        // A page that leads here from elsewhere gets the page, and nothing with it.
+        ("GET /", &["Sec-Fetch-Site: cross-site"], "", 200),
+        ("GET /view.js", &["Sec-Fetch-Site: cross-site"], "", 403),
+        ("GET /mission", &[cookie, &own, "Sec-Fetch-Site: same-origin"], "", 200),
+        ("GET /mission", &[], "", 403),
+        ("GET /mission", &[&wrong], "", 403),
+        ("GET /mission", &[&short], "", 403),
+        (&query, &[], "", 403),
+        ("GET /mission", &[cookie, "Origin: http://example.org"], "", 403),
+        ("GET /mission", &[cookie, "Origin: null"], "", 403),
+        ("GET /mission", &[cookie, &elsewhere], "", 403),
+        ("GET /mission", &[cookie, &own, &own], "", 403),
+        ("GET /mission", &[cookie, "Sec-Fetch-Site: same-site"], "", 403),
+        ("GET http://example.org/mission", &[cookie], "", 403),
+        ("POST /fly", &[cookie, JSON, &own], fly, 422),
+        ("POST /fly", &[JSON], fly, 403),
+        ("POST /fly", &[cookie, JSON, "Origin: null"], fly, 403),
+        ("POST /fly", &[cookie, JSON, "Origin: https://example.org"], fly, 403),
+        ("POST /fly", &[cookie, "Content-Type: text/plain"], fly, 415),
+        ("POST /fly", &[cookie], fly, 415),
+        ("POST /fly", &[cookie, JSON], &long, 413),
+        ("POST /fly", &[cookie, JSON], "{", 400),
+        ("POST /fly", &[cookie, JSON], "{\"number\":-1}", 400),
+        ("POST /fly", &[cookie, JSON], "{\"number\":1,\"changes\":{\"a\":1}}", 422),
+        ("POST /enter", &[JSON], "{\"token\":\"\"}", 403),
+        ("POST /enter", &[JSON], "{\"token\":1}", 403),
+        ("POST /enter", &[JSON, "Origin: http://example.org"], &format!("{{\"token\":\"{token}\"}}"), 403),
+        ("POST /none", &[cookie, JSON], "{}", 404),
+        ("GET /none", &[cookie], "", 404),
+        ("GET /run", &[cookie], "", 404),
+        ("GET /../Cargo.toml", &[cookie], "", 404),
+        ("GET /%2e%2e/%2e%2e/etc/passwd", &[cookie], "", 404),
+        ("GET //etc/passwd", &[cookie], "", 404),
+        ("HEAD /", &[], "", 405),
+        ("PUT /mission", &[cookie, JSON], "{}", 405),
+        ("OPTIONS /fly", &[&own], "", 405),
+    ] {
+        let answer = sent(port, request(port, line, headers, body).as_bytes()).await;
+        assert_eq!(status(&answer), expected, "{line} {headers:?}\n{answer}");
+        for (name, value) in guard::HEADERS {
+            assert!(answer.contains(&format!("{name}: {value}\r\n")), "{line}: {name}\n{answer}");
+        }
+        assert!(!answer.contains(token), "{line}\n{answer}");
+        assert!(!answer.to_lowercase().contains("access-control"), "{line}\n{answer}");
+    }
+    for host in ["example.org", "127.0.0.1", "127.0.0.1:1", "localhost.example.org", ""] {
+        let text = format!("GET / HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n");
+        assert_eq!(status(&sent(port, text.as_bytes()).await), 403, "{host}");
+    }
+    let twice = format!("GET / HTTP/1.1\r\nHost: localhost:{port}\r\nHost: a\r\nConnection: close\r\n\r\n");
+    assert_eq!(status(&sent(port, twice.as_bytes()).await), 403);
+    let named = format!("GET / HTTP/1.1\r\nHost: LocalHost:{port}\r\nConnection: close\r\n\r\n");
+    assert_eq!(status(&sent(port, named.as_bytes()).await), 200);
+    let none = "GET / HTTP/1.0\r\n\r\n";
+    assert_eq!(status(&sent(port, none.as_bytes()).await), 403);
+}
+
+/// Garbage, half a head, half a body and forty who say nothing: each is closed in its time, and the browser
+/// is served.
+#[tokio::test]
+async fn it_survives_who_means_it_ill() {
+    let server = served("x500_drop").await;
+    let port = server.0;
+    let browser = Browser::of(&server).await;
+    for garbage in [&b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03"[..], b"\0\r\n\r\n", &[b'a'; 200_000]] {
+        let answer = sent(port, garbage).await;
+        assert!(answer.is_empty() || (400..500).contains(&status(&answer)), "{answer}");
+    }
+    // Half a head, and a head whose body never comes.
+    assert!(!sent(port, b"GET / HTTP/1.1\r\nHost: ").await.contains("200"));
+    let promised = format!(
+        "POST /fly HTTP/1.1\r\nHost: localhost:{port}\r\n{JSON}\r\n{}\r\nContent-Length: 10\r\n\r\n{{",
+        browser.cookie
+    );
+    let mut held = TcpStream::connect(("127.0.0.1", port)).await.unwrap();
+    held.write_all(promised.as_bytes()).await.unwrap();
+    let mut silent = Vec::new();
+    for _ in 0..40 {
+        silent.push(TcpStream::connect(("127.0.0.1", port)).await.unwrap());
+    }
+    assert_eq!(status(&browser.get("/mission").await), 200);
+    let mut answer = vec![0; 12];
+    held.read_exact(&mut answer).await.unwrap();
+    assert_eq!(answer, b"HTTP/1.1 408");
+    for mut stream in silent {
+        // Closed, as they said nothing.
+        assert!(stream.read(&mut [0; 512]).await.is_ok());
+    }
+    // Two requests at once on one connection: two answers.
+    let one = format!("GET /view.css HTTP/1.1\r\nHost: localhost:{port}\r\n");
+    let answer = sent(port, format!("{one}\r\n{one}Connection: close\r\n\r\n").as_bytes()).await;
+    assert_eq!(answer.matches("HTTP/1.1 200 OK").count(), 2, "{answer}");
+}
