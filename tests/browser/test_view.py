@@ -135,7 +135,7 @@ def test_each_slider_moves_the_flight_to_where_the_program_flies_it(mission, ope
         # A sixth of the range away, to where there is more of it.
         value = slide(page, key, now + (high - low) / 6 * (1 if now < (low + high) / 2 else -1))
         told, rows = dropped(name, tmp_path / key, f"{key}={value}")
-        error = page.evaluate("key => document.querySelector(`[data-key=\\"${key}\\"] .error`).textContent", key)
+        error = page.locator(f'[data-key="{key}"] .error').text_content()
         if told is None:
             assert error and error in rows, (key, value, error, rows)
         else:

@@ -19,7 +19,7 @@ function make(tag, properties = {}, ...children) {
 /** A value as one would type it. */
 function typed(value) {
   if (value === null || value === undefined) return "";
-  if (typeof value === "number") return String(Number(value.toPrecision(7)));
+  if (typeof value === "number") return String(Number(value.toPrecision(6)));
   return typeof value === "string" ? value : JSON.stringify(value);
 }
 

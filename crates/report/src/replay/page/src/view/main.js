@@ -180,9 +180,8 @@ class View {
     });
     const cell = (tag, text) => Object.assign(document.createElement(tag), { textContent: text });
     const table = document.createElement("table");
-    table.append(cell("caption", "Loops"), document.createElement("thead"), document.createElement("tbody"));
-    const head = table.tHead.insertRow();
-    head.append(...["", "modulus", "delay margin"].map((text) => cell("th", text)));
+    table.append(document.createElement("thead"), document.createElement("tbody"));
+    table.tHead.insertRow().append(...["Loops", "modulus", "delay margin"].map((text) => cell("th", text)));
     for (const [name, modulus, delay, passed] of rows) {
       const row = table.tBodies[0].insertRow();
       row.className = passed ? "" : "no";
