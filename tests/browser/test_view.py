@@ -144,8 +144,7 @@ def test_each_slider_moves_the_flight_to_where_the_program_flies_it(mission, ope
             assert page.evaluate("view.shown.told.cost") == pytest.approx(told["j_tpf"], abs=0.02), (key, value)
             for share in (0.3, 0.6, 1):
                 row = rows[round(share * (len(rows) - 1))]
-                page.evaluate("t => replay.seek(t)", float(row["t_s"]))
-                drawn = page.evaluate("replay.drawn")
+                drawn = page.evaluate("t => { replay.seek(t); return replay.drawn; }", float(row["t_s"]))
                 wait(page, "before => replay.drawn > before", drawn)
                 truth = [float(row[axis]) for axis in ("north_m", "east_m", "down_m")]
                 shown = page.evaluate("replay.vehicle")
@@ -336,7 +335,7 @@ def test_a_campaign_fills_and_is_of_what_is_shown(opened, address):
 
 
 def test_a_variant_is_written_once(opened, tmp_path):
-    subprocess.run([SAMARA, "init"], cwd=tmp_path, stdout=subprocess.DEVNULL, check=True)
+    subprocess.run([SAMARA, "init", "."], cwd=tmp_path, stdout=subprocess.DEVNULL, check=True)
     with serving("mission/x500_drop.json", tmp_path) as address:
         page = opened(address)
         before = set(tmp_path.rglob("*"))

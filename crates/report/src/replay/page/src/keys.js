@@ -43,6 +43,8 @@ export function listen(player, onRecolor, ofPage = {}) {
     ...Object.fromEntries(VIEWS.map((view, i) => [String(i + 1), () => player.look(view)])),
     ...ofPage,
   };
+  // A button that was clicked, not reached by the keyboard, leaves the space key to the player.
+  addEventListener("click", ({ detail, target }) => detail > 0 && target.closest("button, summary")?.blur());
   addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.metaKey || event.altKey || find("dialog[open]")) return;
     const act = keys[event.key];
@@ -54,9 +56,9 @@ export function listen(player, onRecolor, ofPage = {}) {
 }
 
 /** Whether a key is meant for what has the focus: a text, a slider but that of the time, a choice; space for a
- * button that was reached by the keyboard. */
+ * button. */
 function isOfTarget({ key, target }) {
-  if (key === " " && target.tagName === "BUTTON") return target.matches(":focus-visible");
+  if (target.matches("button, summary")) return key === " ";
   if (target.matches("input[type=range]")) return target.id !== "time" && key !== " ";
   return target.matches("input, select, textarea");
 }

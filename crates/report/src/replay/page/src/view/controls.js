@@ -74,7 +74,9 @@ class Control {
   }
 
   slide(label, { minimum, maximum, step }) {
-    this.slider = make("input", { type: "range", min: minimum, max: maximum, step, ariaLabel: label });
+    // From a multiple of the step on: what it comes to are round numbers.
+    const min = Number((Math.ceil(minimum / step - 1e-9) * step).toPrecision(9));
+    this.slider = make("input", { type: "range", min, max: maximum, step, ariaLabel: label });
     this.mark = make("i", { hidden: true });
     this.slider.addEventListener("input", () => this.onSet(this.slider.value, false));
     this.slider.addEventListener("change", () => this.onSet(this.slider.value, true));

@@ -120,6 +120,7 @@ class View {
     this.trouble(beside ? "" : error.message);
     this.campaign.stop();
     document.body.classList.add("stale");
+    if (!this.shown) put("#verdict", "No flight yet.");
   }
 
   trouble(text) {
