@@ -163,8 +163,12 @@ fn forms(schema: &Value) -> impl Iterator<Item = &Value> {
 
 impl SettableKey {
     fn new(root: &Value, schema: &Value, path: String) -> Self {
+        // The schema, its alternatives, and theirs: those of a word that may be left out.
         let mut all = vec![named(root, schema)];
-        all.extend(forms(all[0]).map(|form| named(root, form)));
+        for depth in 0..2 {
+            let inner: Vec<&Value> = all.iter().skip(depth).flat_map(|of| forms(of)).collect();
+            all.extend(inner.into_iter().map(|form| named(root, form)));
+        }
         // Those of the numbers of a list are the list's.
         let bound = |names: [&str; 2]| {
             let of = |schema: &Value| names.iter().find_map(|name| schema[*name].as_f64());

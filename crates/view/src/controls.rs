@@ -93,9 +93,12 @@ impl Control {
         let known = known(self.key)?;
         let own = value.unwrap_or(0.0);
         let (from, to) = match self.span {
-            Of(from, to) => (from.min(own), to.max(own)),
+            Of(from, to) => (from, to),
+            // Of nothing there is no multiple.
+            Times(from, to) if own == 0.0 => (from, to),
             Times(from, to) => (from * own, to * own),
         };
+        let (from, to) = (from.min(own), to.max(own));
         let minimum = known.minimum.map_or(from, |least| from.max(least));
         let maximum = known.maximum.map_or(to, |most| to.min(most));
         Some(object! {

@@ -10,12 +10,13 @@ use samara_core::assess::{Course, Verdict, judge};
 use samara_core::design::{LOOPS, WorstLoop};
 use samara_core::plan::{Plan, SolverOptions, Status};
 use samara_core::sim::{self, Flight, FlightRecord, Sample};
+use samara_host::Threads;
 use samara_mission::{Mission, Override};
 use samara_report::json::object;
 use samara_report::replay::live::{drop_data, drop_words};
 use samara_report::{DropRun, FlownDrop, ShownDrop, judge_drop, plan_text};
 use samara_study::checking::LATENCY_MOST_S;
-use samara_study::designing::own_loops;
+use samara_study::designing::{LOOP_STATES_MOST, joined, least_margins, own_loops_in};
 use samara_study::effects::EffectFlights;
 
 /// A mission with its plan.
@@ -47,11 +48,39 @@ impl Planned {
     }
 
     /// Flies the mission's own drop, of which nothing is drawn, from the hang to its end in the mission's own
-    /// air: by its own gains, at 250 Hz, on the true state.
+    /// air - by its own gains, at 250 Hz, on the true state - and looks at its loops meanwhile.
     ///
     /// # Errors
     /// [`Refused`]: the vehicle cannot be controlled, or `stop` said so.
-    pub fn fly(&self, stop: Stop<'_>) -> Result<Flown<'_>, Refused> {
+    pub fn fly(&self, threads: &Threads, stop: Stop<'_>) -> Result<Flown<'_>, Refused> {
+        enum Part<'a> {
+            Drop(Box<Result<Flown<'a>, Refused>>),
+            Loops(Vec<WorstLoop>),
+        }
+        let (mission, plan) = (&self.mission, Some(&self.plan.trajectory));
+        // Commands that come too late have loops that take long.
+        let states = if mission.vehicle.latency_s > LATENCY_MOST_S { 0 } else { LOOP_STATES_MOST };
+        let parts: Vec<Option<usize>> = std::iter::once(None).chain((0..states).map(Some)).collect();
+        let parts = threads.each(&parts, |part| match *part {
+            None => Part::Drop(Box::new(self.fly_drop(stop))),
+            Some(_) if stop() => Part::Loops(Vec::new()),
+            Some(state) => Part::Loops(own_loops_in(mission, plan, state)),
+        });
+        let (mut flown, mut loops) = (Err(Refused::Overtaken), Vec::new());
+        for part in parts {
+            match part {
+                Part::Drop(drop) => flown = *drop,
+                Part::Loops(others) if loops.is_empty() => loops = others,
+                Part::Loops(others) if others.is_empty() => {}
+                Part::Loops(others) => loops = joined(loops, others),
+            }
+        }
+        let least = least_margins(mission);
+        let loops = loops.into_iter().map(|of| (of, of.keeps(&least))).collect();
+        if stop() { Err(Refused::Overtaken) } else { flown.map(|flown| Flown { loops, ..flown }) }
+    }
+
+    fn fly_drop(&self, stop: Stop<'_>) -> Result<Flown<'_>, Refused> {
         let Self { mission, plan } = self;
         let flights = EffectFlights::new(mission, &mission.effects(), &plan.trajectory);
         let flights = flights.map_err(|why| Refused::Unflown(why.to_string()))?;
@@ -68,18 +97,7 @@ impl Planned {
         let along = Some(&plan.trajectory);
         let (verdict, run) =
             judge_drop(mission, &FlownDrop { log, record, plan: along, by: None, trouble: None });
-        Ok(Flown { planned: self, samples, verdict, run })
-    }
-
-    /// The loops of the mission's gains along the plan, each where it keeps least to instability, and whether
-    /// that is enough; none of commands that come too late to be looked at quickly.
-    pub fn loops(&self) -> Vec<(WorstLoop, bool)> {
-        let Self { mission, plan } = self;
-        if mission.vehicle.latency_s > LATENCY_MOST_S {
-            return Vec::new();
-        }
-        let (loops, least) = own_loops(mission, Some(&plan.trajectory));
-        loops.into_iter().map(|of| (of, of.keeps(&least))).collect()
+        Ok(Flown { planned: self, samples, verdict, run, loops: Vec::new() })
     }
 }
 
@@ -94,6 +112,9 @@ pub struct Flown<'a> {
     pub verdict: Option<Verdict>,
     /// What else is known of the flight.
     pub run: DropRun,
+    /// The loops of the mission's gains along the plan, each where it keeps least to instability, and whether
+    /// that is enough; none of commands that come too late.
+    pub loops: Vec<(WorstLoop, bool)>,
 }
 
 impl Flown<'_> {
@@ -128,13 +149,7 @@ fn loop_shown((of, passed): &(WorstLoop, bool)) -> impl Serialize {
 }
 
 /// What the page is answered: the object of the number that it asked by, after so many milliseconds.
-pub fn answer(
-    flown: &Flown<'_>,
-    loops: &[(WorstLoop, bool)],
-    command: &str,
-    number: u64,
-    took_ms: f64,
-) -> String {
+pub fn answer(flown: &Flown<'_>, command: &str, number: u64, took_ms: f64) -> String {
     let (shown, cause) = (flown.shown(), flown.cause());
     let outcome = flown.verdict.as_ref().map(|verdict| &verdict.outcome);
     let rest = object! {
@@ -145,7 +160,7 @@ pub fn answer(
         hint: None::<String>,
         cost: outcome.map(|outcome| outcome.j_tpf),
         steady_s: outcome.and_then(|outcome| outcome.steady_after_s),
-        loops: loops.iter().map(loop_shown).collect::<Vec<_>>(),
+        loops: flown.loops.iter().map(loop_shown).collect::<Vec<_>>(),
         command: command,
     };
     // Structs of strings, numbers and lists of them always serialise. The drop is JSON already.

@@ -21,3 +21,7 @@ pub mod viewed;
 pub mod written;
 
 pub use samara_study::jobs::Stop;
+
+#[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests read and write files")]
+mod tests;

@@ -56,6 +56,22 @@ impl WorstLoop {
         }
     }
 
+    /// The loop in all states and vehicles of both, this one's first.
+    #[must_use]
+    pub fn join(self, other: &Self) -> Self {
+        let known = |at: &LoopPlace| at.off == Variation::NONE;
+        let better = other.unstable.filter(|at| self.unstable.is_none_or(|own| known(at) && !known(&own)));
+        let least = |a: (f64, LoopPlace), b: (f64, LoopPlace)| if b.0 < a.0 { b } else { a };
+        let both = |a: Option<f64>, b: Option<f64>| a.into_iter().chain(b).reduce(f64::max);
+        Self {
+            index: self.index,
+            unstable: better.or(self.unstable),
+            modulus: least(self.modulus, other.modulus),
+            delay_s: self.delay_s.into_iter().chain(other.delay_s).reduce(least),
+            crossover_rad_s: both(self.crossover_rad_s, other.crossover_rad_s),
+        }
+    }
+
     /// Whether the loop is stable everywhere and keeps these margins.
     pub fn keeps(&self, least: &LeastMargins) -> bool {
         let LeastMargins { modulus, delay_s } = *least;
@@ -96,5 +112,29 @@ mod tests {
         worst.note(&of(0.9, None, None, false), at("release", 1.0));
         worst.note(&of(0.9, None, None, false), at("target", 1.0));
         assert_eq!(worst.unstable, Some(at("release", 1.0)));
+    }
+
+    /// A property: joined are those that were noted apart, where both were noted one after the other.
+    #[test]
+    fn joined_loops_are_noted_one_after_the_other() {
+        let place = |i: usize| LoopPlace {
+            state: ["release", "target"][i / 6],
+            off: Variation { motor_lag: [1.0, 0.7, 1.5][i % 3], ..Variation::NONE },
+        };
+        let of = |i: usize| Margins {
+            modulus: [0.8, 0.6, 0.9, 0.6, 0.7, 0.5, 0.5][i % 7],
+            delay_s: [None, Some(0.03), Some(0.02), None, Some(0.02)][i % 5],
+            crossover_rad_s: [Some(1.0), None, Some(3.0), Some(2.0)][i % 4],
+            stable: ![2, 6, 7].contains(&i),
+            ..Margins::default()
+        };
+        let noted = |places: std::ops::Range<usize>| {
+            let mut worst = WorstLoop::of(2, &of(places.start), place(places.start));
+            places.skip(1).for_each(|i| worst.note(&of(i), place(i)));
+            worst
+        };
+        for at in 1..12 {
+            assert_eq!(noted(0..at).join(&noted(at..12)), noted(0..12), "{at}");
+        }
     }
 }

@@ -120,12 +120,32 @@ impl RandomDrops for MissionDrops {
 /// stands on the ground, at the peak of a plan of the mission where there is one, and at the target - and
 /// what it must keep.
 pub fn own_loops(mission: &Mission, plan: Option<&Trajectory>) -> (Vec<WorstLoop>, LeastMargins) {
+    let each = (0..LOOP_STATES_MOST).map(|state| own_loops_in(mission, plan, state));
+    let all = each.filter(|loops| !loops.is_empty()).reduce(joined);
+    (all.unwrap_or_default(), least_margins(mission))
+}
+
+/// Most states in which a mission's loops are looked at.
+pub const LOOP_STATES_MOST: usize = 3;
+
+/// The loops of [`own_loops`] in one of its states; none where there is no such state.
+pub fn own_loops_in(mission: &Mission, plan: Option<&Trajectory>, state: usize) -> Vec<WorstLoop> {
     let judge = judge_of_loops(mission);
     let mut points = judge.operating_points(plan);
     if mission.release.standing {
         points.retain(|point| point.name != RELEASE);
     }
-    (judge.worst_loops(&points, &own_design(mission)), design_bounds(mission).margins)
+    points.get(state).map_or(Vec::new(), |point| judge.worst_loops(&[*point], &own_design(mission)))
+}
+
+/// What each of a mission's loops must keep.
+pub fn least_margins(mission: &Mission) -> LeastMargins {
+    design_bounds(mission).margins
+}
+
+/// The loops in the states of both.
+pub fn joined(loops: Vec<WorstLoop>, others: Vec<WorstLoop>) -> Vec<WorstLoop> {
+    loops.into_iter().zip(&others).map(|(of, other)| of.join(other)).collect()
 }
 
 /// A judge that flies nothing.

@@ -49,7 +49,7 @@ struct Asked {
 
 impl Asked {
     /// What an object asks for, or the answer that says what is wrong with it.
-    fn of(object: &Map<String, Value>) -> Result<Self, Answer> {
+    fn of(object: &Map<String, Value>) -> Result<Self, Box<Answer>> {
         let none = Map::new();
         let whole = |key: &str, absent: u64| object.get(key).map_or(Some(absent), Value::as_u64);
         let changes = object.get("changes").map_or(Some(&none), Value::as_object);
@@ -57,11 +57,11 @@ impl Asked {
         let (Some(number), Some(drops), Some(changes), Some(name)) =
             (whole("number", 0), whole("drops", DROPS_MOST), changes, name)
         else {
-            return Err(refused(StatusCode::BAD_REQUEST));
+            return Err(Box::new(refused(StatusCode::BAD_REQUEST)));
         };
         let changes = changes_of(changes).map_err(|(key, error)| {
             let object = json!({ "number": number, "error": error, "key": key });
-            told(StatusCode::UNPROCESSABLE_ENTITY, &object)
+            Box::new(told(StatusCode::UNPROCESSABLE_ENTITY, &object))
         })?;
         Ok(Self { number, changes, drops, name: name.to_owned() })
     }
@@ -117,7 +117,7 @@ impl Answers {
         }
         let asked = match Asked::of(&object) {
             Ok(asked) => asked,
-            Err(answer) => return answer,
+            Err(answer) => return *answer,
         };
         match path {
             "/fly" => self.computed(move |all| all.fly(&asked)).await,
@@ -180,10 +180,9 @@ impl Answers {
         let (began, stop) = (Instant::now(), || self.is_overtaken(asked.number));
         let flown = || {
             let planned = self.planned(asked)?;
-            let flown = planned.fly(&stop)?;
-            let loops = planned.loops();
+            let flown = planned.fly(&self.threads, &stop)?;
             let (command, took) = (self.viewed.command(&asked.changes), began.elapsed());
-            Ok(answer(&flown, &loops, &command, asked.number, 1e3 * took.as_secs_f64()))
+            Ok(answer(&flown, &command, asked.number, 1e3 * took.as_secs_f64()))
         };
         match flown() {
             Ok(object) => answered(StatusCode::OK, JSON, object),

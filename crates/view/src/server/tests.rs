@@ -185,3 +185,39 @@ async fn it_survives_who_means_it_ill() {
     let answer = sent(port, format!("{one}\r\n{one}Connection: close\r\n\r\n").as_bytes()).await;
     assert_eq!(answer.matches("HTTP/1.1 200 OK").count(), 2, "{answer}");
 }
+
+/// A drop that is asked for twice is the same; what is older than the newest number is not flown; a campaign
+/// gives its lines as they are there, and ends when something newer is asked.
+#[tokio::test]
+async fn the_newest_number_wins() {
+    let server = served("../../tests/calm_x500.json").await;
+    let browser = Browser::of(&server).await;
+    let flown = browser.post("/fly", "{\"number\":5,\"changes\":{\"mass_kg\":\"2.1\"}}").await;
+    let object: serde_json::Value = serde_json::from_str(body(&flown)).unwrap();
+    assert_eq!((status(&flown), &object["number"], &object["passed"]), (200, &5.into(), &true.into()));
+    assert_eq!(object["command"], "samara drop ../../tests/calm_x500.json --set mass_kg=2.1");
+    assert!(object["drop"]["flight"]["count"].as_u64().is_some_and(|rows| rows > 1000));
+    assert!(object["words"]["verdict"].as_str().is_some_and(|html| html.starts_with("Safe: ")));
+    assert_eq!(object["loops"].as_array().map(Vec::len), Some(9));
+    let older = browser.post("/fly", "{\"number\":4,\"changes\":{}}").await;
+    assert_eq!((status(&older), body(&older)), (409, "{\"number\":4,\"overtaken\":true}"));
+    let refused = browser.post("/fly", "{\"number\":6,\"changes\":{\"limits.pitch_deg\":\"soon\"}}").await;
+    let object: serde_json::Value = serde_json::from_str(body(&refused)).unwrap();
+    assert_eq!((status(&refused), &object["key"]), (422, &"limits.pitch_deg".into()));
+    assert!(object["error"].as_str().is_some_and(|text| text.contains("expected a number greater than 0")));
+
+    let (port, cookie) = (browser.port, browser.cookie.as_str());
+    let asked = request(port, "POST /campaign", &[cookie, JSON], "{\"number\":7,\"changes\":{}}");
+    let mut stream = TcpStream::connect(("127.0.0.1", port)).await.unwrap();
+    stream.write_all(asked.as_bytes()).await.unwrap();
+    let mut lines = String::new();
+    while !lines.contains("\"from\":0") {
+        let mut some = [0; 4096];
+        let count = stream.read(&mut some).await.unwrap();
+        assert!(count > 0, "{lines}");
+        lines += std::str::from_utf8(&some[..count]).unwrap();
+    }
+    assert_eq!(status(&browser.post("/fly", "{\"number\":8,\"changes\":{\"x\":\"1\"}}").await), 422);
+    stream.read_to_string(&mut lines).await.unwrap();
+    assert!(lines.contains("{\"overtaken\":true}\n") && !lines.contains("done"), "{lines}");
+}
