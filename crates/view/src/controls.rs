@@ -186,13 +186,12 @@ fn key_shown(key: &SettableKey, texts: &Texts) -> Option<impl Serialize + use<>>
     })
 }
 
-/// What the page is told of the mission as it was opened: its controls, its keys, its limits.
+/// What the page is told of a mission as it was opened: its controls, its keys, its limits.
 ///
 /// # Errors
-/// [`Refused`] of a mission that cannot be read any more.
-pub fn mission_shown(viewed: &Viewed) -> Result<String, Refused> {
-    let mission = viewed.with(&[])?;
-    let texts = Texts::of(&mission)?;
+/// [`Refused`] where its gains cannot be read any more.
+pub fn mission_shown(viewed: &Viewed, mission: &Mission) -> Result<String, Refused> {
+    let texts = Texts::of(mission)?;
     let drops = object! { drops: DROPS_MOST, j_limit: mission.limits.j_tpf_below, seed: mission.seed };
     let shown = object! {
         name: &mission.name,

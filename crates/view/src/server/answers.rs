@@ -148,7 +148,7 @@ impl Answers {
     }
 
     fn mission(&self) -> Answer {
-        match mission_shown(&self.viewed) {
+        match self.viewed.with(&[]).and_then(|mission| mission_shown(&self.viewed, &mission)) {
             Ok(object) => answered(StatusCode::OK, JSON, object),
             Err(why) => told(StatusCode::UNPROCESSABLE_ENTITY, &json!({ "error": with_causes(&why) })),
         }
