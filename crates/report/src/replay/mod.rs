@@ -11,7 +11,7 @@
 //! | `view.html`, `view.css` | the page of `samara view`, and what its style has beyond that |
 //! | `player.html`, `seen.html` | what both have: the view in space with its panels and keys, what is seen |
 //! | `page/` | the pages' scripts in their sources; `npm ci && npm run build` there makes the bundle |
-//! | `bundle/` | generated: the script of a drop's page with three.js and uPlot, what the other has beyond it |
+//! | `bundle/` | generated: script of a drop's page with three.js and uPlot, what the other has beyond it |
 //!
 //! What comes from files reaches a page as escaped text or as JSON without `<`. The policy of `drop.html`
 //! lets the two scripts of this module and no other run, by their hashes, and forbids every request.
