@@ -112,15 +112,14 @@ def dropped(mission, folder, *changes):
     sets = [word for change in changes for word in ("--set", change)]
     command = [SAMARA, "drop", mission, *sets, "--json", "--no-html", "--out", folder]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    if not done.stdout:
-        return None, done.stderr
+    if not (folder / "flight.csv").exists():
+        return json.loads(done.stdout or "null"), done.stderr
     lines = (folder / "flight.csv").read_text().splitlines()
     return json.loads(done.stdout), list(csv.DictReader(line for line in lines if not line.startswith("#")))
 
 
 def test_each_slider_moves_the_flight_to_where_the_program_flies_it(mission, opened, tmp_path):
-    """The drop of `samara drop` comes over MAVLink, with the autopilot's setpoints a step later: a few millimetres
-    and thousandths of J_TPF."""
+    """The drop of `samara drop` comes over MAVLink, whose numbers have fewer digits."""
     name, address = mission
     page = opened(address)
     keys = page.evaluate("[...document.querySelectorAll('.control')].filter(c => c.querySelector('[type=range]')).map(c => c.dataset.key)")
@@ -136,24 +135,25 @@ def test_each_slider_moves_the_flight_to_where_the_program_flies_it(mission, ope
         value = slide(page, key, now + (high - low) / 6 * (1 if now < (low + high) / 2 else -1))
         told, rows = dropped(name, tmp_path / key, f"{key}={value}")
         error = page.locator(f'[data-key="{key}"] .error').text_content()
-        if told is None:
-            assert error and error in rows, (key, value, error, rows)
+        if told is None or "safe" not in told:
+            # A value that is refused, in the program's words, or one without a plan.
+            assert error and (told or error in rows), (key, value, error, rows)
         else:
             assert not error, (key, value, error)
             assert page.evaluate("view.shown.told.passed") == told["safe"], (key, value)
-            assert page.evaluate("view.shown.told.cost") == pytest.approx(told["j_tpf"], abs=0.02), (key, value)
+            assert page.evaluate("view.shown.told.cost") == pytest.approx(told["j_tpf"], abs=1e-5), (key, value)
             for share in (0.3, 0.6, 1):
                 row = rows[round(share * (len(rows) - 1))]
                 drawn = page.evaluate("t => { replay.seek(t); return replay.drawn; }", float(row["t_s"]))
                 wait(page, "before => replay.drawn > before", drawn)
                 truth = [float(row[axis]) for axis in ("north_m", "east_m", "down_m")]
                 shown = page.evaluate("replay.vehicle")
-                assert shown == pytest.approx(truth, abs=0.3), (key, value, row["t_s"])
+                assert shown == pytest.approx(truth, abs=0.01), (key, value, row["t_s"])
             moved += 1
         page.click("#undo")
         settled(page)
         assert page.evaluate("view.changes.size") == 0
-    assert moved >= len(keys) - 3
+    assert moved >= len(keys) - 6
 
 
 def test_from_slider_to_drawn_flight(opened, address, capsys):
