@@ -105,7 +105,7 @@ def slide(page, t_s):
 def colours(page):
     """Number of different colours in the view, read in the frame in which it is drawn."""
     return page.evaluate(
-        """() => { replay.parts.scene.render();
+        """() => { replay.scene.render();
                    const view = document.querySelector("#stage canvas");
                    const copy = document.createElement("canvas");
                    [copy.width, copy.height] = [view.width, view.height];
@@ -196,7 +196,7 @@ def test_another_run_is_laid_beside(opened, other):
     )
     wait(page, "!document.querySelector('#comparison').hidden")
     assert "compared with flight.csv" in page.locator("#comparison-text").inner_text()
-    assert page.evaluate("replay.parts.scene.otherGhost !== null")
+    assert page.evaluate("replay.scene.otherGhost !== null")
     # What is no flight is refused, in words.
     page.set_input_files("#file", {"name": "a.csv", "mimeType": "text/csv", "buffer": b"a,b\n1,2\n"})
     wait(page, "document.querySelector('#comparison.failed')")
@@ -213,7 +213,7 @@ def test_a_canopy_and_the_wind_are_where_they_were(opened, tmp_path):
         row = rows[round(share * (len(rows) - 1))]
         slide(page, float(row["t_s"]))
         shown = page.evaluate(
-            """() => { const { canopy, riser } = replay.parts.scene;
+            """() => { const { canopy, riser } = replay.scene;
                        const up = canopy.up.clone().set(0, 0, -1).applyQuaternion(canopy.quaternion);
                        const cloth = canopy.position.clone().addScaledVector(up, canopy.scale.x * canopy.length);
                        return { cloth: cloth.toArray(), riser: riser.visible, wind: document.body.innerText }; }"""
@@ -252,7 +252,7 @@ def test_it_fits_a_telephone(opened):
 
 def test_who_wants_no_motion_gets_none(opened):
     page = opened(reduced_motion="reduce")
-    turned = "replay.parts.scene.vehicle.rotors.map(r => r.turning.rotation.y)"
+    turned = "replay.scene.vehicle.rotors.map(r => r.turning.rotation.y)"
     slide(page, 20)
     page.keyboard.press("Space")
     wait(page, "replay.time > 20.1")
@@ -288,7 +288,7 @@ def test_it_opens_and_plays(opened, capsys):
         print(f"\ndrop.html: open after {open_s:.2f} s, {rate:.1f} frames/s at 1280 x 720")
     assert rate > 2
     page.keyboard.press("Space")
-    wait(page, "replay.parts.scene.renderer.getPixelRatio() === 1")
+    wait(page, "replay.scene.renderer.getPixelRatio() === 1")
     if picture := os.environ.get("SAMARA_SCREENSHOT"):
         slide(page, 15.5)
         page.wait_for_timeout(500)

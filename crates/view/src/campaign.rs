@@ -52,6 +52,7 @@ pub fn fly_drops(
             steady_s: outcomes().map(|outcome| outcome?.steady_after_s).collect::<Vec<_>>(),
             passed: causes.iter().map(Option::is_none).collect::<Vec<_>>(),
             cause: causes,
+            interval95: <[f64; 2]>::from(Share::of(failed, batch.end).interval()),
         };
         if !take(serde_json::to_string(&line).unwrap_or_default()) {
             return Err(Refused::Overtaken);

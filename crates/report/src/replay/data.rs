@@ -48,6 +48,7 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
     let ShownDrop { mission, verdict, .. } = *drop;
     let (times, limits) = (Times::of(drop), &mission.limits.safety);
     let environment = &mission.site.environment;
+    let parachute = &mission.release.parachute;
     let pack_limit_a = mission.electric.as_ref().map(|battery| battery.pack().limits().current_max_a);
     let pack_limit_a = pack_limit_a.filter(|limit_a| limit_a.is_finite());
     let rotors = mission.vehicle.rotors.iter().map(|rotor| {
@@ -69,7 +70,9 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
         wind_ned_m_s: <[f64; 3]>::from(environment.wind_ned_m_s),
         standing: mission.release.standing,
         ground_down_m: mission.site.ground.map(|ground| ground.down_m),
-        canopy_length_m: mission.release.parachute.line_m(),
+        canopy_length_m: parachute.line_m(),
+        // What neither climbs nor sinks under its load.
+        balloon: parachute.descent_m_s == 0.0 && parachute.suspension.is_none(),
         limits: object! {
             speed_m_s: limits.speed_m_s,
             pitch_deg: limits.pitch_rad * DEG_PER_RAD,

@@ -1,4 +1,5 @@
-//! `drop.html`: a drop to be seen again, on one page that loads nothing from anywhere.
+//! `drop.html`: a drop to be seen again, on one page that loads nothing from anywhere; and the page of
+//! `samara view`, whose drop is flown anew at every change, by the same script.
 //!
 //! | file | holds |
 //! |---|---|
@@ -6,12 +7,14 @@
 //! | `channel`, `base64` | columns of numbers as compact text |
 //! | `words` | verdict, numbers and circumstances in words, as HTML |
 //! | [`live`] | what `samara view` shows of a drop, and the files of its page |
-//! | `page.html`, `page.css` | the page and its style |
-//! | `page/` | the page's script in its sources; `npm ci && npm run build` there makes the bundle |
-//! | `bundle/` | generated: the script with three.js and uPlot, and their licences |
+//! | `page.html`, `page.css` | the page of a drop and its style |
+//! | `view.html`, `view.css` | the page of `samara view`, and what its style has beyond that |
+//! | `player.html`, `seen.html` | what both have: the view in space with its panels and keys, what is seen |
+//! | `page/` | the pages' scripts in their sources; `npm ci && npm run build` there makes the bundle |
+//! | `bundle/` | generated: script of a drop's page with three.js and uPlot, what the other has beyond it |
 //!
-//! What comes from files reaches the page as escaped text or as JSON without `<`. The page's policy lets the
-//! two scripts of this module and no other run, by their hashes, and forbids every request.
+//! What comes from files reaches a page as escaped text or as JSON without `<`. The policy of `drop.html`
+//! lets the two scripts of this module and no other run, by their hashes, and forbids every request.
 
 mod base64;
 mod channel;
@@ -26,9 +29,15 @@ use super::json::VERSION;
 use super::shown_drop::ShownDrop;
 
 const TEMPLATE: &str = include_str!("page.html");
+const PLAYER: &str = include_str!("player.html");
+const SEEN: &str = include_str!("seen.html");
 const STYLE: &str = include_str!("page.css");
 const PLOT_STYLE: &str = include_str!("bundle/uplot.css");
 const SCRIPT: &str = include_str!("bundle/replay.js");
+const TOOLS: &str = r#"<button id="theme" title="dark or light (d)" aria-label="dark" aria-pressed="false">&#9681;</button>
+<button id="help-open" title="keys and explanations (?)" aria-label="help">?</button>
+"#;
+const KEY_OF_COMPARISON: &str = "<dt>c</dt><dd>compare with another run</dd>\n";
 
 /// Renders the page: the same drop gives the same bytes.
 pub fn drop_page(drop: &ShownDrop<'_>) -> String {
@@ -48,13 +57,27 @@ pub fn drop_page(drop: &ShownDrop<'_>) -> String {
         "facts" => words::facts(drop).into_string(),
         "table" => words::table(drop).into_string(),
         "origin" => words::origin(drop, data::rows(drop.samples).len()).into_string(),
-        "key_plan" if plan => (el("i").class("plan").text("") + Html::text("plan")).into_string(),
-        "plan_words" if plan => {
-            " The pale vehicle and the dashed line are the plan at the same instant.".to_owned()
-        }
+        "tools" => TOOLS.to_owned(),
+        "player" => player(plan, KEY_OF_COMPARISON),
+        "seen" => seen(plan),
         "data" => data::object(drop),
         _ => String::new(),
     })
+}
+
+/// The view in space, the panels and the keys, of a page whose drops have a plan or not.
+fn player(plan: bool, keys: &str) -> String {
+    filled(PLAYER, |name| match name {
+        "key_plan" if plan => (el("i").class("plan").text("") + Html::text("plan")).into_string(),
+        "keys" => keys.to_owned(),
+        _ => String::new(),
+    })
+}
+
+/// What is seen on the page, in words.
+fn seen(plan: bool) -> String {
+    let planned = " The pale vehicle and the dashed line are the plan at the same instant.";
+    filled(SEEN.trim_end(), |_| if plan { planned.to_owned() } else { String::new() })
 }
 
 /// The template with each `{{name}}` replaced by its value. A value is not searched for names.

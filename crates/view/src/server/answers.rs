@@ -19,7 +19,7 @@ use crate::flown::{Planned, answer};
 use crate::viewed::{Changes, Refused, Viewed, changes_of, key_of, with_causes};
 use crate::written::{Unwritten, write};
 use samara_host::Threads;
-use samara_report::replay::live::{PAGE, SCRIPT, STYLE};
+use samara_report::replay::live::{page, script, style};
 
 const JSON: &str = "application/json";
 const LINES: &str = "application/x-ndjson";
@@ -90,9 +90,9 @@ impl Answers {
         let path = head.uri.path();
         if head.method == Method::GET {
             return match path {
-                "/" => answered(StatusCode::OK, "text/html; charset=utf-8", PAGE),
-                "/view.js" => answered(StatusCode::OK, "text/javascript; charset=utf-8", SCRIPT),
-                "/view.css" => answered(StatusCode::OK, "text/css; charset=utf-8", STYLE),
+                "/" => answered(StatusCode::OK, "text/html; charset=utf-8", page()),
+                "/view.js" => answered(StatusCode::OK, "text/javascript; charset=utf-8", script()),
+                "/view.css" => answered(StatusCode::OK, "text/css; charset=utf-8", style()),
                 _ if !self.guard.knows(&head) => refused(StatusCode::FORBIDDEN),
                 "/mission" => self.computed(|all| all.mission()).await,
                 _ => refused(StatusCode::NOT_FOUND),

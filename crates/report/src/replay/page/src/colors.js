@@ -18,9 +18,17 @@ export function costCss(j) {
   return `rgb(${r} ${g} ${b})`;
 }
 
+const known = new Map();
+
 /** A colour of the style sheet. */
 export function css(name) {
-  return getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+  if (!known.has(name)) known.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+  return known.get(name);
+}
+
+/** The style sheet has other colours now. */
+export function forgetColors() {
+  known.clear();
 }
 
 /** Colour of a rotor, counted from 0. */

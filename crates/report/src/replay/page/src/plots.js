@@ -3,6 +3,7 @@
 
 import uPlot from "uplot";
 import { costCss, css, rotorColor } from "./colors.js";
+import "./soft.js";
 import { fixed, rotorNames } from "./words.js";
 
 /** A limit is drawn when the flight comes within this share of it. */
@@ -28,10 +29,16 @@ const finite = (x) => (Number.isFinite(x) && Math.abs(x) < 1e7 ? x : null);
 
 export class Plots {
   constructor(holder, run, { onSeek, range }) {
-    Object.assign(this, { holder, run, onSeek, range, other: null, t: 0 });
-    this.full = [run.motion.start - run.motion.zero, run.motion.end - run.motion.zero];
-    this.build();
+    Object.assign(this, { holder, onSeek, other: null, t: 0, made: [] });
+    this.open(run, range);
     new ResizeObserver(() => this.resize()).observe(holder);
+  }
+
+  /** Shows a run between two times since t = 0. */
+  open(run, range) {
+    Object.assign(this, { run, range, zoomed: this.zoomed ?? false });
+    this.full = [run.motion.start - run.motion.zero, run.motion.end - run.motion.zero];
+    this.renew();
   }
 
   /** Each panel: title, lines (name, colour, curve of a motion), limit, target. */
@@ -87,13 +94,40 @@ export class Plots {
     ];
   }
 
+  /** Makes all panels; again when the colours change. */
   build() {
-    for (const { plot } of this.made ?? []) plot.destroy();
+    for (const { plot } of this.made) plot.destroy();
     this.holder.replaceChildren();
     this.chosen = rows(this.run.motion, this.range);
     const panels = this.panels();
+    this.looks = this.look(panels);
     this.made = panels.map((panel, k) => this.panel(panel, k === panels.length - 1));
     this.resize();
+  }
+
+  /** What of the panels makes them others, as text: numbers do not. */
+  look(panels) {
+    const has = [!!this.run.plan, !!this.other];
+    return JSON.stringify([has, panels.map(({ title, lines }) => [title, lines.map(({ name, color }) => [name, color])])]);
+  }
+
+  /** Shows other numbers: in the panels that are there, where they are the same. */
+  renew() {
+    const panels = this.panels();
+    if (this.look(panels) !== this.looks) return this.build();
+    this.made.forEach((made, k) => Object.assign(made.panel, panels[k]));
+    this.redraw();
+  }
+
+  redraw() {
+    this.chosen = rows(this.run.motion, this.range);
+    const [min, max] = this.range;
+    for (const { plot, panel } of this.made) {
+      plot.batch(() => {
+        plot.setData(this.data(panel), false);
+        plot.setScale("x", { min, max });
+      });
+    }
     this.show(this.t);
   }
 
@@ -274,16 +308,8 @@ export class Plots {
       const middle = Math.min(last, Math.max(first, 0.5 * (low + high)));
       [low, high] = [middle - LEAST_SPAN_S / 2, middle + LEAST_SPAN_S / 2];
     }
-    this.range = [low, high];
-    this.chosen = rows(this.run.motion, this.range);
-    for (const { plot, panel } of this.made) {
-      plot.batch(() => {
-        plot.setData(this.data(panel), false);
-        plot.setScale("x", { min: low, max: high });
-      });
-    }
-    this.show(this.t);
-    this.onZoom?.(this.range);
+    Object.assign(this, { range: [low, high], zoomed: true });
+    this.redraw();
   }
 
   /** Zooms about the playhead. */
@@ -318,7 +344,7 @@ export class Plots {
 
   compare(other) {
     this.other = other;
-    this.build();
+    this.renew();
   }
 }
 

@@ -73,7 +73,8 @@ export class Motion {
     this.bus = columns.bus_v;
     this.pack = columns.pack_current_a;
     this.rotorSpeed = of(each.map((i) => `rotor_speed_${i}_rad_s`));
-    const attitude = (i) => this.q.map((c) => c[i]);
+    const [q0, q1, q2, q3] = this.q;
+    const attitude = (i) => [q0[i], q1[i], q2[i], q3[i]];
     this.pitch = Float64Array.from(this.t, (_, i) => pitchDeg(attitude(i)));
     this.roll = Float64Array.from(this.t, (_, i) => rollDeg(attitude(i)));
   }

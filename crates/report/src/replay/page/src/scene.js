@@ -4,11 +4,10 @@
 
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { Line2 } from "three/examples/jsm/lines/Line2.js";
-import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
-import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { costColor, css, rotorColor } from "./colors.js";
-import { Arrow, Canopy, VehiclePicture, flat, ghostOf, sizes } from "./vehicle.js";
+import { Segments, flat, lineThrough } from "./materials.js";
+import { IS_SOFT } from "./soft.js";
+import { Arrow, Canopy, VehiclePicture, ghostOf, sizes } from "./vehicle.js";
 import { fixed, roundStep } from "./words.js";
 
 export const VIEWS = ["follow", "path", "side", "top"];
@@ -26,16 +25,15 @@ function point([north, east, down], out = new THREE.Vector3()) {
   return out.set(east, -down, -north);
 }
 
+/** A line of length one, down. */
+const UNIT = [[0, 0, 0], [0, 0, 1]];
+
 let lines = 0;
 
 /** A line as wide as that [px], of one colour or one for each point. */
 function line(points, color, width) {
-  const geometry = new LineGeometry();
-  geometry.setPositions(points.flat());
-  const all = Array.isArray(color) ? color : points.map(() => new THREE.Color(color).toArray());
-  geometry.setColors(all.flat());
+  const made = lineThrough(points, color, width);
   // Lines along one another are drawn one over the other, whatever their depths round to.
-  const made = new Line2(geometry, new LineMaterial({ linewidth: width, vertexColors: true, depthWrite: false }));
   made.renderOrder = ++lines;
   return made;
 }
@@ -55,45 +53,27 @@ function dashed(points, color, dash) {
     }
     way += length;
   }
-  const geometry = new THREE.BufferGeometry().setFromPoints(ends);
-  return new THREE.LineSegments(geometry, new THREE.LineBasicMaterial({ color }));
+  return new Segments(ends, color, 1);
 }
 
-/** Whether WebGL is drawn by the processor. */
-function isSoft() {
-  const context = document.createElement("canvas").getContext("webgl2", { failIfMajorPerformanceCaveat: true });
-  context?.getExtension("WEBGL_lose_context")?.loseContext();
-  return !context;
-}
-
-/** A round dot. */
-function disc() {
-  const canvas = document.createElement("canvas");
-  canvas.width = canvas.height = 32;
-  const pen = canvas.getContext("2d");
-  pen.fillStyle = "#fff";
-  pen.arc(16, 16, 15, 0, 2 * Math.PI);
-  pen.fill();
-  return new THREE.CanvasTexture(canvas);
+/** Gives back what the graphics card holds of an object. */
+function dispose({ geometry, material }) {
+  geometry?.dispose();
+  material?.dispose();
 }
 
 /** Rows of a motion that draw it: none closer together than a share of the path, the last one included. */
-function drawnRows(motion, from) {
-  const at = (i) => motion.p.map((p) => p[i]);
-  const finite = (i) => at(i).every(Number.isFinite) && Math.hypot(...at(i)) < 1e7;
+function drawnRows({ p: [north, east, down], count }, from) {
+  const finite = (i) => Math.hypot(north[i], east[i], down[i]) < 1e7;
+  const apart = (i, k) => Math.hypot(north[i] - north[k], east[i] - east[k], down[i] - down[k]);
+  const first = Math.min(from, count - 1);
+  let end = first;
   let length = 0;
-  const first = Math.min(from, motion.count - 1);
-  for (let i = first + 1; i < motion.count; i++) {
-    if (finite(i) && finite(i - 1)) length += Math.hypot(...at(i).map((x, k) => x - at(i - 1)[k]));
-  }
+  for (; end < count && finite(end); end++) if (end > first) length += apart(end, end - 1);
   const rows = [];
-  let last = null;
-  for (let i = first; i < motion.count; i++) {
-    if (!finite(i)) break;
-    const here = at(i);
-    if (last && i < motion.count - 1 && Math.hypot(...here.map((x, k) => x - last[k])) < length * FINENESS) continue;
-    rows.push(i);
-    last = here;
+  for (let i = first; i < end; i++) {
+    const last = rows[rows.length - 1];
+    if (last === undefined || i === count - 1 || apart(i, last) >= length * FINENESS) rows.push(i);
   }
   return rows;
 }
@@ -101,10 +81,10 @@ function drawnRows(motion, from) {
 export class Scene {
   /** `stage` is the element with the canvas and the overlay of labels; views frame the path up to `until`. */
   constructor(stage, run, { still, until }) {
-    Object.assign(this, { stage, run, still, until, view: "follow", other: null, moves: null });
+    Object.assign(this, { stage, still, view: "follow", other: null, moves: null, retired: [] });
     this.canvas = stage.querySelector("canvas");
     this.labelLayer = stage.querySelector(".labels");
-    const antialias = !isSoft();
+    const antialias = !IS_SOFT;
     this.renderer = new THREE.WebGLRenderer({ canvas: this.canvas, antialias, powerPreference: "low-power" });
     // Points for each pixel of the page: while it moves, at rest, and now.
     this.ratio = this.fullRatio = this.shownRatio = Math.min(window.devicePixelRatio || 1, 2);
@@ -113,11 +93,26 @@ export class Scene {
     this.controls.enableDamping = false;
     this.controls.addEventListener("change", () => this.onChange?.());
     this.controls.addEventListener("start", () => (this.moves = null));
-    this.size = sizes(run.about.rotors);
-    this.extents();
-    this.build();
+    this.open(run, until);
     new ResizeObserver(() => this.resize()).observe(stage);
     this.resize();
+  }
+
+  /** Shows a run; the camera stays where it is unless the run is out of its sight. */
+  open(run, until) {
+    Object.assign(this, { run, until, size: sizes(run.about.rotors) });
+    this.extents();
+    this.build();
+    if (this.placed && this.isAskew()) this.look(this.view);
+  }
+
+  /** Whether a view of the whole path does not show it, or shows it small. */
+  isAskew() {
+    if (this.view === "follow" || this.moves) return false;
+    this.camera.updateMatrixWorld();
+    const seen = this.points.map((p) => p.clone().project(this.camera));
+    const reach = Math.max(...seen.map(({ x, y }) => Math.max(Math.abs(x), Math.abs(y))));
+    return !(reach < 0.95 && reach > 0.4);
   }
 
   /** Box of the path, its heading, the steps of the grids. */
@@ -163,14 +158,11 @@ export class Scene {
   /** Makes all that is seen; again when the colours change. */
   build() {
     const { run } = this;
+    this.retired.push(this.scene);
     this.labelLayer.replaceChildren();
     this.labels = [];
     this.scene = new THREE.Scene();
     this.scene.background = new THREE.Color(css("stage"));
-    this.scene.add(new THREE.HemisphereLight(0xffffff, css("shade"), 2.4));
-    const sun = new THREE.DirectionalLight(0xffffff, 1.6);
-    sun.position.set(-2, 5, 3);
-    this.scene.add(sun);
     this.ned = new THREE.Group();
     this.ned.matrixAutoUpdate = false;
     this.ned.matrix.set(0, 1, 0, 0, 0, 0, -1, 0, -1, 0, 0, 0, 0, 0, 0, 1);
@@ -183,11 +175,9 @@ export class Scene {
     this.vehicle = new VehiclePicture(run.about.rotors, colors);
     this.craft.add(this.vehicle);
     this.ned.add(this.craft);
-    this.canopy = new Canopy(this.size.reach, 2.2 * this.size.reach);
+    this.canopy = new Canopy(this.size.reach, 2.2 * this.size.reach, run.about.balloon);
     this.ned.add(this.canopy);
-    const line = new THREE.LineBasicMaterial({ color: 0x888888 });
-    this.riser = new THREE.Line(new THREE.BufferGeometry(), line);
-    this.riser.frustumCulled = false;
+    this.riser = new Segments(UNIT, 0x888888, 1);
     this.riser.visible = false;
     this.ned.add(this.riser);
     this.ghost = run.plan ? this.ghostOf(css("ghost")) : null;
@@ -202,7 +192,7 @@ export class Scene {
     if (run.plan) {
       this.label("plan", () => this.apart(this.ghost, 0.6), "ghost", 1, "plan");
     }
-    if (this.other) this.label("other", () => this.apart(this.otherGhost, 0.6), "other", 2, "other run");
+    if (this.other) this.label("other", () => this.apart(this.otherGhost, 0.6), "other", 2, this.otherName);
   }
 
   ghostOf(color) {
@@ -239,12 +229,9 @@ export class Scene {
     ruled(...u, "floor", step, (x) => [at(x, w[0], floor), at(x, w[1], floor)]);
     ruled(...w, "floor", step, (y) => [at(u[0], y, floor), at(u[1], y, floor)]);
     for (const kind of ["coarse", "fine"]) {
-      const points = lines[kind];
-      const material = new THREE.LineBasicMaterial({ color: css(`grid-${kind}`) });
-      this.wall.add(new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(points), material));
+      this.wall.add(new Segments(lines[kind], css(`grid-${kind}`), 1));
     }
-    const floorLines = new THREE.BufferGeometry().setFromPoints(lines.floor);
-    this.ned.add(new THREE.LineSegments(floorLines, new THREE.LineBasicMaterial({ color: css("grid-coarse") })));
+    this.ned.add(new Segments(lines.floor, css("grid-coarse"), 1));
     if (ground != null) {
       const plane = new THREE.PlaneGeometry(u[1] - u[0], w[1] - w[0]);
       const mesh = new THREE.Mesh(plane, flat(css("ground")));
@@ -268,10 +255,7 @@ export class Scene {
     this.ned.add(north);
     this.label("north", this.fixedAt([n0 + 1.25 * length, e0, floor]), "rule", 0, "N");
     this.floor = floor;
-    this.plumb = new THREE.Line(
-      new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3(0, 0, 1)]),
-      new THREE.LineBasicMaterial({ color: css("grid-coarse") }),
-    );
+    this.plumb = new Segments(UNIT, css("grid-coarse"), 1);
     this.ned.add(this.plumb);
   }
 
@@ -306,12 +290,11 @@ export class Scene {
     const seconds = [];
     const spacing = roundStep(Math.max(motion.end - motion.zero, 1) / 40);
     for (let t = motion.zero; t <= motion.end; t += spacing) {
-      if (t >= free) seconds.push(new THREE.Vector3(...motion.position(t)));
+      const at = motion.position(t);
+      if (t >= free && at.every(Number.isFinite)) seconds.push(at, at);
     }
-    const dots = new THREE.BufferGeometry().setFromPoints(seconds.filter((p) => Number.isFinite(p.x + p.y + p.z)));
     for (const [size, color] of [[8, css("ink")], [5.5, css("stage")]]) {
-      const material = new THREE.PointsMaterial({ color, size, sizeAttenuation: false, map: disc(), alphaTest: 0.5 });
-      const drawn = new THREE.Points(dots, material);
+      const drawn = new Segments(seconds, color, size);
       drawn.renderOrder = ++lines;
       this.ned.add(drawn);
     }
@@ -565,7 +548,9 @@ export class Scene {
     this.canopy.scale.setScalar(scale);
     this.canopy.fade(1);
     this.riser.visible = held;
-    if (held) this.riser.geometry.setFromPoints([knot, vehicle]);
+    this.riser.position.copy(knot);
+    this.riser.scale.z = Math.max(1e-6, knot.distanceTo(vehicle));
+    this.riser.quaternion.copy(this.canopy.quaternion);
   }
 
   showGhost(ghost, motion, t, shift) {
@@ -581,6 +566,8 @@ export class Scene {
 
   render() {
     this.renderer.render(this.scene, this.camera);
+    // After what takes their place is drawn: so its shaders are theirs and are not made again.
+    for (const scene of this.retired.splice(0)) scene?.traverse(dispose);
     this.placeLabels();
   }
 
@@ -608,8 +595,9 @@ export class Scene {
     }
   }
 
-  compare(other) {
-    this.other = other;
+  /** Lays another run beside this one, by a name. */
+  compare(other, name) {
+    Object.assign(this, { other, otherName: name });
     this.build();
   }
 }

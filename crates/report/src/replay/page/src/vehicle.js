@@ -2,6 +2,7 @@
 
 import * as THREE from "three";
 import { mergeGeometries } from "three/examples/jsm/utils/BufferGeometryUtils.js";
+import { Segments, flat, shaded } from "./materials.js";
 
 const UP = new THREE.Vector3(0, 1, 0);
 /** Turns of a rotor at its highest speed, per second that is watched. */
@@ -28,17 +29,6 @@ function rod(from, to, radius) {
   const turn = new THREE.Quaternion().setFromUnitVectors(UP, along.clone().normalize());
   const rod = new THREE.CylinderGeometry(radius, radius, along.length(), 8).applyQuaternion(turn);
   return rod.translate(...from.clone().addScaledVector(along, 0.5).toArray());
-}
-
-/** What all surfaces share, so that few programs are compiled for the graphics card. */
-const SURFACE = { transparent: true, side: THREE.DoubleSide, forceSinglePass: true };
-
-export function shaded(color, opacity = 1) {
-  return new THREE.MeshLambertMaterial({ color, opacity, ...SURFACE });
-}
-
-export function flat(color, opacity = 1) {
-  return new THREE.MeshBasicMaterial({ color, opacity, depthWrite: opacity === 1, ...SURFACE });
 }
 
 /** An arrow whose shaft begins at its origin. */
@@ -138,35 +128,36 @@ export class VehiclePicture extends THREE.Group {
   }
 }
 
-/** A canopy with its lines above a vehicle, along the body's axis that points up. */
+/** A canopy with its lines above a vehicle, along the body's axis that points up; or a balloon, whose gores
+ * reach to its mouth and whose lines meet there. */
 export class Canopy extends THREE.Group {
-  constructor(reach, length) {
+  constructor(reach, length, balloon) {
     super();
     const radius = 1.15 * reach;
-    const [gores, rim] = [8, 0.42 * Math.PI];
+    const [gores, rim] = [8, (balloon ? 0.92 : 0.42) * Math.PI];
+    const tall = balloon ? 1.15 : 0.8;
     const cloths = [0xdfe6ec, 0xf08c4a].map((color, odd) => {
       const cloth = Array.from({ length: gores / 2 }, (_, k) => {
         const from = ((2 * k + odd) / gores) * 2 * Math.PI;
-        return new THREE.SphereGeometry(radius, 5, 8, from, (2 * Math.PI) / gores, 0, rim);
+        return new THREE.SphereGeometry(radius, 5, balloon ? 16 : 8, from, (2 * Math.PI) / gores, 0, rim);
       });
-      return new THREE.Mesh(mergeGeometries(cloth).rotateX(-Math.PI / 2).scale(1, 1, 0.8), shaded(color));
+      return new THREE.Mesh(mergeGeometries(cloth).rotateX(-Math.PI / 2).scale(1, 1, tall), shaded(color));
     });
-    const [skirt, skirtZ] = [Math.sin(rim) * radius, -length - 0.8 * Math.cos(rim) * radius];
+    const [skirt, skirtZ] = [Math.sin(rim) * radius, -length - tall * Math.cos(rim) * radius];
     const ends = Array.from({ length: 2 * gores }, (_, k) => (k / gores) * Math.PI).flatMap((angle) => [
       new THREE.Vector3(0, 0, -0.08 * reach),
       new THREE.Vector3(skirt * Math.cos(angle), skirt * Math.sin(angle), skirtZ),
     ]);
-    const lines = new THREE.LineBasicMaterial({ color: 0x888888 });
     cloths.forEach((cloth) => (cloth.position.z = -length));
     this.cloths = cloths;
     this.length = length;
-    this.lines = new THREE.LineSegments(new THREE.BufferGeometry().setFromPoints(ends), lines);
+    this.lines = new Segments(ends, 0x888888, 1);
     this.add(...cloths, this.lines);
   }
 
   fade(opacity) {
     this.visible = opacity > 0.01;
     this.lines.visible = opacity === 1;
-    this.cloths.forEach((cloth) => (cloth.material.opacity = opacity));
+    this.cloths.forEach((cloth) => (cloth.material.uniforms.opacity.value = opacity));
   }
 }
