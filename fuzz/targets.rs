@@ -8,11 +8,13 @@ use std::sync::LazyLock;
 
 use mavlink::Message as _;
 use mavlink::dialects::common::{ATTITUDE_DATA, HEARTBEAT_DATA, HIL_SENSOR_DATA, MavMessage};
+use samara::assess::logged_drop::LoggedDrop;
 use samara::autopilot::parameters::Parameters;
 use samara::checksum::crc32_iso;
 use samara::config::foreign::{KnownVehicle, known_vehicle};
 use samara::config::{
-    Mission, decode_plan_grid, load_gains, load_mission, load_parameters, load_vehicle, read_trajectory_csv,
+    Mission, decode_plan_grid, load_gains, load_mission, load_parameters, load_vehicle, read_flight_table,
+    read_trajectory_csv,
 };
 use samara::control::{Airframe, ControlSettings};
 use samara::link::px4_events::{Event, EventTexts};
@@ -21,6 +23,7 @@ use samara::link::{
     AutopilotSession, AutopilotSetup, Decoder, Encoder, Hub, HubConfig, Link, Session as _, StreamerConfig,
     StreamerSession,
 };
+use samara::logged_flight::Series;
 use samara::trajectory::{Node, Trajectory};
 use samara::ulog::Ulog;
 
@@ -28,7 +31,7 @@ use samara::ulog::Ulog;
 pub type Target = fn(&[u8]);
 
 /// The targets by name.
-pub const TARGETS: [(&str, Target); 13] = [
+pub const TARGETS: [(&str, Target); 14] = [
     ("decoder", decoder),
     ("services", services),
     ("streamer", streamer),
@@ -40,6 +43,7 @@ pub const TARGETS: [(&str, Target); 13] = [
     ("params", params),
     ("plan_grid", plan_grid),
     ("ulog", ulog),
+    ("flight_table", flight_table),
     ("airframe", airframe),
     ("sdf", sdf),
 ];
@@ -292,4 +296,28 @@ pub fn ulog(data: &[u8]) {
     }
     assert!(log.lost.is_sorted_by(|a, b| a.end <= b.start) && log.lost.iter().all(|part| !part.is_empty()));
     assert!(log.lost.last().is_none_or(|part| part.end <= data.len()));
+}
+
+/// A flight in a table. Times rise, all columns have as many values, and what is found of a drop is of numbers and in order.
+pub fn flight_table(data: &[u8]) {
+    let Ok(text) = std::str::from_utf8(data) else { return };
+    let Ok(flight) = read_flight_table(text, Path::new("fuzzed.csv")) else { return };
+    fn is_sound<const N: usize>(series: &Option<Series<N>>) {
+        let Some(series) = series else { return };
+        assert_eq!(series.t_s.len(), series.values.len());
+        assert!(series.t_s.is_sorted_by(|a, b| a < b));
+    }
+    is_sound(&flight.motors);
+    is_sound(&flight.rotor_speeds_rad_s);
+    is_sound(&flight.force_body_m_s2);
+    is_sound(&flight.rates_body_rad_s);
+    is_sound(&flight.attitude);
+    is_sound(&flight.velocity_ned_m_s);
+    // A flight of days is looked through for as long.
+    if flight.end_s() < 3600.0
+        && let Ok(drop) = LoggedDrop::of(&flight, 9.80665, 0.5)
+    {
+        assert!(drop.samples.is_sorted_by(|a, b| a.t_s < b.t_s));
+        assert!(drop.samples.iter().all(|sample| sample.state.body.v_ned.iter().all(|x| x.is_finite())));
+    }
 }

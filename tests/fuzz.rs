@@ -115,6 +115,11 @@ fn prop_ulog() {
 }
 
 #[test]
+fn prop_flight_table() {
+    replay("flight_table");
+}
+
+#[test]
 fn prop_plan_grid() {
     replay("plan_grid");
 }

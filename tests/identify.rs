@@ -95,6 +95,37 @@ fn closed_form_a_table_tells_the_vehicle_that_flew() {
     assert_eq!(written.estimated, Some(vec!["mass_kg".to_owned()]));
     let page = fs::read_to_string(folder.path().join("found.html")).unwrap();
     assert!(page.contains("<svg") && page.contains("inertia of roll"));
+    what_was_found_is_drawn(folder.path());
+}
+
+/// A campaign draws what was found as it hangs together - thrust over mass is known to 0.3 %, the mass to 2 -
+/// and its card says which log that is from.
+fn what_was_found_is_drawn(folder: &Path) {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let text = fs::read(root.join("tests/calm_x500.json")).unwrap();
+    let mut mission: Value = serde_json::from_slice(&text).unwrap();
+    mission["vehicle"] = "found.json".into();
+    mission["gains"] = root.join("params/gains/x500.json").to_str().unwrap().into();
+    mission["duration_s"] = 24.into();
+    mission.as_object_mut().unwrap().retain(|key, _| !["$schema", "px4_params"].contains(&&**key));
+    fs::write(folder.join("mission.json"), mission.to_string()).unwrap();
+    let flown =
+        ["assess", "mission.json", "--autopilot", "reference", "--trials", "4", "--out", "out", "--json"];
+    let flown = samara(folder, &flown);
+    assert!(flown.status.code() < Some(2), "{}", String::from_utf8_lossy(&flown.stderr));
+    let drawn = fs::read_to_string(folder.join("out/drops_reference_x500_uncertain.csv")).unwrap();
+    let mut lines = drawn.lines().filter(|line| !line.starts_with('#'));
+    let names: Vec<&str> = lines.next().unwrap().split(',').collect();
+    let place = |name: &str| names.iter().position(|one| *one == name).unwrap();
+    let (mass, thrust) = (place("mass"), place("thrust"));
+    let rows = lines.map(|line| line.split(',').map(|x| x.parse().unwrap()).collect::<Vec<f64>>());
+    let rows: Vec<Vec<f64>> = rows.collect();
+    assert!(rows.iter().any(|row| row[mass].abs() > 0.008), "{drawn}");
+    assert!(rows.iter().all(|row| (row[thrust] - row[mass]).abs() < 0.006), "{drawn}");
+    let card = ["card", "mission.json", "--accept-estimates", "--evidence", "out", "--out", "card", "--json"];
+    let card: Value = serde_json::from_slice(&samara(folder, &card).stdout).unwrap();
+    let assumed = card["assumed"].to_string();
+    assert!(assumed.contains("; measured in flight.csv: inertia_kg_m2, "), "{assumed}");
 }
 
 /// A drop's log, of a vehicle that is as its file says, is too short for a fit: all is refused with the

@@ -2,6 +2,7 @@
 #![cfg(feature = "cli")]
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
@@ -59,6 +60,88 @@ fn a_drop_is_found_in_its_log_by_its_fall() {
     let said = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2));
     assert!(said.contains("broken.ulg") && said.contains("it begins with no log"), "{said}");
+}
+
+/// By hand: in still air the commands of a log make of the vehicle that flew what the log has, to what its
+/// sensors are off; of one with constant coefficients in place of blade elements they do not, and it is said.
+/// What a log has not is said, too.
+#[test]
+fn closed_form_a_second_is_predicted_by_the_vehicle_that_flew_and_by_no_other() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let calm = root.join("tests/calm_x500.json");
+    let calm = calm.to_str().unwrap();
+    let flown = samara(&["drop", calm, "--autopilot", "reference", "--no-html", "--out", &place("flown")]);
+    assert_eq!(flown.status.code(), Some(0));
+    let read = |path: &Path| serde_json::from_slice::<Value>(&fs::read(path).unwrap()).unwrap();
+    let mut vehicle = read(&root.join("params/vehicles/x500.json"));
+    let full: f64 = 714.3286;
+    vehicle["rotor"] = serde_json::json!({ "quadratic": {
+        "thrust_n_per_rad2_s2": 8.54858 / (full * full), "torque_per_thrust_m": 0.016, "density_kg_m3": 1.225,
+    } });
+    vehicle.as_object_mut().unwrap().retain(|key, _| !["$schema", "origins", "estimated"].contains(&&**key));
+    fs::write(folder.path().join("constant.json"), vehicle.to_string()).unwrap();
+    let mut other = read(Path::new(calm));
+    other["vehicle"] = "constant.json".into();
+    other["gains"] = root.join("params/gains/x500.json").to_str().unwrap().into();
+    other.as_object_mut().unwrap().retain(|key, _| !["$schema", "px4_params"].contains(&&**key));
+    fs::write(folder.path().join("other.json"), other.to_string()).unwrap();
+    let log = place("flown/flight.ulg");
+    let [own, other] = [calm.to_owned(), place("other.json")]
+        .map(|mission| json(&samara(&["compare", &log, &mission, "--json"]))["logged"].clone());
+    let rms = |logged: &Value, by: &str, name: &str| {
+        let channel = named(&logged[by], "channels", "name", name);
+        channel["rms_error"].as_f64().unwrap()
+    };
+    // By setpoints the controller takes back some of what the model is off by.
+    let names = [("velocity down [m/s]", 0.02), ("specific force z [m/s^2]", 0.1)];
+    for (name, most) in names {
+        for (by, times) in [("by_commands", 4.0), ("by_setpoints", 2.0)] {
+            assert!(rms(&own, by, name) < most, "{name} {by}: {own:#}");
+            assert!(rms(&other, by, name) > times * rms(&own, by, name), "{name} {by}: {other:#}");
+        }
+    }
+    assert_eq!(own["by_commands"]["off"], serde_json::json!([]));
+    assert_eq!(own["by_commands"]["count"], 15);
+    let off = other["by_commands"]["off"].as_array().unwrap();
+    assert!(off.contains(&"velocity down [m/s]".into()), "{off:?}");
+    the_flight_is_a_ghost(&log, calm, &folder.path().join("out"));
+}
+
+/// The text of a block of a page, as an object.
+fn block(page: &str, begin: &str) -> Value {
+    let (_, behind) = page.split_once(begin).unwrap();
+    let (_, behind) = behind.split_once('>').unwrap();
+    serde_json::from_str(behind.split_once("</script>").unwrap().0).unwrap()
+}
+
+/// The page of the prediction has the flight's motion and nothing of its rotors, whose thrusts nobody
+/// measured; flown again by its commands alone the drop stays near its log for seconds.
+fn the_flight_is_a_ghost(log: &str, mission: &str, out: &Path) {
+    let to = out.to_str().unwrap();
+    json(&samara(&["compare", log, mission, "--out", to, "--json"]));
+    let page = fs::read_to_string(out.join("drop.html")).unwrap();
+    let [own, ghost] = ["<script id=\"drop\"", "<script id=\"beside\""].map(|begin| block(&page, begin));
+    let channels = |of: &Value| {
+        let all = of["flight"]["channels"].as_array().unwrap();
+        all.iter().map(|channel| channel["name"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert!(channels(&own).contains(&"thrust_1_n".to_owned()) && own["plan"].is_object());
+    assert!(
+        channels(&ghost).contains(&"q3".to_owned()) && !channels(&ghost).contains(&"thrust_1_n".to_owned())
+    );
+    assert!(ghost["flight"]["count"].as_u64().unwrap() > 3000 && page.contains("data-name=\"flight.ulg\""));
+    let [a, b] = [&ghost, &own].map(|of| of["times"]["free_s"].as_f64().unwrap());
+    assert!((a - b).abs() < 1e-9, "{a} {b}");
+    let replayed = json(&samara(&["replay", log, mission, "--out", to, "--no-html", "--json"]));
+    let near_s = replayed["near_s"].as_f64().unwrap();
+    assert!(near_s > 5.0 && near_s <= replayed["powered_s"].as_f64().unwrap(), "{replayed}");
+    assert!(replayed["lacks"][0].as_str().unwrap().starts_with("wind"), "{replayed}");
+    assert!(out.join("flight.csv").exists());
+    let refused = samara(&["replay", log, mission, "--out", to, "--trial", "3"]);
+    let said = String::from_utf8_lossy(&refused.stderr);
+    assert!(refused.status.code() == Some(2) && said.contains("without --trial"), "{said}");
 }
 
 /// The drop in a log comes to what the simulator says of it, as far as the autopilot's estimates do: within

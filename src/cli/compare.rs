@@ -25,7 +25,7 @@ use samara::study::compare::drops::DropPair;
 use samara::study::compare::logged::LoggedPair;
 use samara::study::compare::missions::MissionPair;
 use samara::study::compare::paths::{FlownPath, paths_figure};
-use samara::study::compare::{Compared, PATHS};
+use samara::study::compare::{Compared, PATHS, REPLAY};
 use samara::study::fidelity::lines::CampaignLines;
 
 /// The verdict on a drop, and the flight.
@@ -48,7 +48,8 @@ pub struct CompareArgs {
     /// With a flight log: lines of a campaign of that mission (.csv), to say whether the drop is within them.
     #[arg(long, value_name = "FILE")]
     pub campaign: Option<PathBuf>,
-    /// Folder that compare.html, .json and .svg are written to [default: nothing is].
+    /// Folder that compare.html, .json and .svg, of a log drop.html too, are written to [default: nothing
+    /// is].
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Print one JSON object on stdout instead of text.
@@ -114,12 +115,19 @@ pub fn run(args: &CompareArgs) -> Result<Answer, Failure> {
         if let Some(svg) = &compared.paths {
             folder.write_text(PATHS, svg)?;
         }
+        if let Some(page) = &compared.replay {
+            folder.write_text(REPLAY, page)?;
+        }
         folder.write_text("compare.html", &document.page())?;
     }
     print(&if args.json {
         compared.json()
     } else {
-        let page = args.out.as_ref().map(|out| format!("\npage in {}\n", out.join("compare.html").display()));
+        let page = args.out.as_ref().map(|out| {
+            let replay =
+                compared.replay.as_ref().map_or(String::new(), |_| format!(", the drop in {REPLAY}"));
+            format!("\npage in {}{replay}\n", out.join("compare.html").display())
+        });
         document.text() + &page.unwrap_or_default()
     })?;
     Ok(Answer::Yes)
@@ -133,8 +141,7 @@ fn side(path: &Path) -> Result<Side, Failure> {
         return Ok(Side::Log(Box::new(with_log(path, LoggedFlight::of_ulog)?)));
     }
     if path.extension().is_some_and(|ending| ending == "csv") {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let campaigns = BTreeMap::from([(name, path.to_owned())]);
+        let campaigns = BTreeMap::from([(file_name(path), path.to_owned())]);
         return Ok(Side::Run(Run { name: path.to_owned(), campaigns, drop: None }));
     }
     if plain_name(path).is_none() && !path.exists() {
@@ -145,6 +152,10 @@ fn side(path: &Path) -> Result<Side, Failure> {
     }
     let nothing_set = SetArgs { set: Vec::new() };
     Ok(Side::Mission(Box::new(open_mission(path, &nothing_set)?)))
+}
+
+fn file_name(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 fn is_log(path: &Path) -> bool {
@@ -170,7 +181,8 @@ fn of_log(
     let pair = pair.with_context(|| names[0].clone()).bad_input()?;
     let words = [names[0].clone(), format!("{} from the same state", names[1])];
     let paths = paths_figure(&words, &pair.paths()).context("drawing the flight paths")?;
-    Ok(Compared { names, logged: Some(pair), paths: Some(paths), ..Compared::default() })
+    let replay = args.out.as_ref().map(|_| pair.page(&file_name(&args.a), mission, &plan.trajectory));
+    Ok(Compared { names, logged: Some(pair), paths: Some(paths), replay, ..Compared::default() })
 }
 
 impl Run {

@@ -120,7 +120,8 @@ fn commands_of_the_pages_parse() {
     let mut count = 0;
     for (path, page) in pages() {
         let made = made_by(&page);
-        for (fence, line) in lines(&page) {
+        // A command may go on behind a backslash.
+        for (fence, line) in lines(&page.replace("\\\n", " ")) {
             let Some(words) = fence.filter(|f| *f == "sh").and_then(|_| samara_words(line)) else { continue };
             count += 1;
             if let Some(why) = wrong_with(&words, &made) {
@@ -282,7 +283,7 @@ fn no_line_of_prose_is_wider_than_110_columns() {
 /// Pages that are written by hand, without the table of contents, what programs write into them and what
 /// stands in fences.
 #[test]
-fn the_pages_of_docs_have_at_most_40_650_words() {
+fn the_pages_of_docs_have_at_most_41_575_words() {
     let words = |page: &str| {
         let mut made = false;
         let counted = lines(page).filter(|(fence, line)| {
@@ -297,7 +298,7 @@ fn the_pages_of_docs_have_at_most_40_650_words() {
         path.starts_with("docs") && !made.iter().any(|page| Path::new(page) == path)
     };
     let all: usize = pages().iter().filter(|(path, _)| by_hand(path)).map(|(_, page)| words(page)).sum();
-    assert!(all <= 40_650, "{all} words");
+    assert!(all <= 41_575, "{all} words");
 }
 
 #[test]

@@ -1,5 +1,5 @@
 //! `samara replay`: a drop flown again from its recorded actuators, without an autopilot, and held against
-//! what was recorded of it.
+//! what was recorded of it; of a flight log as far as that goes.
 
 use std::path::{Path, PathBuf};
 
@@ -9,6 +9,7 @@ use clap::Args;
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, PageArgs, whole};
 use super::conclusion::Conclusion;
+use super::log::with_log;
 use super::mission::mission_with_a_drop;
 use super::narrator::Narrator;
 use super::pilot::Flown;
@@ -18,8 +19,10 @@ use samara::config::Mission;
 use samara::config::bounded::bytes_at_most;
 use samara::link::hil::SIMULATOR_COMPONENT;
 use samara::link::{Replayed, TlogReader, TlogRecord, parties, replay};
+use samara::logged_flight::LoggedFlight;
 use samara::report::FlightCsv;
 use samara::report::truth::{Truth, replay_json, replay_text};
+use samara::study::compare::replayed::ReplayedLog;
 
 /// The recording in a folder of results.
 const RECORDING: &str = "hil.tlog";
@@ -34,7 +37,7 @@ const RECORDING_MOST: u64 = 512 << 20;
 /// `samara replay`.
 #[derive(Args, Debug)]
 pub struct ReplayArgs {
-    /// The recording: hil.tlog, or the folder that holds it.
+    /// The recording: hil.tlog, or the folder that holds it; or a flight log (.ulg).
     ///
     /// Of `samara drop`, `samara sim` or a trial that a campaign kept; companion.tlog and flight.csv are
     /// taken from beside it.
@@ -67,6 +70,9 @@ pub fn run(args: &ReplayArgs) -> Result<Answer, Failure> {
         mission = mission.with_drop(&mission.draw_drop(trial));
         mission.note_choice("trial", &trial.to_string());
     }
+    if args.recording.extension().is_some_and(|ending| ending == "ulg") {
+        return of_log(args, &mission);
+    }
     let path = if args.recording.is_dir() { args.recording.join(RECORDING) } else { args.recording.clone() };
     let beside = |name: &str| path.with_file_name(name);
     let hil =
@@ -98,6 +104,34 @@ pub fn run(args: &ReplayArgs) -> Result<Answer, Failure> {
         replay_text(messages, difference, truth)
     })?;
     Ok(Answer::from(equal))
+}
+
+/// Flies the drop of a flight log again by its commands, and says how far that goes.
+fn of_log(args: &ReplayArgs, mission: &Mission) -> Result<Answer, Failure> {
+    if args.trial.is_some() || args.page.mcap {
+        let words = "a flight log (.ulg) is replayed without --trial and --mcap";
+        return Err(Failure::input(words.to_owned()));
+    }
+    let log = with_log(&args.recording, LoggedFlight::of_ulog)?;
+    let name = args.recording.file_name().unwrap_or_default().to_string_lossy();
+    let replayed = ReplayedLog::new(&log, mission).with_context(|| name.to_string()).bad_input()?;
+    let out = args.out.clone().unwrap_or_else(|| args.recording.with_file_name("replay"));
+    let folder = OutputFolder::create("replay", Some(&out), &mission.name)?;
+    folder.write(TRUTH, |out| {
+        let mut csv = FlightCsv::new(out, mission, false)?;
+        replayed.flown.iter().try_for_each(|sample| csv.write(sample))?;
+        csv.finish().map(|_| ())
+    })?;
+    if !args.page.no_html {
+        folder.write_text("drop.html", &replayed.page(&name, mission))?;
+    }
+    folder.write_manifest("replay", mission, &[])?;
+    print(&if args.json {
+        replayed.json(mission)
+    } else {
+        format!("{}results in {}\n", replayed.text(), folder.path().display())
+    })?;
+    Ok(Answer::Yes)
 }
 
 /// The flight of the records, on the wire that fits: a mission that has PX4's clock scaled was flown by PX4,

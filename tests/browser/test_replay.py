@@ -293,3 +293,13 @@ def test_it_opens_and_plays(opened, capsys):
         slide(page, 15.5)
         page.wait_for_timeout(500)
         page.screenshot(path=picture)
+
+
+def test_a_logged_flight_is_the_ghost_of_its_prediction(opened, tmp_path):
+    dropped(tmp_path, "--autopilot", "reference", "--no-html", mission="x500_drop")
+    out = tmp_path / "compared"
+    subprocess.run([SAMARA, "compare", tmp_path / "flight.ulg", "x500_drop", "--out", out], cwd=ROOT, stdout=subprocess.DEVNULL, check=True)
+    page = opened(out / "drop.html")
+    wait(page, "!document.querySelector('#comparison').hidden")
+    assert "compared with flight.ulg (x500_drop): J_TPF" in page.locator("#comparison-text").inner_text()
+    assert page.evaluate("replay.parts.scene.otherGhost !== null")

@@ -310,6 +310,8 @@ fn a_vehicle_is_drafted_from_files() {
     {
         fs::copy(format!("fuzz/corpus/{of}"), folder.path().join(name)).unwrap();
     }
+    let draggy = fs::read_to_string("fuzz/corpus/sdf/quad").unwrap().replace(">8e-05<", ">8e-04<");
+    fs::write(folder.path().join("draggy.sdf"), draggy).unwrap();
     let run = |line: &str, expected: i32| {
         let output = samara_in(folder.path(), line);
         assert_eq!(code(&output), expected, "{line}: {}{}", stdout(&output), stderr(&output));
@@ -349,6 +351,16 @@ fn a_vehicle_is_drafted_from_files() {
     let omega = small["motor"]["first_order"]["omega_max_rad_s"].as_f64().unwrap();
     let thrust_n = omega * omega * small["rotor"]["quadratic"]["thrust_n_per_rad2_s2"].as_f64().unwrap();
     assert!((thrust_n / (0.7 * 9.80665 / (4.0 * 0.22)) - 1.0).abs() < 1e-3, "{thrust_n}");
+    // The mass is what the hover carries of the thrust that is told, and estimated: 0.22 x 4 x 7.8 N / g.
+    run("new vehicle light --from 4601_x --thrust 7.8 --propeller 5in", 0);
+    let light = written("light.json");
+    assert!((light["mass_kg"].as_f64().unwrap() - 0.22 * 4.0 * 7.8 / 9.80665).abs() < 1e-4, "{light:#}");
+    assert!(
+        light["origins"].to_string().contains("0.22 of 7.8000 N of each rotor carries (4601_x: "),
+        "{light:#}"
+    );
+    let (_, told) = run("new vehicle draggy --from draggy.sdf", 0);
+    assert!(told.contains("rotorDragCoefficient") && told.contains("of its speed a second"), "{told}");
     let (_, told) = run("new vehicle both --from quad.sdf 4601_x", 0);
     assert!(told.contains("thrust to weight: 1.99 of the motors stands, not 4.55 of 4601_x"), "{told}");
 

@@ -74,7 +74,11 @@ pub fn identified_file(
         }
         keys.push(("inertia_kg_m2", said(&[Parameter::InertiaX, Parameter::InertiaY, Parameter::InertiaZ])));
     }
-    if any(&[Parameter::CentreX, Parameter::CentreY]) {
+    // Rotors that are mirror images stay so, unless it is told that they are none.
+    let is_off = |parameter: Parameter| {
+        found.of(parameter).is_some_and(|one| one.deviation.abs() > one.reach * one.error)
+    };
+    if is_off(Parameter::CentreX) || is_off(Parameter::CentreY) {
         for (i, rotor) in after.rotors.iter().enumerate() {
             let place = rotor.position_body_m;
             if let Some(Value::Object(json)) = file.get_mut("rotors").and_then(|rotors| rotors.get_mut(i)) {

@@ -63,7 +63,7 @@ pub use json::{DropEvent, DropRun, FlownBy, FlownFault, FlownReplan, FlownTrajec
 pub use judged_drop::{FlownDrop, judge_drop};
 pub use mcap::{Attachment, drop_mcap};
 pub use plan::{plan_json, plan_shortfall, plan_text};
-pub use replay::drop_page;
+pub use replay::{drop_page, drop_page_beside};
 pub use shown_drop::ShownDrop;
 pub use verdict::verdict_text;
 pub use verify::{verify_json, verify_text};

@@ -12,7 +12,7 @@ use crate::cli::args::{measured, plain_name, positive, positive_in, three};
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
 use samara::config::draft::{
-    DraftRotors, DraftThrust, Frame, VehicleDraft, needs_propeller, vehicle_draft_json,
+    DraftRotors, DraftThrust, Frame, VehicleDraft, mass_by_hover, needs_propeller, vehicle_draft_json,
 };
 use samara::config::foreign::{Key, Known, KnownVehicle, known_vehicle};
 use samara::config::{Origin, load_vehicle};
@@ -105,9 +105,12 @@ fn diameter(text: &str) -> Result<f64, String> {
 /// What files say of the vehicle, but for what options say instead, and what is to be told of them.
 fn known_of(args: &VehicleArgs) -> Result<KnownVehicle, Failure> {
     let mut known = known_vehicle(&args.from).bad_input()?;
+    // A hover tells the mass of a thrust, or the thrust of a mass.
+    let weighed = args.mass.is_some() || known.numbers.contains_key(&Key::Mass);
+    let thrust_keys = if weighed { &[Key::Thrust, Key::Hover][..] } else { &[Key::Thrust] };
     for (option, told, keys) in [
         ("--mass", args.mass, &[Key::Mass][..]),
-        ("--thrust", args.thrust, &[Key::Thrust, Key::Hover]),
+        ("--thrust", args.thrust, thrust_keys),
         ("--thrust-coefficient", args.thrust_coefficient, &[Key::Thrust]),
         ("--omega-max", args.omega_max, &[Key::OmegaMax]),
         ("--motor-tau", args.motor_tau, &[Key::TauUp]),
@@ -174,11 +177,15 @@ pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
     remarks.iter().for_each(tell);
     let mut ask = Questions::new();
     let name = ask.ask(args.name.as_ref(), "NAME", "name of the vehicle", plain_name)?;
-    let mass = args.mass.or(known.number(Key::Mass));
-    let mass = ask.ask(mass.as_ref(), "--mass", "mass [kg]", positive_in("kg"))?;
-    let rotors = rotors_of(args, &known, &mut ask)?;
     let coefficient = args.thrust_coefficient.or(known.number(Key::Thrust));
     let omega_max = args.omega_max.or(known.number(Key::OmegaMax));
+    let mass = args.mass.or(known.number(Key::Mass));
+    let full_n =
+        args.thrust.or(coefficient.zip(omega_max).map(|(coefficient, omega)| coefficient * omega * omega));
+    let by_hover = full_n.filter(|_| mass.is_none()).and_then(|full_n| mass_by_hover(&known, full_n));
+    let mass = mass.or(by_hover.as_ref().map(|(mass_kg, _)| *mass_kg));
+    let mass = ask.ask(mass.as_ref(), "--mass", "mass [kg]", positive_in("kg"))?;
+    let rotors = rotors_of(args, &known, &mut ask)?;
     if coefficient.is_none() && args.omega_max.is_some() {
         return Err(Failure::input("--omega-max: a --thrust-coefficient is expected with it".to_owned()));
     }
@@ -218,6 +225,7 @@ pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
     let draft = VehicleDraft {
         name,
         mass_kg,
+        mass_by: by_hover.map(|(_, formula)| formula),
         rotors,
         propeller_m: propeller,
         thrust,
@@ -239,7 +247,7 @@ pub fn run(args: &VehicleArgs) -> Result<Answer, Failure> {
             return Err(e).bad_input();
         }
     };
-    if let Some(remark) = draft.hovers_otherwise() {
+    for remark in draft.hovers_otherwise().into_iter().chain(draft.drags_oddly()) {
         tell(&remark);
         remarks.push(remark);
     }

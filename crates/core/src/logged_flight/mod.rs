@@ -109,6 +109,8 @@ pub struct LoggedFlight {
     pub velocity_ned_m_s: Option<Series<3>>,
     /// Position in local axes [m].
     pub position_ned_m: Option<Series<3>>,
+    /// Velocity that the velocity loop was asked for, local axes [m/s]; NaN where it was not asked.
+    pub velocity_sp_ned_m_s: Option<Series<3>>,
     /// Speeds of the rotors in their order [rad/s], as the speed controllers reported them.
     pub rotor_speeds_rad_s: Option<Series<MOST_ROTORS>>,
     /// Density of the air [kg/m^3].
@@ -135,6 +137,7 @@ impl LoggedFlight {
             end(self.attitude.as_ref()),
             end(self.velocity_ned_m_s.as_ref()),
             end(self.position_ned_m.as_ref()),
+            end(self.velocity_sp_ned_m_s.as_ref()),
             end(self.rotor_speeds_rad_s.as_ref()),
             end(self.density_kg_m3.as_ref()),
             end(self.battery.as_ref()),

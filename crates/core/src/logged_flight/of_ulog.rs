@@ -13,6 +13,7 @@ impl LoggedFlight {
         let commanded = [("actuator_motors", &CONTROL[..], "actuator_motors.control")];
         let put_out = [("actuator_outputs", &OUTPUT[..], "actuator_outputs.output")];
         let speeds = [("esc_status", &ESC_RPM[..], "esc_status.esc_rpm")];
+        let asked = |series: &Series<3>| series.values.iter().flatten().any(|x| x.is_finite());
         Self {
             motors: commands::throttles(
                 &log.parameters,
@@ -41,11 +42,20 @@ impl LoggedFlight {
             ),
             velocity_ned_m_s: series(
                 log,
-                &[("vehicle_local_position", &["vx", "vy", "vz"], "vehicle_local_position.v")],
+                &[("vehicle_local_position", &VELOCITY, "vehicle_local_position.v")],
             ),
             position_ned_m: series(
                 log,
                 &[("vehicle_local_position", &["x", "y", "z"], "vehicle_local_position.xyz")],
+            ),
+            velocity_sp_ned_m_s: series_that(
+                log,
+                &[
+                    ("vehicle_local_position_setpoint", &VELOCITY, "vehicle_local_position_setpoint.v"),
+                    ("trajectory_setpoint", &VELOCITIES, "trajectory_setpoint.velocity"),
+                    ("trajectory_setpoint", &VELOCITY, "trajectory_setpoint.v"),
+                ],
+                asked,
             ),
             rotor_speeds_rad_s: series_that(log, &speeds, |_| true).map(|mut series| {
                 series.values.iter_mut().flatten().for_each(|speed| *speed *= RAD_S_PER_RPM);
@@ -111,6 +121,8 @@ const AIR: &str = "vehicle_air_data.baro_pressure_pa";
 /// Gas constant of dry air [J/(kg K)], and zero Celsius [K].
 const GAS_J_KG_K: f64 = 287.053;
 const CELSIUS_K: f64 = 273.15;
+const VELOCITY: [&str; 3] = ["vx", "vy", "vz"];
+const VELOCITIES: [&str; 3] = ["velocity[0]", "velocity[1]", "velocity[2]"];
 const XYZ: [&str; 3] = ["xyz[0]", "xyz[1]", "xyz[2]"];
 const ACCELEROMETER: [&str; 3] = ["accelerometer_m_s2[0]", "accelerometer_m_s2[1]", "accelerometer_m_s2[2]"];
 const GYRO: [&str; 3] = ["gyro_rad[0]", "gyro_rad[1]", "gyro_rad[2]"];
@@ -126,7 +138,7 @@ fn series<const N: usize>(log: &Ulog<'_>, places: &[Place<'_>]) -> Option<Series
 }
 
 /// The first place of a log, of any instance, whose rows are as they are to be. Columns that are not there
-/// are /// NaN, but for the first, which is to be there; rows that go back in time, or jump, are left out.
+/// are NaN, but for the first, which is to be there; rows that go back in time, or jump, are left out.
 fn series_that<const N: usize>(
     log: &Ulog<'_>,
     places: &[Place<'_>],

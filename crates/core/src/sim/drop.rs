@@ -99,6 +99,37 @@ fn taken(throttle: &PerRotor) -> PerRotor {
     throttle.map(|d| if d.is_nan() { 0.0 } else { d.clamp(0.0, 1.0) })
 }
 
+/// A vehicle in the given state, rotors at rest and free, in air that is as it is given.
+fn powered_from(
+    vehicle: Arc<Vehicle>,
+    environment: Environment,
+    state: BodyState,
+    kind: PlantKind,
+) -> DropSimulation {
+    let mut turning = TurningOver::default();
+    turning.observe(state.q_ned_from_body);
+    let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
+    DropSimulation {
+        latency: Latency::of(vehicle.latency_s),
+        plant: Plant::new(vehicle, environment, kind),
+        course: Course::powered(state),
+        hang: Hang::under(Parachute {
+            descent_m_s: 0.0,
+            delay_s: 0.0,
+            pendulum: still,
+            hook: None,
+            suspension: None,
+            tip_off: TipOff::default(),
+        }),
+        state: PlantState::rotors_at_rest(state),
+        throttle: [0.0; MAX_ROTORS],
+        wind: None,
+        faults: None,
+        canopy: None,
+        turning,
+    }
+}
+
 impl DropSimulation {
     /// A vehicle with real actuators under its canopy at time 0. The swing has its phase phi at `hang_s`, the
     /// nominal release; the release itself comes by [`Self::release`] or [`Self::schedule_release`].
@@ -229,37 +260,7 @@ impl DropSimulation {
 
     /// A vehicle at t = 0 of the study: in the given state, rotors at rest and free.
     pub fn at_t0(vehicle: Arc<Vehicle>, environment: Environment, state: BodyState, kind: PlantKind) -> Self {
-        Self::powered_from(vehicle, environment.uniform(), state, kind)
-    }
-
-    fn powered_from(
-        vehicle: Arc<Vehicle>,
-        environment: Environment,
-        state: BodyState,
-        kind: PlantKind,
-    ) -> Self {
-        let mut turning = TurningOver::default();
-        turning.observe(state.q_ned_from_body);
-        let still = Pendulum { amplitude_rad: 0.0, phase_rad: 0.0, omega_rad_s: 0.0, length_m: 0.0 };
-        Self {
-            latency: Latency::of(vehicle.latency_s),
-            plant: Plant::new(vehicle, environment, kind),
-            course: Course::powered(state),
-            hang: Hang::under(Parachute {
-                descent_m_s: 0.0,
-                delay_s: 0.0,
-                pendulum: still,
-                hook: None,
-                suspension: None,
-                tip_off: TipOff::default(),
-            }),
-            state: PlantState::rotors_at_rest(state),
-            throttle: [0.0; MAX_ROTORS],
-            wind: None,
-            faults: None,
-            canopy: None,
-            turning,
-        }
+        powered_from(vehicle, environment.uniform(), state, kind)
     }
 
     /// Time since the simulation began [s].
@@ -305,6 +306,13 @@ impl DropSimulation {
     /// The canopy, where it is a body of its own.
     pub fn canopy(&self) -> Option<&CanopyFlight> {
         self.canopy.as_ref()
+    }
+
+    /// Puts the body into another state. Rotors turn on, and the battery and commands on their way stay.
+    pub fn put(&mut self, body: BodyState) {
+        self.state.body = body;
+        self.turning = TurningOver::default();
+        self.turning.observe(body.q_ned_from_body);
     }
 
     /// Cuts the vehicle loose now. Once it is loose, nothing more happens.

@@ -203,7 +203,7 @@ fn fly_measuring(
 }
 
 /// What a controller measures of a drop, without loss or delay.
-pub(super) fn measured(sim: &DropSimulation) -> Measurement {
+pub fn measured(sim: &DropSimulation) -> Measurement {
     let battery = sim.battery();
     let (bus_v, pack_a) = (battery.map(|b| b.near_v()), battery.map(|b| b.near_a()));
     Measurement { bus_v, pack_a, ..Measurement::from(&sim.state().body) }

@@ -68,7 +68,7 @@ pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start, nominal_state_at_t0
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, PARAMETER, ReleaseCause};
 pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};
-pub use flight::{FlightPlan, Reference, fly, fly_by, fly_sensing};
+pub use flight::{FlightPlan, Reference, fly, fly_by, fly_sensing, measured};
 pub use ground::Ground;
 pub use integrator::PlantState;
 pub use limits::{SafetyLimits, StateCost};

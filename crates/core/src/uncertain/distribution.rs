@@ -162,14 +162,20 @@ impl Distribution {
 
     /// The distribution in words, without a unit: "normal, 0.02 about 0".
     pub fn words(&self) -> String {
+        // What was identified has more digits than anyone reads.
+        let four = |x: &f64| format!("{x:.3e}").parse().unwrap_or(*x);
         match self {
-            Self::Uniform([least, most]) => format!("uniform from {least} to {most}"),
-            Self::Normal { mean, sigma } => format!("normal, {sigma} about {mean}"),
-            Self::TruncatedNormal { mean, sigma, range: [least, most] } => {
-                format!("normal, {sigma} about {mean}, cut at {least} and {most}")
+            Self::Uniform(range) => {
+                let [least, most] = range.each_ref().map(four);
+                format!("uniform from {least} to {most}")
+            }
+            Self::Normal { mean, sigma } => format!("normal, {} about {}", four(sigma), four(mean)),
+            Self::TruncatedNormal { mean, sigma, range } => {
+                let [least, most] = range.each_ref().map(four);
+                format!("normal, {} about {}, cut at {least} and {most}", four(sigma), four(mean))
             }
             Self::Table(rows) => {
-                let [least, most] = self.support();
+                let [least, most] = self.support().each_ref().map(four);
                 format!("by a table of {} rows from {least} to {most}", rows.len())
             }
         }

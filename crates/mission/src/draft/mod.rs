@@ -15,7 +15,9 @@ mod vehicle;
 
 pub use frame::{Frame, FrameRotor, OnArm};
 pub use mission::{DRAFT_NODES, MissionDraft, ReleasedFrom, mission_draft_json};
-pub use vehicle::{DraftRotors, DraftThrust, VehicleDraft, needs_propeller, vehicle_draft_json};
+pub use vehicle::{
+    DraftRotors, DraftThrust, VehicleDraft, mass_by_hover, needs_propeller, vehicle_draft_json,
+};
 
 /// A number rounded to four significant digits: no more is known of what is estimated.
 fn rounded(x: f64) -> f64 {

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::frame::{Frame, FrameRotor, OnArm};
 use super::ledger::Ledger;
 use super::{rounded, text};
-use crate::foreign::{Key, KnownRotors, KnownVehicle};
+use crate::foreign::{Key, Known, KnownRotors, KnownVehicle};
 use samara_core::math;
 use samara_core::model::{Interference, ModelError, RotationSense, RotorMount, SAME_AXIS};
 use samara_core::units::{RAD_PER_DEG, STANDARD_GRAVITY_M_S2};
@@ -57,6 +57,8 @@ pub struct VehicleDraft {
     pub name: String,
     /// Mass, all included [kg].
     pub mass_kg: f64,
+    /// How the mass was estimated, where it was.
+    pub mass_by: Option<String>,
     /// The rotors.
     pub rotors: DraftRotors,
     /// Diameter of a propeller [m]; may be left out where nothing is estimated by it.
@@ -214,6 +216,41 @@ impl VehicleDraft {
             )
         })
     }
+
+    /// What is to be told where a file's force in the rotors' planes slows a hover as it slows no multirotor.
+    pub fn drags_oddly(&self) -> Option<String> {
+        let (drag, DraftThrust::Coefficient { thrust_n_per_rad2_s2, .. }) =
+            (self.known.numbers.get(&Key::Drag)?, self.thrust)
+        else {
+            return None;
+        };
+        let rotors = &self.known.rotors.as_ref()?.value.rotors;
+        let weight_n = self.mass_kg * STANDARD_GRAVITY_M_S2;
+        let hover_rad_s = (weight_n / (lift(rotors) * thrust_n_per_rad2_s2)).sqrt();
+        let slowed_per_s = rotors.len() as f64 * drag.value * hover_rad_s / self.mass_kg;
+        (slowed_per_s > MOST_SLOWED_PER_S).then(|| {
+            format!(
+                "{} ({}): in a hover it slows the vehicle by {slowed_per_s:.2} of its speed a second, and multirotors by 0.24 to 0.54, \
+                 body and all: is it right?",
+                drag.words, drag.file
+            )
+        })
+    }
+}
+
+/// More than a multirotor is slowed by its rotors in a hover, twice over [1/s].
+const MOST_SLOWED_PER_S: f64 = 1.0;
+
+/// The mass [kg] that a file's rotors carry at a file's hover, if each has so much thrust at full throttle
+/// [N], with the formula; `None` where no file has both.
+pub fn mass_by_hover(known: &KnownVehicle, thrust_n: f64) -> Option<(f64, String)> {
+    let (hover, rotors) = (known.numbers.get(&Key::Hover)?, known.rotors.as_ref()?);
+    let mass_kg = rounded(hover.value * lift(&rotors.value.rotors) * thrust_n / STANDARD_GRAVITY_M_S2);
+    let Known { file, words, value, .. } = hover;
+    Some((
+        mass_kg,
+        format!("what {value} of {thrust_n:.4} N of each rotor carries ({file}: {words}): weigh it"),
+    ))
 }
 
 /// Share of a thrust to weight by which what a file says of the hover may be off what the motors say.
@@ -281,7 +318,10 @@ pub fn vehicle_draft_json(draft: &VehicleDraft) -> Result<String, ModelError> {
     };
     let is_coaxial = rotors.iter().any(|rotor| is_lower(rotor, &rotors));
     let mut ledger = Ledger::new(known);
-    ledger.known(Key::Mass);
+    match &draft.mass_by {
+        Some(formula) => ledger.estimate(&["mass_kg"], formula.clone()),
+        None => ledger.known(Key::Mass),
+    }
     match &known.rotors {
         Some(from) => ledger.of_file("rotors", from),
         None => ledger.told.push("rotors"),

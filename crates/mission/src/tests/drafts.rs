@@ -16,6 +16,7 @@ fn draft(frame: Frame, cant_deg: f64) -> VehicleDraft {
     VehicleDraft {
         name: "drafted".to_owned(),
         mass_kg: 6.0,
+        mass_by: None,
         rotors: DraftRotors::Frame { frame, cant_deg, arm_m: ARM_M },
         propeller_m: Some(0.3),
         thrust: DraftThrust::AtFullThrottle { thrust_n: THRUST_N },

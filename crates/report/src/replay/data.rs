@@ -43,8 +43,17 @@ pub(super) fn rows(samples: &[Sample]) -> Vec<&Sample> {
     samples.iter().enumerate().filter(|(i, _)| kept(*i)).map(|(_, sample)| sample).collect()
 }
 
+/// What is shown of a flight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Shown {
+    /// All that is known.
+    All,
+    /// The motion alone, not what acted on it.
+    Motion,
+}
+
 /// The page's data as JSON without `<`, which no block of a page ends in.
-pub(super) fn object(drop: &ShownDrop<'_>) -> String {
+pub(super) fn object(drop: &ShownDrop<'_>, shown: Shown) -> String {
     let ShownDrop { mission, verdict, .. } = *drop;
     let (times, limits) = (Times::of(drop), &mission.limits.safety);
     let environment = &mission.site.environment;
@@ -85,7 +94,7 @@ pub(super) fn object(drop: &ShownDrop<'_>) -> String {
         verdict: verdict.map(|v| object! { j_tpf: v.outcome.j_tpf, decided_by: v.decided_by }),
         times: object! { released_s: times.released_s, free_s: times.free_s, steady_s: times.steady_s },
         marks: marks(drop, &times),
-        flight: flight(drop),
+        flight: flight(drop, shown),
         plan: planned(drop, &times),
     };
     // Structs of strings, numbers and lists of them always serialise.
@@ -121,11 +130,14 @@ fn scaled<R>(columns: &Columns<R>, rows: &[&R], name: &str) -> Option<Channel> {
     Some(Channel::scaled(name, columns.values(name, rows)?.into_iter()))
 }
 
-fn flight(drop: &ShownDrop<'_>) -> Motion {
+fn flight(drop: &ShownDrop<'_>, shown: Shown) -> Motion {
     let (rows, columns) = (rows(drop.samples), flight_columns(drop.mission, false));
     let scaled = |name: String| scaled(&columns, &rows, &name);
     let mut channels = stepped(&columns, &rows, &MOTION);
     channels.push(Channel::new("phase", 1.0, rows.iter().map(|s| f64::from(s.phase as u8))));
+    if shown == Shown::Motion {
+        return Motion { count: rows.len(), channels };
+    }
     let of_rotor = |i| [format!("thrust_{i}_n"), format!("rotor_speed_{i}_rad_s")];
     channels.extend((1..=drop.mission.vehicle.rotors.len()).flat_map(of_rotor).filter_map(scaled));
     channels.extend(stepped(&columns, &rows, &AROUND));

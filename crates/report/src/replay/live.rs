@@ -35,7 +35,7 @@ pub fn style() -> String {
 
 /// The data of a drop's page, as JSON.
 pub fn drop_data(drop: &ShownDrop<'_>) -> String {
-    data::object(drop)
+    data::object(drop, data::Shown::All)
 }
 
 /// Verdict, numbers, circumstances and table of a drop, each as HTML.

@@ -1,6 +1,8 @@
 //! What a card's evidence assumes, and what was never modelled or looked at: sentences that follow from the
 //! mission, from its effects and from what flew.
 
+use std::collections::BTreeMap;
+
 use super::finding::Finding;
 use super::manifest::Kind;
 use super::{Card, first};
@@ -9,7 +11,7 @@ use crate::checking::odd;
 use samara_core::assess::outcome::QUANTITIES;
 use samara_core::model::Interference;
 use samara_core::units::DEG_PER_RAD;
-use samara_mission::{Effect, Mission};
+use samara_mission::{Effect, Mission, OriginKind};
 use samara_report::columns::short;
 
 /// What is assumed, a sentence each, which names at most so many pieces of evidence.
@@ -65,15 +67,27 @@ fn fixed(mission: &Mission) -> String {
     };
     let each = uncertain.quantities().into_iter().filter_map(|quantity| {
         let distribution = uncertain.of(quantity)?;
-        let unit = if quantity.is_share() { " of it" } else { "" };
-        let with_unit = format!("{} {}{unit}", distribution.words(), quantity.unit());
-        Some(format!("{} {}", quantity.words(), with_unit.trim_end()))
+        let unit = if quantity.is_share() { "of it" } else { quantity.unit() };
+        let with_unit = format!("{} {} {unit}", quantity.words(), distribution.words());
+        Some(with_unit.trim_end().to_owned())
     });
     let each: Vec<String> = each.collect();
     if each.is_empty() {
         return "The vehicle is as its file has it: the mission calls nothing of it uncertain".to_owned();
     }
-    format!("Every trial draws what is uncertain, about what its file has: {}", each.join("; "))
+    let logs = measured(mission);
+    format!("Every trial draws what is uncertain, about what its file has: {}{logs}", each.join("; "))
+}
+
+/// From which files the vehicle's numbers were measured, in words behind others; nothing where none was.
+fn measured(mission: &Mission) -> String {
+    let mut by_file: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for origin in mission.estimated.origins.iter().filter(|origin| origin.kind == OriginKind::Measured) {
+        let keys = origin.keys.iter().map(String::as_str);
+        by_file.entry(origin.file.as_deref().unwrap_or_default()).or_default().extend(keys);
+    }
+    by_file.remove("");
+    by_file.iter().map(|(file, keys)| format!("; measured in {file}: {}", keys.join(", "))).collect()
 }
 
 /// Whether an autopilot of this name has the simulator's state for a measurement.

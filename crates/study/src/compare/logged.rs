@@ -19,8 +19,11 @@ use samara_mission::Mission;
 use samara_report::columns::fixed;
 use samara_report::document::{Grid, Passage};
 use samara_report::json::{finite, result_objects};
+use samara_report::{DropRun, ShownDrop, drop_page_beside};
 
+use super::channels::{Channel, ChannelObject};
 use super::paths::FlownPath;
+use super::seconds::{Seconds, SecondsObject, seconds};
 use super::sides::sides;
 use crate::controller::{KeepsHeading, controller};
 use crate::fidelity::lines::CampaignLines;
@@ -41,8 +44,10 @@ pub struct LoggedPair {
     pub verdicts: [Verdict; 2],
     /// Why they were not safe.
     pub objections: [Vec<Objection>; 2],
-    /// How far the prediction is from the flight.
+    /// How far the prediction is from the flight, from t = 0 to the end of the shorter of them.
     pub channels: Vec<Channel>,
+    /// Predictions of a second, by commands and by setpoints; each, or what the log lacks.
+    pub seconds: [Result<Seconds, &'static str>; 2],
     /// Where the flight is among a campaign's.
     pub places: Vec<Place>,
     /// The campaign in the words of its file.
@@ -58,19 +63,6 @@ pub enum Unpredicted {
     /// The mission's vehicle cannot be controlled.
     #[error(transparent)]
     Control(#[from] ControlError),
-}
-
-/// A quantity over time, from t = 0 to the end of the shorter of flight and prediction.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Channel {
-    /// Name; it ends in its unit.
-    pub name: &'static str,
-    /// Root of the mean square of the flight's about its mean.
-    pub rms_flight: f64,
-    /// Root of the mean square of the prediction less the flight.
-    pub rms_error: f64,
-    /// Correlation of both; `None` where one of them stays what it is.
-    pub correlation: Option<f64>,
 }
 
 /// Where a flight is among the trials of a campaign, by one quantity.
@@ -141,12 +133,29 @@ impl LoggedPair {
         };
         let places = COUNTED.iter().filter_map(place).collect();
         let campaign = campaign.map(|lines| format!("{}, {} trials", lines.flown, lines.trials.len()));
-        Ok(Self { drop, predicted, verdicts, objections, channels, places, campaign })
+        let seconds = seconds(log, &drop, mission)?;
+        Ok(Self { drop, predicted, verdicts, objections, channels, seconds, places, campaign })
     }
 
     /// The paths of the flight and of the prediction.
     pub fn paths(&self) -> [FlownPath; 2] {
         [&self.drop.samples, &self.predicted].map(|samples| FlownPath::of(samples))
+    }
+
+    /// `drop.html` of the prediction, with the flight as its ghost; `log`: how that was named.
+    pub fn page(&self, log: &str, mission: &Mission, plan: &Trajectory) -> String {
+        let run = DropRun { course: Course::WHOLE, ..DropRun::default() };
+        let shown = |i: usize, title, gains| ShownDrop {
+            mission,
+            title,
+            gains,
+            samples: [&self.drop.samples, &self.predicted][i],
+            plan: (i == 1).then_some(plan),
+            verdict: Some(&self.verdicts[i]),
+            run: &run,
+        };
+        let title = format!("{} from the state of {log}", mission.name);
+        drop_page_beside(&shown(1, &title, &mission.control.gains_name), &shown(0, log, ""))
     }
 
     /// What is said of them.
@@ -174,15 +183,9 @@ impl LoggedPair {
             grid.row(&quantity.head(), [a, b, difference]);
         }
         passages.push(Passage::Table(grid));
-        let mut grid = Grid::new(
-            "The prediction less the flight, from t = 0 on",
-            ["", "rms of the flight", "rms of the error", "correlation"],
-        );
-        for channel in &self.channels {
-            let correlation = channel.correlation.map_or("-".to_owned(), |rho| fixed(rho, 3));
-            grid.row(channel.name, [fixed(channel.rms_flight, 3), fixed(channel.rms_error, 3), correlation]);
-        }
-        passages.push(Passage::Table(grid));
+        let title = "The prediction less the flight, from t = 0 on";
+        passages.push(Passage::Table(Channel::grid(title, &self.channels)));
+        passages.extend(self.seconds.iter().flatten().flat_map(Seconds::passages));
         if let Some(campaign) = &self.campaign {
             let mut grid =
                 Grid::new(&format!("The flight among {campaign}"), ["", "A", "quantile", "p-value"]);
@@ -222,7 +225,9 @@ impl LoggedPair {
         });
         let states = "A is by the autopilot's estimates, not by the truth; wind, and speeds of the rotors at \
                       t = 0, are not known of it: B has the mission's wind and rotors at rest";
-        seldom.chain(more).chain([states.to_owned()]).collect()
+        let lacks = self.seconds.iter().filter_map(|seconds| seconds.as_ref().err());
+        let lacks = lacks.map(|what| format!("the log has no {what}: no second is predicted by them"));
+        seldom.chain(more).chain(lacks).chain([states.to_owned()]).collect()
     }
 }
 
@@ -278,17 +283,8 @@ fn channels(flight: &[Sample], predicted: &[Sample]) -> Vec<Channel> {
     let powered = flight.iter().filter(|sample| sample.t_powered_s.is_some_and(|t_s| t_s >= 0.0));
     let pairs: Vec<(&Sample, &Sample)> =
         powered.filter_map(|sample| Some((sample, newest(sample.t_s)?))).collect();
-    let n = pairs.len() as f64;
     let of = |(name, value): &Reading| {
-        let values: Vec<(f64, f64)> = pairs.iter().map(|(a, b)| (value(a), value(b))).collect();
-        let mean = |of: &dyn Fn(&(f64, f64)) -> f64| values.iter().map(of).sum::<f64>() / n;
-        let (of_a, of_b) = (mean(&|(a, _)| *a), mean(&|(_, b)| *b));
-        let aa = mean(&|(a, _)| (a - of_a) * (a - of_a));
-        let bb = mean(&|(_, b)| (b - of_b) * (b - of_b));
-        let ab = mean(&|(a, b)| (a - of_a) * (b - of_b));
-        let rms_error = mean(&|(a, b)| (b - a) * (b - a)).sqrt();
-        let correlation = (aa > 1e-12 && bb > 1e-12).then(|| ab / (aa * bb).sqrt());
-        Channel { name, rms_flight: aa.sqrt(), rms_error, correlation }
+        Channel::of(name, pairs.iter().map(|(flight, predicted)| [value(flight), value(predicted)]))
     };
     CHANNELS.iter().map(of).collect()
 }
@@ -312,6 +308,10 @@ result_objects! {
         }).collect(),
         /// How far the prediction is from the flight.
         channels: Vec<ChannelObject> = pair.channels.iter().map(ChannelObject::of).collect(),
+        /// Predictions of a second by the log's commands to the rotors; null where it has none.
+        by_commands: Option<SecondsObject> = pair.seconds[0].as_ref().ok().map(SecondsObject::of),
+        /// Predictions of a second by the log's velocity setpoints; null where it has none.
+        by_setpoints: Option<SecondsObject> = pair.seconds[1].as_ref().ok().map(SecondsObject::of),
         /// Where the flight is among the campaign's trials; empty without one.
         places: Vec<PlaceObject> = pair.places.iter().map(PlaceObject::of).collect(),
     }
@@ -324,18 +324,6 @@ result_objects! {
         flight: Option<f64> = of.1.and_then(finite),
         /// The prediction's; null where it has none.
         predicted: Option<f64> = of.2.and_then(finite),
-    }
-
-    /// A quantity over time, from t = 0 on.
-    ChannelObject(channel: &Channel) {
-        /// Name, with its unit.
-        name: String = channel.name.to_owned(),
-        /// Root of the mean square of the flight's about its mean.
-        rms_flight: f64 = channel.rms_flight,
-        /// Root of the mean square of the prediction less the flight.
-        rms_error: f64 = channel.rms_error,
-        /// Correlation of both; null where one of them stays what it is.
-        correlation: Option<f64> = channel.correlation,
     }
 
     /// Where a flight is among the trials of a campaign.

@@ -2,19 +2,25 @@
 //!
 //! | file | holds |
 //! |---|---|
+//! | [`channels`] | quantities over time, a flight's beside a prediction's |
+//! | [`seconds`] | predictions of a second, begun anew all along a logged drop |
 //! | [`campaigns`] | two campaigns of one seed, trial by trial |
 //! | [`drops`] | two drops |
 //! | [`paths`] | their flight paths, drawn |
 //! | [`logged`] | a drop out of a flight log, and what a mission predicts of it |
+//! | [`replayed`] | a drop out of a flight log, flown again by its commands |
 //! | [`missions`] | files and derived numbers of two missions |
 //! | `sides` | words on A and on B |
 //! | this one | what is said of all of it |
 
 pub mod campaigns;
+pub mod channels;
 pub mod drops;
 pub mod logged;
 pub mod missions;
 pub mod paths;
+pub mod replayed;
+pub mod seconds;
 mod sides;
 #[cfg(test)]
 mod tests;
@@ -31,6 +37,9 @@ use sides::sides;
 /// Name of the file that the drawing of the flight paths goes to.
 pub const PATHS: &str = "compare.svg";
 
+/// Name of the page on which a prediction is seen with the flight as its ghost.
+pub const REPLAY: &str = "drop.html";
+
 /// What there is to compare of two runs or missions.
 #[derive(Clone, Debug, Default)]
 pub struct Compared {
@@ -44,6 +53,8 @@ pub struct Compared {
     pub logged: Option<LoggedPair>,
     /// Both flight paths as a drawing, where both are known.
     pub paths: Option<String>,
+    /// The page of a prediction with the flight as its ghost, where those are compared.
+    pub replay: Option<String>,
     /// Missions, where those are compared.
     pub missions: Option<MissionPair>,
 }

@@ -22,7 +22,7 @@ impl DropSimulation {
             v_ned: Vector3::zeros(),
             omega_body: Vector3::zeros(),
         };
-        let standing = Self::powered_from(vehicle, environment, state, PlantKind::Actuator);
+        let standing = super::powered_from(vehicle, environment, state, PlantKind::Actuator);
         Self { plant: standing.plant.with_start(), ..standing }.above(ground)
     }
 
