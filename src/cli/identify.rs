@@ -15,7 +15,7 @@ use samara::config::bounded::bytes_at_most;
 use samara::config::{VehicleFile, identified_file, load_vehicle, read_flight_table, vehicle_path};
 use samara::identify::{IdentifyError, PARAMETERS, Parameter, Settings, identify};
 use samara::logged_flight::LoggedFlight;
-use samara::manoeuvre::{Kind, Recipe, Trial, USUAL, Wanted};
+use samara::manoeuvre::{Kind, Recipe, Step, Trial, USUAL, Wanted};
 use samara::model::rigid_body::MassProperties;
 use samara::report::document::Document;
 use samara::report::identified::IdentifyReport;
@@ -128,12 +128,14 @@ fn manoeuvre(args: &IdentifyArgs) -> Result<Answer, Failure> {
     let told = |failed: IdentifyError| Failure::input(format!("what was flown says nothing: {failed}"));
     let trials = threads.each(&Kind::ALL, |kind| rehearsal.trial(*kind, &bounds, mission.seed));
     let trials: Vec<Trial> = trials.into_iter().collect::<Result<_, _>>().map_err(told)?;
-    let recipe = Recipe::of(&trials, &wanted, &bounds);
-    let steps = recipe.steps(&trials);
     let seeds = [1, 2].map(|more| mission.seed.wrapping_add(more));
-    let each = threads.each(&seeds, |seed| rehearsal.expected(&steps, *seed));
-    let each: Vec<[f64; PARAMETERS]> = each.into_iter().collect::<Result<_, _>>().map_err(told)?;
-    let mean = |i: usize| each.iter().map(|one| one[i] * one[i]).sum::<f64>() / each.len() as f64;
+    let fly = |steps: &[Step]| -> Result<[f64; PARAMETERS], IdentifyError> {
+        let each = threads.each(&seeds, |seed| rehearsal.expected(steps, *seed));
+        let each: Vec<[f64; PARAMETERS]> = each.into_iter().collect::<Result<_, _>>()?;
+        let mean = |i: usize| each.iter().map(|one| one[i] * one[i]).sum::<f64>() / each.len() as f64;
+        Ok(std::array::from_fn(|i| mean(i).sqrt()))
+    };
+    let (recipe, expected) = Recipe::flown(&trials, &wanted, &bounds, fly).map_err(told)?;
     let report = ManoeuvreReport {
         mission: &mission.name,
         vehicle: &mission.vehicle_name,
@@ -141,7 +143,7 @@ fn manoeuvre(args: &IdentifyArgs) -> Result<Answer, Failure> {
         bounds: &bounds,
         trials: &trials,
         recipe: &recipe,
-        expected: &std::array::from_fn(|i| mean(i).sqrt()),
+        expected: &expected,
         wanted: &wanted,
     };
     let document = report.document();

@@ -27,6 +27,9 @@ const LEAST_GAIN: f64 = 1e-4;
 /// What errors count for beyond those that are wanted, over those above them; and of what is not told at all.
 const BEYOND: f64 = 0.01;
 const MOST: f64 = 100.0;
+/// So often a recipe is revised by what came out, and by so much goals are below what is wanted.
+const REVISED: usize = 3;
+const ROOM: f64 = 0.8;
 /// Shortest recipe: what is identified needs twenty seconds that are flown without a gap [s].
 const LEAST_S: f64 = 30.0;
 
@@ -83,22 +86,17 @@ impl Rehearsal {
         Settings { gravity_m_s2: self.site.gravity_m_s2, density_kg_m3: self.site.density_kg_m3 }
     }
 
-    /// Tries a manoeuvre, as large as bounds have room for.
-    ///
-    /// # Errors
-    /// [`IdentifyError`] where its log says nothing.
-    pub fn trial(&self, kind: Kind, bounds: &Bounds, seed: u64) -> Result<Trial, IdentifyError> {
+    /// Sizes of a manoeuvre that bounds have room for, in the air of a seed.
+    pub fn sizes(&self, kind: Kind, bounds: &Bounds, seed: u64) -> Sizes {
         let tilt_rad = ASKED * bounds.tilt_rad;
-        let acceleration_m_s2 = self.site.gravity_m_s2 * tilt_rad;
         let mut sizes = Sizes {
             tilt_rad: FIRST.tilt_rad.min(tilt_rad),
-            acceleration_m_s2: FIRST.acceleration_m_s2.min(acceleration_m_s2),
+            acceleration_m_s2: FIRST.acceleration_m_s2.min(self.site.gravity_m_s2 * tilt_rad),
             speed_m_s: FIRST.speed_m_s.min(ASKED * bounds.speed_m_s),
             ..FIRST
         };
-        let mut round = kind.round(&sizes);
         for _ in 0..TRIES {
-            let seen = self.fly(&round, seed).seen;
+            let seen = self.fly(&kind.round(&sizes), seed).seen;
             let is_within = seen.tilt_rad <= GONE * bounds.tilt_rad
                 && seen.speed_m_s <= GONE * bounds.speed_m_s
                 && seen.below_m <= GONE * bounds.below_m;
@@ -106,8 +104,17 @@ impl Rehearsal {
                 break;
             }
             sizes = sizes.scaled(SMALLER);
-            round = kind.round(&sizes);
         }
+        sizes
+    }
+
+    /// Tries a manoeuvre, as large as bounds have room for.
+    ///
+    /// # Errors
+    /// [`IdentifyError`] where its log says nothing.
+    pub fn trial(&self, kind: Kind, bounds: &Bounds, seed: u64) -> Result<Trial, IdentifyError> {
+        let sizes = self.sizes(kind, bounds, seed);
+        let round = kind.round(&sizes);
         let round_s = length_s(&round);
         let rounds = (TRIED_S / round_s).ceil();
         let flown = self.fly(&round.repeat(rounds as usize), seed);
@@ -135,6 +142,35 @@ impl Rehearsal {
 }
 
 impl Recipe {
+    /// The recipe for wanted errors, and what is to be expected of it when it is flown as a whole, by `fly`.
+    /// What single trials promised too well of a number is made up for by more of what tells that one.
+    ///
+    /// # Errors
+    /// Those of `fly`.
+    pub fn flown<E>(
+        trials: &[Trial],
+        wanted: &Wanted,
+        bounds: &Bounds,
+        mut fly: impl FnMut(&[Step]) -> Result<[f64; PARAMETERS], E>,
+    ) -> Result<(Self, [f64; PARAMETERS]), E> {
+        let (mut goal, mut recipe) = (*wanted, Self::of(trials, wanted, bounds));
+        let mut expected = fly(&recipe.steps(trials))?;
+        for _ in 0..REVISED {
+            let added = recipe.errors(trials);
+            for parameter in missed(&expected, wanted) {
+                let i = parameter as usize;
+                goal[i] *= (added[i] / expected[i] * wanted[i] / goal[i]).min(1.0) * ROOM;
+            }
+            let revised = Self::of(trials, &goal, bounds);
+            if revised == recipe {
+                break;
+            }
+            expected = fly(&revised.steps(trials))?;
+            recipe = revised;
+        }
+        Ok((recipe, expected))
+    }
+
     /// The rounds that bring the errors below those that are wanted soonest, within bounds; where they do
     /// not suffice, those that come nearest.
     pub fn of(trials: &[Trial], wanted: &Wanted, bounds: &Bounds) -> Self {

@@ -14,7 +14,7 @@ fn closed_form_rounds_stay_near_where_they_began() {
         let flown = rehearsal(&vehicle(), 0.0).fly(&round, 1);
         let logged_s = flown.log.motors.unwrap().t_s.len() as f64 / SENSED_HZ;
         assert!((logged_s - length_s(&round)).abs() < 0.01, "{kind:?} {logged_s}");
-        let far_m = if kind == Kind::Passes { 40.0 } else { 8.0 };
+        let far_m = if kind == Kind::Passes { 45.0 } else { 8.0 };
         assert!(flown.seen.away_m < far_m && flown.seen.below_m < 5.0, "{kind:?} {:?}", flown.seen);
         // To hover a rotor takes some 50 W here.
         assert!(flown.seen.energy_j > 100.0 * logged_s, "{:?}", flown.seen);
@@ -25,9 +25,11 @@ fn closed_form_rounds_stay_near_where_they_began() {
 #[test]
 fn what_goes_beyond_bounds_is_made_smaller() {
     let bounds = Bounds { tilt_rad: 0.3, speed_m_s: 4.0, ..BOUNDS };
-    let trial = rehearsal(&vehicle(), 0.0).trial(Kind::Passes, &bounds, 1).unwrap();
-    assert!(trial.seen.tilt_rad < 0.3 && trial.seen.speed_m_s < 4.0, "{:?}", trial.seen);
-    assert!(trial.sizes.speed_m_s > 1.0 && trial.sizes.speed_m_s < 2.5, "{:?}", trial.sizes);
+    let flies = rehearsal(&vehicle(), 0.0);
+    let sizes = flies.sizes(Kind::Passes, &bounds, 1);
+    let seen = flies.fly(&Kind::Passes.round(&sizes), 1).seen;
+    assert!(seen.tilt_rad < 0.3 && seen.speed_m_s < 4.0, "{seen:?}");
+    assert!(sizes.speed_m_s > 1.0 && sizes.speed_m_s < 2.5, "{sizes:?}");
 }
 
 /// Of a recipe for the usual wanted errors, the scatter over seeds is within a factor of two of what was
@@ -41,10 +43,9 @@ fn closed_form_promised_errors_come_out() {
         let flies = rehearsal(&truth, turbulence_m_s);
         let trials: Vec<Trial> =
             Kind::ALL.iter().map(|kind| flies.trial(*kind, &BOUNDS, 900).unwrap()).collect();
-        let recipe = Recipe::of(&trials, &USUAL, &BOUNDS);
-        let added = recipe.errors(&trials);
-        let expected = flies.expected(&recipe.steps(&trials), 901).unwrap();
-        println!("{recipe:?}\nadded {added:.5?}\nexpected {expected:.5?}");
+        let fly = |steps: &[Step]| flies.expected(steps, 901);
+        let (recipe, expected) = Recipe::flown(&trials, &USUAL, &BOUNDS, fly).unwrap();
+        println!("{recipe:?}\nexpected {expected:.5?}");
         let ordinary = recipe.errors_alone(&trials[0]);
         println!("ordinary {ordinary:.5?}");
         for parameter in [Parameter::Torque, Parameter::InertiaZ] {
