@@ -23,7 +23,7 @@ const FLOORS: &[&[&str]] = &[
     &["identify", "trajectory"],
     &["control", "plan"],
     &["sim"],
-    &["uncertain"],
+    &["manoeuvre", "uncertain"],
     &["assess", "replan", "verify"],
     &["tune"],
     &["design", "params"],

@@ -10,7 +10,7 @@
 )]
 
 // What a test takes of the core's tests names its modules so.
-use samara::{control, frames, logged_flight, math, model, random};
+use samara::{control, logged_flight, manoeuvre, model, sim};
 
 mod architecture;
 mod assess;

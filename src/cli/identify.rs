@@ -6,14 +6,21 @@ use anyhow::Context as _;
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
+use super::mission::open_mission;
 use super::results::OutputFolder;
+use super::set::SetArgs;
+use super::system::threads;
 use super::terminal::print;
 use samara::config::bounded::bytes_at_most;
 use samara::config::{VehicleFile, identified_file, load_vehicle, read_flight_table, vehicle_path};
-use samara::identify::{Settings, identify};
+use samara::identify::{IdentifyError, PARAMETERS, Parameter, Settings, identify};
 use samara::logged_flight::LoggedFlight;
+use samara::manoeuvre::{Kind, Recipe, Step, Trial, USUAL, Wanted};
 use samara::model::rigid_body::MassProperties;
+use samara::report::document::Document;
 use samara::report::identified::IdentifyReport;
+use samara::report::manoeuvre::ManoeuvreReport;
+use samara::study::manoeuvre::rehearsal;
 use samara::ulog::Ulog;
 
 /// Larger logs are refused [bytes].
@@ -26,18 +33,29 @@ const STRONGEST_M_S2: f64 = 100.0;
 #[derive(Args, Debug)]
 pub struct IdentifyArgs {
     /// Flight logs of one vehicle: PX4's or samara's own (.ulg), or tables (.csv).
-    #[arg(value_name = "LOG", required = true)]
+    #[arg(value_name = "LOG", required_unless_present = "manoeuvre", conflicts_with = "manoeuvre")]
     pub logs: Vec<PathBuf>,
     /// The vehicle as it is known: a file, or a name of one.
-    #[arg(long, value_name = "NAME|FILE")]
-    pub vehicle: PathBuf,
+    #[arg(
+        long,
+        value_name = "NAME|FILE",
+        required_unless_present = "manoeuvre",
+        conflicts_with = "manoeuvre"
+    )]
+    pub vehicle: Option<PathBuf>,
     /// Mass in the flight [kg] [default: the vehicle's].
-    #[arg(long, value_name = "KG")]
+    #[arg(long, value_name = "KG", conflicts_with = "manoeuvre")]
     pub mass: Option<f64>,
     /// Gravity where it was flown [m/s^2].
-    #[arg(long, value_name = "M_S2", default_value_t = 9.80665)]
+    #[arg(long, value_name = "M_S2", default_value_t = 9.80665, conflicts_with = "manoeuvre")]
     pub gravity: f64,
-    /// Write NAME.json and NAME.html [default: the vehicle's name and `_identified`].
+    /// Instead, what to fly so that a log tells this mission's vehicle, and how well.
+    #[arg(long, value_name = "MISSION")]
+    pub manoeuvre: Option<PathBuf>,
+    /// Largest standard error that is wanted, as inertia=2 or drag_along=10: percent, [ms] or [mm].
+    #[arg(long, value_name = "QUANTITY=PERCENT", conflicts_with_all = ["logs", "vehicle"])]
+    pub wanted: Vec<String>,
+    /// Write NAME.json, NAME.html, .. [default: the vehicle's name and `_identified`, `_manoeuvre`].
     #[arg(long, value_name = "NAME")]
     pub out: Option<PathBuf>,
     /// Print one JSON object on stdout instead of text.
@@ -47,6 +65,7 @@ pub struct IdentifyArgs {
 
 /// Finds out what logs tell of a vehicle, and writes it.
 pub fn run(args: &IdentifyArgs) -> Result<Answer, Failure> {
+    let Some(vehicle) = &args.vehicle else { return manoeuvre(args) };
     for (name, value, most) in
         [("--mass", args.mass.unwrap_or(1.0), HEAVIEST_KG), ("--gravity", args.gravity, STRONGEST_M_S2)]
     {
@@ -56,7 +75,7 @@ pub fn run(args: &IdentifyArgs) -> Result<Answer, Failure> {
             )));
         }
     }
-    let path = vehicle_path(&args.vehicle).bad_input()?;
+    let path = vehicle_path(vehicle).bad_input()?;
     let VehicleFile { name: base, mut vehicle, .. } = load_vehicle(&path).bad_input()?;
     let mass_kg = args.mass.unwrap_or(vehicle.mass.mass_kg);
     vehicle.mass = MassProperties::new(mass_kg, vehicle.mass.inertia_kg_m2).bad_input()?;
@@ -73,13 +92,7 @@ pub fn run(args: &IdentifyArgs) -> Result<Answer, Failure> {
         .iter()
         .map(|log| log.file_name().unwrap_or_default().to_string_lossy().into_owned())
         .collect();
-    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(format!("{base}_identified")));
-    let Some(name) = out.file_name().and_then(|name| name.to_str()) else {
-        return Err(Failure::input(format!("expected a name to write to, found {}", out.display())));
-    };
-    let name = name.strip_suffix(".json").unwrap_or(name);
-    let told = (name, logs.join(", "), mass_kg);
-    let file = identified_file(&path, (told.0, &told.1, told.2), &vehicle, &found).bad_input()?;
+    let (folder, name) = place(args, format!("{base}_identified"))?;
     let report = IdentifyReport {
         base: &base,
         vehicle: &vehicle,
@@ -88,19 +101,111 @@ pub fn run(args: &IdentifyArgs) -> Result<Answer, Failure> {
         found: &found,
     };
     let document = report.document();
-    let folder = OutputFolder::plain(out.parent().unwrap_or(Path::new("")))?;
-    let mut written = vec![folder.write_text(&format!("{name}.json"), &file.text)?];
-    if let Some((table, text)) = &file.table {
-        written.push(folder.write_text(table, text)?);
+    let mut written = Vec::new();
+    // Where nothing was found the vehicle is the one that was known, and it has its file.
+    if !found.found.is_empty() {
+        let logs = logs.join(", ");
+        let file = identified_file(&path, (&name, &logs, mass_kg), &vehicle, &found).bad_input()?;
+        written.push(folder.write_text(&format!("{name}.json"), &file.text)?);
+        if let Some((table, text)) = &file.table {
+            written.push(folder.write_text(table, text)?);
+        }
     }
     written.push(folder.write_text(&format!("{name}.html"), &document.page())?);
-    if args.json {
-        print(&report.json())?;
-    } else {
-        let lines: String = written.iter().map(|path| format!("{}\n", path.display())).collect();
-        print(&(document.text() + "\n" + &lines))?;
-    }
+    tell(args, &report.json(), &document, &written)?;
     Ok(if found.found.is_empty() { Answer::No } else { Answer::Yes })
+}
+
+/// Says what to fly, and writes what it is flown by. No: it does not come to all errors that are wanted.
+fn manoeuvre(args: &IdentifyArgs) -> Result<Answer, Failure> {
+    let Some(mission) = &args.manoeuvre else {
+        return Err(Failure::input("--vehicle: expected, or --manoeuvre MISSION".to_owned()));
+    };
+    let wanted = wanted(&args.wanted)?;
+    let mission = open_mission(mission, &SetArgs::default())?;
+    let (rehearsal, bounds) = rehearsal(&mission).bad_input()?;
+    let threads = threads(None)?;
+    let told = |failed: IdentifyError| Failure::input(format!("what was flown says nothing: {failed}"));
+    let trials = threads.each(&Kind::ALL, |kind| rehearsal.trial(*kind, &bounds, mission.seed));
+    let trials: Vec<Trial> = trials.into_iter().collect::<Result<_, _>>().map_err(told)?;
+    let seeds = [1, 2].map(|more| mission.seed.wrapping_add(more));
+    let fly = |steps: &[Step]| -> Result<[f64; PARAMETERS], IdentifyError> {
+        let each = threads.each(&seeds, |seed| rehearsal.expected(steps, *seed));
+        let each: Vec<[f64; PARAMETERS]> = each.into_iter().collect::<Result<_, _>>()?;
+        let mean = |i: usize| each.iter().map(|one| one[i] * one[i]).sum::<f64>() / each.len() as f64;
+        Ok(std::array::from_fn(|i| mean(i).sqrt()))
+    };
+    let (recipe, expected) = Recipe::flown(&trials, &wanted, &bounds, fly).map_err(told)?;
+    let report = ManoeuvreReport {
+        mission: &mission.name,
+        vehicle: &mission.vehicle_name,
+        site: &mission.site.environment,
+        bounds: &bounds,
+        trials: &trials,
+        recipe: &recipe,
+        expected: &expected,
+        wanted: &wanted,
+    };
+    let document = report.document();
+    let (folder, name) = place(args, format!("{}_manoeuvre", mission.vehicle_name))?;
+    let mut written = vec![
+        folder.write_text(&format!("{name}.py"), &report.script())?,
+        folder.write_text(&format!("{name}.html"), &document.page())?,
+    ];
+    if let Some(plan) = report.plan() {
+        written.push(folder.write_text(&format!("{name}.plan"), &plan)?);
+    }
+    tell(args, &report.json(), &document, &written)?;
+    Ok(Answer::from(report.missed().is_empty()))
+}
+
+/// The errors that are wanted: those that are given, otherwise the usual ones.
+fn wanted(given: &[String]) -> Result<Wanted, Failure> {
+    let mut wanted = USUAL;
+    for one in given {
+        let refuse = |found: &str| {
+            let keys = Parameter::ALL.map(Parameter::key).join(", ");
+            Failure::input(format!(
+                "--wanted {one}: expected QUANTITY=PERCENT, above 0 and up to 100, QUANTITY one of {keys}, \
+                 or the first word of some; found {found}"
+            ))
+        };
+        let (key, number) = one.split_once('=').ok_or_else(|| refuse("no `=`"))?;
+        let number: f64 = number.parse().map_err(|_| refuse(number))?;
+        if !(number > 0.0 && number <= 100.0) {
+            return Err(refuse(&number.to_string()));
+        }
+        let is_meant = |parameter: &Parameter| {
+            parameter.key().strip_prefix(key).is_some_and(|rest| rest.is_empty() || rest.starts_with('_'))
+        };
+        let meant: Vec<Parameter> = Parameter::ALL.into_iter().filter(is_meant).collect();
+        if meant.is_empty() {
+            return Err(refuse(key));
+        }
+        for parameter in meant {
+            wanted[parameter as usize] = if parameter.is_factor() { 1e-2 * number } else { 1e-3 * number };
+        }
+    }
+    Ok(wanted)
+}
+
+/// Where results go, and their name.
+fn place(args: &IdentifyArgs, usual: String) -> Result<(OutputFolder, String), Failure> {
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(usual));
+    let Some(name) = out.file_name().and_then(|name| name.to_str()) else {
+        return Err(Failure::input(format!("expected a name to write to, found {}", out.display())));
+    };
+    let name = name.strip_suffix(".json").unwrap_or(name).to_owned();
+    Ok((OutputFolder::plain(out.parent().unwrap_or(Path::new("")))?, name))
+}
+
+/// Prints a result, as text with the files that were written.
+fn tell(args: &IdentifyArgs, json: &str, document: &Document, written: &[PathBuf]) -> Result<(), Failure> {
+    if args.json {
+        return Ok(print(json)?);
+    }
+    let lines: String = written.iter().map(|path| format!("{}\n", path.display())).collect();
+    Ok(print(&(document.text() + "\n" + &lines))?)
 }
 
 /// The flight of a log or of a table.

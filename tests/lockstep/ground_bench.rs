@@ -14,16 +14,18 @@ use samara::link::{
 };
 use samara::model::rigid_body::BodyState;
 use samara::params::{Subject, Value};
-use samara::sim::{Battery, DropEvent, DropRunConfig, DropSimulation, ElectricBattery, Ground};
+use samara::sim::{
+    Battery, DropEvent, DropRunConfig, DropSimulation, ElectricBattery, Ground, SensorSettings,
+};
 
 use crate::command_long::command_long;
 
-static MISSION: LazyLock<Mission> = LazyLock::new(|| {
+pub static MISSION: LazyLock<Mission> = LazyLock::new(|| {
     load_mission(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/calm_x500.json")).unwrap()
 });
 
 /// Gains for a vehicle of 2 kg that turns quickly.
-const GAINS: Gains = Gains {
+pub const GAINS: Gains = Gains {
     k_pq: 18.0,
     k_iq: 10.0,
     k_ptheta: 6.0,
@@ -56,15 +58,19 @@ pub struct Wire {
 }
 
 fn wire(sim: DropSimulation, battery: Option<Battery>) -> Wire {
-    wire_on(sim, battery, None)
+    wire_on(sim, battery, (MISSION.sensors, None))
 }
 
-/// On the truth, or on the estimator with the mission's sensors.
-fn wire_on(sim: DropSimulation, battery: Option<Battery>, estimator: Option<EstimatorSettings>) -> Wire {
+/// On the truth, or on the estimator with these sensors.
+fn wire_on(
+    sim: DropSimulation,
+    battery: Option<Battery>,
+    (sensors, estimator): (SensorSettings, Option<EstimatorSettings>),
+) -> Wire {
     let m = &*MISSION;
     let config = HilConfig {
         run: DropRunConfig { duration_us: 600_000_000, battery, ..DropRunConfig::default() },
-        sensors: m.sensors,
+        sensors,
         allow_faults: true,
         ..HilConfig::default()
     };
@@ -124,14 +130,19 @@ impl Wire {
 
     /// Standing, on the estimator.
     pub fn on_ground_on_estimator() -> Self {
+        Self::sensing(MISSION.sensors)
+    }
+
+    /// Standing, on the estimator with these sensors.
+    pub fn sensing(sensors: SensorSettings) -> Self {
         let m = &*MISSION;
         let site = &m.site.environment;
         let estimator = EstimatorSettings {
-            gps_delay_us: m.sensors.satellite.delay_us,
-            ..EstimatorSettings::at_site(site.gravity_m_s2, m.sensors.magnetometer.field_at(site))
+            gps_delay_us: sensors.satellite.delay_us,
+            ..EstimatorSettings::at_site(site.gravity_m_s2, sensors.magnetometer.field_at(site))
         };
         let sim = DropSimulation::standing(m.vehicle.clone(), site.clone(), GROUND);
-        wire_on(sim, None, Some(estimator))
+        wire_on(sim, None, (sensors, Some(estimator)))
     }
 
     /// Under its canopy, `height_m` above the ground and sinking.

@@ -10,6 +10,7 @@ mod flood_with_key;
 mod froude;
 mod ground;
 mod ground_bench;
+mod manoeuvre;
 mod releases;
 #[cfg(feature = "cli")]
 mod sockets;

@@ -21,6 +21,7 @@
 //! | [`trajectory`] | a planned trajectory |
 //! | [`control`], [`plan`] | how it is flown; how it should fly (neither knows the other) |
 //! | [`sim`] | the drop in simulated time |
+//! | [`manoeuvre`] | what to fly so that a log tells what a vehicle is |
 //! | [`uncertain`] | what is not known exactly of it |
 //! | [`assess`] | how safe it was |
 //! | [`replan`] | plans that are renewed during a drop |
@@ -41,6 +42,7 @@ pub mod frames;
 pub mod identify;
 pub mod kalman;
 pub mod logged_flight;
+pub mod manoeuvre;
 pub mod math;
 pub mod model;
 pub mod params;

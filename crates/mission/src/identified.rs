@@ -151,11 +151,7 @@ fn table(
 /// "thrust: standard error 0.3 %, ..": how numbers were measured.
 fn said(found: &Identified, parameters: &[Parameter]) -> String {
     let one = |found: &Found| {
-        let error = match found.parameter {
-            Parameter::CentreX | Parameter::CentreY => format!("{:.1} mm", 1e3 * found.error),
-            _ => format!("{:.2} %", 100.0 * found.error),
-        };
-        format!("{}: standard error {error}", found.parameter.words())
+        format!("{}: standard error {}", found.parameter.words(), found.parameter.error_words(found.error))
     };
     let all: Vec<String> = parameters.iter().filter_map(|parameter| found.of(*parameter)).map(one).collect();
     format!("output error over the flight; {}", all.join(", "))

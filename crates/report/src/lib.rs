@@ -5,6 +5,7 @@
 //! | [`flight_columns`] | columns of the flight log and of a plan beside it, and the log's arrays |
 //! | [`flight_csv`] | the flight log: every sample, every term of the balance of forces |
 //! | [`identified`] | what flight logs have told of a vehicle |
+//! | [`manoeuvre`] | what to fly so that they tell it |
 //! | [`logged_flight`] | what is in a flight log of others |
 //! | [`verdict`] | the verdict for the terminal |
 //! | [`plan`] | the plan for the terminal and as JSON |
@@ -40,6 +41,7 @@ pub mod identified;
 pub mod json;
 mod judged_drop;
 pub mod logged_flight;
+pub mod manoeuvre;
 mod marks;
 pub mod mcap;
 pub mod outcome;

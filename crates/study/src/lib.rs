@@ -24,6 +24,7 @@
 //! | [`sobol`] | what decides a drop |
 //! | [`plan_grid`] | the releases that a grid of plans spans, and what interpolated plans cost |
 //! | [`first_gains`] | gains that fly a drafted mission |
+//! | [`manoeuvre`] | a mission's vehicle in manoeuvres that tell what it is |
 //! | [`uncertain`] | what is uncertain of a mission |
 //! | [`searching`] | searches as studies: candidates out, judgements in |
 //! | [`tuning`] | how gains are tuned |
@@ -52,6 +53,7 @@ pub mod free_fall;
 pub mod jobs;
 pub mod kind;
 pub mod kinds;
+pub mod manoeuvre;
 pub mod own;
 pub mod paper;
 pub mod plan_grid;

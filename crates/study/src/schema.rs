@@ -19,13 +19,14 @@ use samara_mission::schema::text;
 use samara_report::identified::IdentifyObject;
 use samara_report::json::{CasesObject, DropObject};
 use samara_report::logged_flight::LogObject;
+use samara_report::manoeuvre::ManoeuvreObject;
 use samara_report::plan::PlanObject;
 use samara_report::verify::VerifyObject;
 
 type Text = fn(&str) -> String;
 
 /// Name of each kind of result, and what makes its schema.
-const RESULTS: [(&str, Text); 22] = [
+const RESULTS: [(&str, Text); 23] = [
     ("drop", text::<DropObject>),
     ("cases", text::<CasesObject>),
     ("plan", text::<PlanObject>),
@@ -44,6 +45,7 @@ const RESULTS: [(&str, Text); 22] = [
     ("plan_grid", text::<PlanGridObject>),
     ("compare", text::<CompareObject>),
     ("identify", text::<IdentifyObject>),
+    ("manoeuvre", text::<ManoeuvreObject>),
     ("log", text::<LogObject>),
     ("card", text::<CardObject>),
     ("manifest", text::<RunManifest>),

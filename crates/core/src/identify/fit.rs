@@ -86,6 +86,15 @@ struct Said {
     own_inverse: SMatrix<f64, LOCAL, LOCAL>,
 }
 
+/// What flights say of the unknowns that they share.
+pub(super) struct Told {
+    pub(super) matrix: DMatrix<f64>,
+    /// By how much each cluster of stretches moves the unknowns; not at all where it cannot be left out.
+    pub(super) moves: Vec<DVector<f64>>,
+    /// By how much an error of what was known before moves them, for each parameter that is looked for.
+    pub(super) known: Vec<DVector<f64>>,
+}
+
 /// A fit of a vehicle to flights.
 pub(super) struct Fit<'f> {
     vehicle: &'f Vehicle,
@@ -419,19 +428,29 @@ impl<'f> Fit<'f> {
         }
     }
 
-    /// Covariance of the parameters, by clusters of stretches each left out in turn, and their number.
+    /// Covariance of the parameters, by clusters of stretches each left out in turn, and their number. What
+    /// was known before is one more of them: where no stretch says anything, it is all there is.
     pub(super) fn covariance(&self) -> (DMatrix<f64>, usize) {
+        let Told { moves, known, .. } = self.told();
+        let n = moves.len();
+        let sum = |moves: &[DVector<f64>]| {
+            let outer =
+                |moved: &DVector<f64>| moved.rows(0, PARAMETERS) * moved.rows(0, PARAMETERS).transpose();
+            moves.iter().map(outer).fold(DMatrix::zeros(PARAMETERS, PARAMETERS), |sum, one| sum + one)
+        };
+        (sum(&moves) * ((n as f64 - 1.0) / n as f64) + sum(&known), n)
+    }
+
+    /// What is said of all shared unknowns, and by how much each cluster of stretches moves them.
+    pub(super) fn told(&self) -> Told {
         let said = self.said(&self.state);
         let (matrix, _) = self.sum(&self.state, &said);
         let size = if said.len() >= ENOUGH { CLUSTER } else { 1 };
-        let clusters: Vec<&[Said]> =
-            said.chunk_by(|a, b| a.flight == b.flight).flat_map(|flight| flight.chunks(size)).collect();
-        let n = clusters.len();
-        let mut covariance = DMatrix::zeros(PARAMETERS, PARAMETERS);
-        for cluster in &clusters {
+        let clusters = said.chunk_by(|a, b| a.flight == b.flight).flat_map(|flight| flight.chunks(size));
+        let moved = |cluster: &[Said]| {
             let mut without = matrix.clone();
             let mut gradient = DVector::zeros(matrix.nrows());
-            for one in *cluster {
+            for one in cluster {
                 for i in 0..SHARED {
                     gradient[place(one.flight, i)] += one.gradient[i];
                     for j in 0..SHARED {
@@ -440,12 +459,17 @@ impl<'f> Fit<'f> {
                 }
             }
             self.without_held(&mut without, &mut gradient);
-            let Some(root) = without.cholesky() else { continue };
-            let moved = root.solve(&gradient);
-            let moved = moved.rows(0, PARAMETERS);
-            covariance += moved * moved.transpose();
-        }
-        (covariance * ((n as f64 - 1.0) / n as f64), n)
+            without.cholesky().map_or_else(|| DVector::zeros(matrix.nrows()), |root| root.solve(&gradient))
+        };
+        let moves = clusters.map(moved).collect();
+        let root = matrix.clone().cholesky();
+        let known = (0..PARAMETERS).filter(|i| self.free[*i]).filter_map(|i| {
+            let mut gradient = DVector::zeros(matrix.nrows());
+            gradient[i] = 1.0 / Parameter::ALL[i].wide();
+            root.as_ref().map(|root| root.solve(&gradient))
+        });
+        let known = known.collect();
+        Told { matrix, moves, known }
     }
 }
 

@@ -11,6 +11,7 @@
 //! | `rotors` | speeds of the rotors, run from commands through the whole flight |
 //! | `motion` | a stretch of a second, flown by the vehicle's own model |
 //! | `fit` | output error: Gauss-Newton steps over all stretches, covariance by clusters of them |
+//! | [`information`](Information) | what a flight of a known vehicle would tell |
 //! | `hover` | thrust over mass of hovers alone, for logs that are too slow for more |
 //! | `refusal` | what a log does not tell, and why |
 //!
@@ -21,18 +22,20 @@ mod course;
 mod fit;
 mod found;
 mod hover;
+mod information;
 mod motion;
 mod parameter;
 mod refusal;
 mod rotors;
 #[cfg(test)]
-mod tests;
+pub(crate) mod tests;
 
 use nalgebra::DMatrix;
 
 pub use asked::{IdentifyError, Settings};
 pub use course::CHANNELS;
 pub use found::{Found, Identified, Predicted, Shown};
+pub use information::Information;
 pub use parameter::{PARAMETERS, Parameter};
 
 use crate::logged_flight::LoggedFlight;

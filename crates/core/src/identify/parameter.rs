@@ -89,6 +89,16 @@ impl Parameter {
         }
     }
 
+    /// An error of it in words: a share, milliseconds or millimetres.
+    pub fn error_words(self, x: f64) -> String {
+        match self {
+            _ if !x.is_finite() => "-".to_owned(),
+            Self::Delay => format!("{:.1} ms", 1e3 * x),
+            Self::CentreX | Self::CentreY => format!("{:.1} mm", 1e3 * x),
+            _ => format!("{:.1} %", 100.0 * x),
+        }
+    }
+
     /// Whether it is a factor on a number, by its logarithm or as a share.
     pub fn is_factor(self) -> bool {
         !matches!(self, Self::Delay | Self::CentreX | Self::CentreY)

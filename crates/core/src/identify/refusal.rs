@@ -97,11 +97,7 @@ fn unsure(fit: &Fit<'_>, covariance: &DMatrix<f64>, parameter: Parameter) -> Str
     let others = Parameter::ALL.into_iter().filter(|other| *other != parameter && fit.is_free(*other));
     let twin = others.max_by(|a, b| correlation(a).total_cmp(&correlation(b)));
     let error = covariance[(i, i)].sqrt();
-    let unit = |x: f64| match parameter {
-        Parameter::Delay => format!("{:.1} ms", 1e3 * x),
-        Parameter::CentreX | Parameter::CentreY => format!("{:.0} mm", 1e3 * x),
-        _ => format!("{:.0} %", 100.0 * x),
-    };
+    let unit = |x: f64| parameter.error_words(x);
     let known =
         format!("its standard error is {}, and {} is needed", unit(error), unit(parameter.largest_error()));
     let gusts = fit.state.wind_sigma_m_s[0].max(fit.state.wind_sigma_m_s[1]);

@@ -33,6 +33,17 @@ pub struct Series<const N: usize> {
 }
 
 impl<const N: usize> Series<N> {
+    /// A series without values.
+    pub fn empty(from: &'static str) -> Self {
+        Self { from, t_s: Vec::new(), values: Vec::new() }
+    }
+
+    /// Puts a value behind the others.
+    pub fn put(&mut self, t_s: f64, value: [f64; N]) {
+        self.t_s.push(t_s);
+        self.values.push(value);
+    }
+
     /// How often there is a value, by the median of the intervals [Hz]; NaN of fewer than two.
     pub fn rate_hz(&self) -> f64 {
         1.0 / self.intervals().map_or(f64::NAN, |sorted| sorted[sorted.len() / 2])

@@ -55,6 +55,8 @@ pub enum Purpose {
     Sobol = 22,
     /// Dice of tests and examples: nothing that flies draws them.
     Dice = 23,
+    /// What the estimated state of a rehearsed manoeuvre is off by.
+    Estimate = 24,
 }
 
 /// Whose trials a number counts. What was chosen on some trials is judged on others: the trials of a search,

@@ -36,6 +36,11 @@ impl Battery {
         self.left_j / self.capacity_j
     }
 
+    /// What is left [J].
+    pub fn left_j(&self) -> f64 {
+        self.left_j
+    }
+
     /// What has been taken [J].
     pub fn consumed_j(&self) -> f64 {
         self.capacity_j - self.left_j
