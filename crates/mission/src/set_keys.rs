@@ -49,7 +49,7 @@ pub fn settable_keys() -> impl Iterator<Item = &'static SettableKey> {
 pub struct SettableKey {
     /// The key as `--set` takes it: `limits.pitch_deg`, `mass_kg`, `gains.k_pq_per_s`.
     pub path: String,
-    /// What it is, in words.
+    /// The meaning, in words.
     pub description: String,
     /// Unit of its number or numbers, where they have one.
     pub unit: Option<String>,

@@ -26,12 +26,12 @@ struct Control {
     label: &'static str,
     key: &'static str,
     span: Span,
-    /// What it means that the key is not there; without a meaning there is no control then.
+    /// What the absence of the key means; without a meaning there is no control then.
     absent: Option<&'static str>,
 }
 
-/// The controls, in the order of the page: label, key and span of each, and behind `or` what the key's absence
-/// means.
+/// The controls, in the order of the page: label, key and span of each, and behind `or` what the absence of
+/// the key means.
 macro_rules! controls {
     ($($group:literal { $($label:literal $key:literal $span:expr $(, or $absent:literal)?;)* })*) => {
         &[$($(Control {
@@ -193,12 +193,14 @@ fn key_shown(key: &SettableKey, texts: &Texts) -> Option<impl Serialize + use<>>
 pub fn mission_shown(viewed: &Viewed, mission: &Mission) -> Result<String, Refused> {
     let texts = Texts::of(mission)?;
     let drops = object! { drops: DROPS_MOST, j_limit: mission.limits.j_tpf_below, seed: mission.seed };
+    let set = viewed.set.iter().map(|set| (set.key().to_owned(), set.value().into()));
+    let set: Map<String, Value> = set.collect();
     let shown = object! {
         name: &mission.name,
         path: mission.file.display().to_string(),
         vehicle: &mission.vehicle_name,
         gains: &mission.control.gains_name,
-        set: viewed.set.iter().map(|set| (set.key().to_owned(), set.value().into())).collect::<Map<_, Value>>(),
+        set: set,
         controls: CONTROLS.iter().filter_map(|control| control.shown(&texts)).collect::<Vec<_>>(),
         keys: settable_keys().filter_map(|key| key_shown(key, &texts)).collect::<Vec<_>>(),
         limits: &texts.mission["limits"],

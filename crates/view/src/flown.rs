@@ -24,7 +24,7 @@ use samara_study::effects::EffectFlights;
 pub struct Planned {
     /// The mission, with the values that were asked for.
     pub mission: Mission,
-    /// Its plan, which converged.
+    /// The mission's plan, which converged.
     pub plan: Plan,
 }
 

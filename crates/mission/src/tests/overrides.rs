@@ -138,8 +138,8 @@ fn closed_form_what_is_known_of_keys() {
     assert_eq!(key("mass_kg").description, "Mass [kg].");
 }
 
-/// A changed mission in files of its own is the changed mission, wherever it was read: all that flies, but for
-/// names.
+/// A changed mission in files of its own is the changed mission, wherever it was read: all that flies, but
+/// for names.
 #[test]
 fn a_changed_mission_is_read_back_from_its_files() {
     let set: Vec<Override> = ["limits.pitch_deg=40", "mass_kg=2.2", "gains.k_pq_per_s=18"]

@@ -1,4 +1,5 @@
-//! Who may ask: a browser on this machine that was given the token, on the server's own page.
+//! The door of the server: a browser on this machine that was given the token may ask, on the server's own
+//! page.
 //!
 //! Another page in that browser cannot: it has another origin, and gets no answer that it may read; a name of
 //! its own that leads here is another host. Another program of the same user can, as it can do all else.
@@ -71,7 +72,7 @@ pub struct Guard {
 pub enum Closed {
     /// It is somebody else's: 403.
     Forbidden,
-    /// Its body is no JSON: 415.
+    /// The body is no JSON: 415.
     NoJson,
 }
 
