@@ -119,7 +119,7 @@ def dropped(mission, folder, *changes):
 
 
 def test_each_slider_moves_the_flight_to_where_the_program_flies_it(mission, opened, tmp_path):
-    """The drop of `samara drop` comes over MAVLink, whose numbers have fewer digits."""
+    """The drop of `samara drop` has the link's delays, too: of a vehicle that has none itself nothing is seen of them."""
     name, address = mission
     page = opened(address)
     keys = page.evaluate("[...document.querySelectorAll('.control')].filter(c => c.querySelector('[type=range]')).map(c => c.dataset.key)")
@@ -141,14 +141,14 @@ def test_each_slider_moves_the_flight_to_where_the_program_flies_it(mission, ope
         else:
             assert not error, (key, value, error)
             assert page.evaluate("view.shown.told.passed") == told["safe"], (key, value)
-            assert page.evaluate("view.shown.told.cost") == pytest.approx(told["j_tpf"], abs=1e-5), (key, value)
+            assert page.evaluate("view.shown.told.cost") == pytest.approx(told["j_tpf"], abs=0.005), (key, value)
             for share in (0.3, 0.6, 1):
                 row = rows[round(share * (len(rows) - 1))]
                 drawn = page.evaluate("t => { replay.seek(t); return replay.drawn; }", float(row["t_s"]))
                 wait(page, "before => replay.drawn > before", drawn)
                 truth = [float(row[axis]) for axis in ("north_m", "east_m", "down_m")]
                 shown = page.evaluate("replay.vehicle")
-                assert shown == pytest.approx(truth, abs=0.01), (key, value, row["t_s"])
+                assert shown == pytest.approx(truth, abs=0.1), (key, value, row["t_s"])
             moved += 1
         page.click("#undo")
         settled(page)

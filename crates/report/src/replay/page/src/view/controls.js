@@ -36,15 +36,14 @@ function controlOf({ key, description, unit, kind, value, minimum, maximum, choi
   if ((kind !== "number" && kind !== "integer") || typeof value !== "number" || value === 0) return control;
   const low = Math.max(Math.min(0, AROUND * value), minimum ?? -Infinity);
   const high = Math.min(Math.max(0, AROUND * value), maximum ?? Infinity);
-  const step = kind === "integer" ? Math.max(1, Math.round((high - low) / STEPS)) : stepOf(high - low);
-  return { ...control, minimum: low, maximum: high, step };
+  return { ...control, minimum: low, maximum: high, step: stepOf(high - low) };
 }
 
 /** One value: label, slider where it has a range, field, unit, what is wrong with it. */
 class Control {
   constructor(spec, id, onSet) {
     Object.assign(this, { spec, onSet, own: typed(spec.value) });
-    const { key, label, unit, minimum, maximum, step, choices, absent, description } = spec;
+    const { key, label, unit, minimum, maximum, choices, absent, description } = spec;
     const [field, error] = [`field-${id}`, `error-${id}`];
     this.reset = make("button", { className: "reset", title: `as in the mission: ${this.own || (absent ?? "not there")}`, ariaLabel: `${label}: as in the mission`, hidden: true }, "\u21ba");
     this.reset.addEventListener("click", () => {
@@ -67,13 +66,14 @@ class Control {
     this.element = make("div", { className: "control", title });
     this.element.dataset.key = key;
     this.element.append(make("label", { htmlFor: field }, label), this.reset, make("span", { className: "entry" }, this.field, ofUnit));
-    if (minimum !== undefined && maximum !== undefined) this.slide(label, { minimum, maximum, step });
+    if (minimum !== undefined && maximum !== undefined) this.slide(label, spec);
     else this.element.classList.toggle("long", !choices);
     this.element.append(this.error);
     this.show(undefined);
   }
 
-  slide(label, { minimum, maximum, step }) {
+  slide(label, { minimum, maximum, step, whole }) {
+    if (whole) step = Math.max(1, Math.round(step));
     // From a multiple of the step on: what it comes to are round numbers.
     const min = Number((Math.ceil(minimum / step - 1e-9) * step).toPrecision(9));
     this.slider = make("input", { type: "range", min, max: maximum, step, ariaLabel: label });
@@ -134,7 +134,8 @@ export class Controls {
     this.search();
   }
 
-  add(spec) {
+  add(known) {
+    const spec = { ...known, whole: this.keys.find(({ key }) => key === known.key)?.kind === "integer" };
     const control = new Control(spec, this.all.size, (value, done) => this.onSet(spec.key, value === control.own ? null : value, done));
     this.all.set(spec.key, control);
     this.group(spec.group).append(control.element);

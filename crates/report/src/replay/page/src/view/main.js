@@ -116,7 +116,8 @@ class View {
 
   refused(error) {
     if (!(error instanceof Refused)) throw error;
-    const beside = this.controls.fail(error.key, error.message);
+    // No plan, say, is no key's fault: what was moved last is what it came of.
+    const beside = this.controls.fail(error.key ?? this.last?.key ?? null, error.message);
     this.trouble(beside ? "" : error.message);
     this.campaign.stop();
     document.body.classList.add("stale");
