@@ -202,10 +202,10 @@ fn place(args: &IdentifyArgs, usual: String) -> Result<(OutputFolder, String), F
 /// Prints a result, as text with the files that were written.
 fn tell(args: &IdentifyArgs, json: &str, document: &Document, written: &[PathBuf]) -> Result<(), Failure> {
     if args.json {
-        return Ok(print(json)?);
+        return print(json);
     }
     let lines: String = written.iter().map(|path| format!("{}\n", path.display())).collect();
-    Ok(print(&(document.text() + "\n" + &lines))?)
+    print(&(document.text() + "\n" + &lines))
 }
 
 /// The flight of a log or of a table.

@@ -40,15 +40,16 @@ def upload(vehicle, plan):
             )
 
 
-def takes_off(samara, vehicle, path, out):
-    """Simulator and autopilot, and the vehicle at 20 m."""
+def takes_off(samara, vehicle, path):
+    """Simulator and autopilot, with the vehicle at 20 m; the folder of the log."""
     samara.sim("--speed", 4, path)
-    samara.autopilot("--once", path, "--out", out)
+    autopilot = samara.autopilot("--once", path)
     vehicle.connect()
     assert set_parameter(vehicle, "MIS_TAKEOFF_ALT", 20.0) == 20.0
     vehicle.command(AUTOPILOT, mavlink.MAV_CMD_NAV_TAKEOFF, NAN, NAN, NAN, NAN, NAN, NAN, NAN)
     vehicle.arm()
     sees(vehicle, HOLD, 60.0)
+    return autopilot.out
 
 
 @pytest.mark.slow
@@ -57,8 +58,7 @@ def test_script_and_plan_are_flown_and_the_log_tells_the_vehicle(samara, vehicle
     promised, code = identify(tmp_path, "--manoeuvre", path, "--out", "fly")
     assert code == 0 and promised["reached"]
     plan = json.loads((tmp_path / "fly.plan").read_text(encoding="utf-8"))
-    out = tmp_path / "flown"
-    takes_off(samara, vehicle, path, out)
+    out = takes_off(samara, vehicle, path)
     assert upload(vehicle, plan) == mavlink.MAV_MISSION_ACCEPTED
     vehicle.command(AUTOPILOT, mavlink.MAV_CMD_MISSION_START, 0, 0)
     last = len(plan["mission"]["items"]) - 1

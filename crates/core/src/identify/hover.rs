@@ -44,6 +44,13 @@ pub(super) fn identify(courses: &[Course], vehicle: &Vehicle, settings: &Setting
     let mean = pieces.iter().sum::<f64>() / n;
     let scatter = pieces.iter().map(|x| (x - mean) * (x - mean)).sum::<f64>() / (n - 1.0);
     let error = (scatter / n / (mean * mean) + UNSEEN * UNSEEN).sqrt();
+    let most = Parameter::Thrust.largest_error();
+    if !(error <= most) {
+        let [error, most] = [error, most].map(|x| Parameter::Thrust.error_words(x));
+        let why = format!("hovers scatter: its standard error is {error}, and {most} is needed");
+        told.refused.insert(0, (Parameter::Thrust, why));
+        return told;
+    }
     told.found.push(Found {
         parameter: Parameter::Thrust,
         deviation: crate::math::ln(mean),

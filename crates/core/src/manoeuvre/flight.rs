@@ -60,7 +60,7 @@ pub struct Seen {
     pub tilt_rad: f64,
     /// Largest speed [m/s].
     pub speed_m_s: f64,
-    /// Furthest below and above where it began [m].
+    /// Furthest below where it began [m].
     pub below_m: f64,
     /// Furthest above where it began [m].
     pub above_m: f64,
