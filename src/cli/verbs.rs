@@ -118,7 +118,7 @@ pub enum Verb {
     #[command(after_long_help = include_str!("help/rotor.txt"))]
     Rotor(RotorArgs),
     /// Write the JSON schemas of mission, vehicle and gains files, and of results.
-    #[command(after_long_help = include_str!("help/schema.txt"))]
+    #[command(hide = true, after_long_help = include_str!("help/schema.txt"))]
     Schema(SchemaArgs),
     /// Print what completes the command line in a shell.
     #[command(hide = true, after_long_help = include_str!("help/completions.txt"))]
