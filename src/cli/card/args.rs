@@ -10,7 +10,7 @@ use samara::config::shipped::is_built_in;
 use samara::report::shell::command_line;
 
 /// `samara card`.
-#[derive(Args, Debug)]
+#[derive(Args, Clone, Debug)]
 pub struct CardArgs {
     /// Mission, folder, output form.
     #[command(flatten)]
@@ -49,8 +49,7 @@ pub struct CardArgs {
 /// Least probability of failure that a campaign can show: the most trials that one has show no less.
 const LEAST: f64 = 3e-9;
 
-/// A probability of failure that can be accepted.
-pub fn accepted_probability(text: &str) -> Result<f64, String> {
+fn accepted_probability(text: &str) -> Result<f64, String> {
     let expected = format!(
         "a probability from {LEAST:e} to 1 is expected: no campaign shows less, and `samara study rare` searches for what is rarer"
     );
@@ -78,7 +77,12 @@ impl CardArgs {
 
     /// The command that makes the card again.
     pub fn command(&self, mission: &Mission) -> String {
-        let mut words = vec!["samara".to_owned(), "card".to_owned(), self.mission_word(mission)];
+        command_line([vec!["samara".to_owned()], self.words(mission)].concat())
+    }
+
+    /// What is typed after `samara`.
+    pub fn words(&self, mission: &Mission) -> Vec<String> {
+        let mut words = vec!["card".to_owned(), self.mission_word(mission)];
         words.extend(self.options());
         let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
         self.evidence.iter().for_each(|folder| add("--evidence", folder.display().to_string()));
@@ -91,7 +95,7 @@ impl CardArgs {
             add("--chosen-among", self.chosen_among.to_string());
         }
         self.mission.out.iter().for_each(|folder| add("--out", folder.display().to_string()));
-        command_line(words)
+        words
     }
 
     /// The gains and the parameter file that are chosen.

@@ -17,7 +17,7 @@ use anyhow::Context as _;
 use super::answer::{Answer, BadInput as _, Failure};
 use super::mission::{print_origin, px4_parameters};
 use super::results::{OutputFolder, sha256_of};
-pub use args::{CardArgs, accepted_probability};
+pub use args::CardArgs;
 use inputs::Present;
 use samara::assess::ChosenAmong;
 use samara::config::{Mission, input_text};

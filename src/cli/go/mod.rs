@@ -28,9 +28,12 @@ use super::system::was_interrupted;
 use super::terminal::{held, print, print_err};
 pub use args::GoArgs;
 use ledger::{Entry, Ledger, Said};
+use samara::assess::ChosenAmong;
 use samara::config::Mission;
 use samara::report::json::VERSION;
 use samara::report::shell::command_line;
+use samara::study::card::demanded;
+use samara::study::card::finding::fewest_trials;
 
 /// A step on the way.
 struct Step {
@@ -47,15 +50,14 @@ struct Step {
 
 /// Goes the way to the card. Yes: the card is a go.
 pub fn run(args: &GoArgs) -> Result<Answer, Failure> {
-    let of_card = parsed::<CardArgs>(&card_words(args, &[]))?;
-    let mission = card::present_mission(&of_card)?;
+    let mission = card::present_mission(&args.card)?;
     has_a_drop(&mission)?;
-    let root = args.out.clone().unwrap_or_else(|| place_of(None, &mission.name).join("go"));
+    let root = args.card.mission.out.clone().unwrap_or_else(|| place_of(None, &mission.name).join("go"));
     let folder = OutputFolder::plain(&root)?;
     let way = Way { args, mission: &mission, root: &root, folder: &folder };
     let (walked, ended) = way.walk()?;
     let card = root.join("card.html");
-    if args.json {
+    if args.card.mission.json {
         let steps: Vec<_> = walked.iter().map(Walked::json).collect();
         let card = (ended == Ended::AtTheCard).then(|| card.display().to_string());
         print(&format!(
@@ -124,11 +126,11 @@ impl Way<'_> {
         for (number, step) in steps.iter().enumerate() {
             print_err(&format!("samara go: {} of {count}, {}: ", number + 1, step.title));
             let Some(done) = self.take(step, &mut ledger)? else { return Ok((walked, Ended::Stopped)) };
-            if !self.args.json {
+            if !self.args.card.mission.json {
                 print(&line(number + 1, step, &done))?;
             }
             let (yes, is_last) = (done.said.yes, number + 1 == count);
-            let goes_on = yes || self.args.past_no || (step.counts && self.args.p_failure.is_some());
+            let goes_on = yes || self.args.past_no || (step.counts && self.args.card.p_failure.is_some());
             walked.push(done);
             if !goes_on && !is_last {
                 return Ok((walked, Ended::AtANo));
@@ -137,16 +139,27 @@ impl Way<'_> {
         Ok((walked, Ended::AtTheCard))
     }
 
+    /// The card of what lies in these folders, and in those that were named.
+    fn of_card(&self, folders: &[PathBuf]) -> CardArgs {
+        let mut card = self.args.card.clone();
+        card.evidence.extend_from_slice(folders);
+        card.mission.json = false;
+        card.mission.out = Some(self.root.to_owned());
+        card
+    }
+
     /// The steps in their order.
     fn steps(&self) -> Vec<Step> {
-        let word = self.args.mission.display().to_string();
+        let card = &self.args.card;
+        let word = card.mission_word(self.mission);
         let words = |verb: &[&str], more: Vec<String>| -> Vec<String> {
             let verb = verb.iter().map(|word| (*word).to_owned());
-            verb.chain([word.clone()]).chain(self.args.choices()).chain(more).collect()
+            verb.chain([word.clone()]).chain(card.options()).chain(more).collect()
         };
         let option = |name: &str, value: String| vec![name.to_owned(), value];
         let autopilot = || option("--autopilot", self.args.autopilot.to_string());
-        let trials = || option("--trials", self.args.trials().to_string());
+        let fewest = || fewest_trials(demanded(card.p_failure), ChosenAmong::new(card.chosen_among));
+        let trials = || option("--trials", self.args.trials.unwrap_or_else(fewest).to_string());
         let step = |name, title, words, run| Step { name, title, words, run, rows: None, counts: false };
         let folders = ["drop", "campaign", "drops", "envelope"].map(|name| self.root.join(name));
         vec![
@@ -172,7 +185,9 @@ impl Way<'_> {
                     study::run(&parsed::<StudyVerbArgs>(w)?)
                 })
             },
-            step("card", "card", card_words(self.args, &folders), |w| card::run(&parsed::<CardArgs>(w)?)),
+            step("card", "card", self.of_card(&folders).words(self.mission), |w| {
+                card::run(&parsed::<CardArgs>(w)?)
+            }),
         ]
     }
 
@@ -181,7 +196,7 @@ impl Way<'_> {
         let is_card = step.name == "card";
         let place = if is_card { self.root.to_owned() } else { self.root.join(step.name) };
         let mut words = step.words.clone();
-        if step.name != "check" {
+        if step.name != "check" && !is_card {
             words.extend(["--out".to_owned(), place.display().to_string()]);
         }
         let command = command_line(["samara".to_owned()].into_iter().chain(words.iter().cloned()));
@@ -191,7 +206,7 @@ impl Way<'_> {
         if let Some(Entry { answer: Some(said), .. }) = &known
             && !is_card
             && step.name != "check"
-            && card::accepts(&parsed(&card_words(self.args, std::slice::from_ref(&place)))?)?
+            && card::accepts(&CardArgs { evidence: vec![place.clone()], ..self.args.card.clone() })?
         {
             print_err("kept\n");
             return Ok(Some(Walked { name: step.name, command, kept: true, said: said.clone() }));
@@ -219,16 +234,6 @@ impl Way<'_> {
         ledger.note(step.name, Entry { answer: Some(said.clone()), ..entry }, self.folder)?;
         Ok(Some(Walked { name: step.name, command, kept: false, said }))
     }
-}
-
-/// What is typed for the card.
-fn card_words(args: &GoArgs, folders: &[PathBuf]) -> Vec<String> {
-    let mut words = vec!["card".to_owned(), args.mission.display().to_string()];
-    words.extend(args.choices());
-    words.extend(folders.iter().flat_map(|folder| ["--evidence".to_owned(), folder.display().to_string()]));
-    words.extend(args.p_failure.iter().flat_map(|p| ["--p-failure".to_owned(), p.to_string()]));
-    words.extend(args.accept_estimates.then(|| "--accept-estimates".to_owned()));
-    words
 }
 
 /// The arguments of a verb, of words that begin with it.

@@ -150,12 +150,17 @@ impl Evidence {
     }
 }
 
+/// The probability of failure that is asked for, where this one is accepted, or none is named.
+pub fn demanded(accepted: Option<f64>) -> f64 {
+    // What rounding leaves of the difference is no part of it.
+    accepted.unwrap_or_else(|| (1e9 * (1.0 - PROBABILITY)).round() / 1e9)
+}
+
 impl Card<'_> {
     /// The greatest probability of failure that a campaign may leave possible: the accepted one, else what
     /// is left of the share of safe flights that an envelope's edge stands for.
     pub fn demanded(&self) -> f64 {
-        // What rounding leaves of the difference is no part of it.
-        self.accepted.unwrap_or_else(|| (1e9 * (1.0 - PROBABILITY)).round() / 1e9)
+        demanded(self.accepted)
     }
 
     /// Number of a piece of evidence, as sentences name it.
