@@ -11,6 +11,7 @@
 //! | [`math`], [`real`] | elementary functions, the same on every machine; the number of the dynamics |
 //! | [`simd`], [`vector`] | wider registers; vectors of any number |
 //! | [`checksum`], [`random`], [`units`] | CRC-32, random numbers, conversion factors |
+//! | [`hints`] | what mostly causes a no, and the command for it |
 //! | [`kalman`] | the covariance of a filter's errors |
 //! | [`printable`] | texts of others made fit to be printed |
 //! | [`ulog`] | PX4's flight logs, read |
@@ -39,6 +40,7 @@ pub mod checksum;
 pub mod control;
 pub mod design;
 pub mod frames;
+pub mod hints;
 pub mod identify;
 pub mod kalman;
 pub mod logged_flight;

@@ -12,6 +12,7 @@ use std::fmt;
 
 use super::limits::{Limits, SteadyWithin};
 use super::outcome::{LimitNames, Outcome, QUANTITIES};
+use crate::hints::No;
 use crate::sim::limits::{NOT_FINITE, StateCost};
 
 /// Why a flight was not safe, as far as its numbers tell it.
@@ -124,6 +125,31 @@ pub struct OnTheGround {
 }
 
 impl Objection {
+    /// What kind of a no it is.
+    pub fn no(&self) -> No {
+        match self {
+            Self::NeverReleased { .. } => No::NeverReleased,
+            Self::ReleasedUnarmed => No::ReleasedUnarmed,
+            Self::MotorsNeverStarted => No::MotorsNeverStarted,
+            Self::OnTheGround(_) => No::OnTheGround,
+            Self::Failsafe => No::Failsafe,
+            Self::Trouble(_) => No::Trouble,
+            Self::NotFinite => No::NotFinite,
+            Self::JTpf { parts, .. } => match parts.first() {
+                Some(&"speed") => No::Speed,
+                Some(&"pitch") => No::Pitch,
+                Some(&"pitch_rate") => No::PitchRate,
+                Some(&"roll") => No::Roll,
+                Some(&"roll_rate") => No::RollRate,
+                _ => No::JTpf,
+            },
+            Self::Passed { names, .. } => names.no,
+            Self::Stopped(_) => No::Stopped,
+            Self::PlanCut => No::PlanCut,
+            Self::NeverSteady { .. } => No::NeverSteady,
+        }
+    }
+
     /// Names of the limits that were passed, as files have them: of a part of J_state "speed", "pitch",
     /// "pitch_rate", "roll", "roll_rate"; [`LimitNames::passed`]; [`NOT_FINITE`]. None for what is no limit.
     pub fn limits_passed(&self) -> Vec<&'static str> {

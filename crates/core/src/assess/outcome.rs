@@ -12,6 +12,7 @@ use nalgebra::Vector3;
 
 use super::limits::Limits;
 use super::statistics::Summary;
+use crate::hints::No;
 use crate::units::DEG_PER_RAD;
 
 /// What a flight came to, in the units of files. Two are equal where all of their numbers are.
@@ -130,6 +131,8 @@ pub struct Quantity {
 /// Names of a limit beside those of J_state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LimitNames {
+    /// What kind of a no it is to pass it.
+    pub no: No,
     /// Name in files, where it was passed.
     pub passed: &'static str,
     /// Key in files that list limits.
@@ -219,8 +222,8 @@ macro_rules! quantity {
 }
 
 /// The limit of a quantity that has one beside those of J_state.
-const fn at_most(passed: &'static str, key: &'static str, words: &'static str) -> Option<LimitNames> {
-    Some(LimitNames { passed, key, words, is_least: false })
+const fn at_most(no: No, key: &'static str, words: &'static str) -> Option<LimitNames> {
+    Some(LimitNames { no, passed: no.hint().name, key, words, is_least: false })
 }
 
 fn degrees(limit_rad: Option<f64>) -> Option<f64> {
@@ -256,20 +259,20 @@ pub const PEAK_SPEED: Quantity = Quantity {
 /// Row of [`Outcome::peak_tilt_deg`].
 pub const PEAK_TILT: Quantity = Quantity {
     limit: |limits| degrees(limits.tilt_rad),
-    judged: at_most("tilt", "tilt_deg", "tilt"),
+    judged: at_most(No::Tilt, "tilt_deg", "tilt"),
     ..quantity!(peak_tilt_deg, "peak tilt", "deg")
 };
 /// Row of [`Outcome::altitude_lost_m`].
 pub const ALTITUDE_LOST: Quantity = Quantity {
     limit: |limits| limits.altitude_lost_m,
-    judged: at_most("altitude_lost", "altitude_lost_m", "altitude lost"),
+    judged: at_most(No::AltitudeLost, "altitude_lost_m", "altitude lost"),
     ..quantity!(altitude_lost_m, "altitude lost", "m")
 };
 /// Row of [`Outcome::steady_after_s`].
 pub const STEADY_AFTER: Quantity = Quantity {
     without: "never",
     limit: |limits| limits.steady_after_s,
-    judged: at_most("steady_after", "steady_after_s", "steady after"),
+    judged: at_most(No::SteadyAfter, "steady_after_s", "steady after"),
     ..quantity!(steady_after_s, "steady after", "s")
 };
 
@@ -288,7 +291,7 @@ pub const PEAK_ROLL: Quantity = quantity!(peak_roll_deg, "peak roll", "deg");
 pub const IMPACT_SPEED: Quantity = Quantity {
     without: "none",
     limit: |limits| Some(limits.touch.speed_m_s),
-    judged: at_most("impact", "impact_speed_m_s", "impact"),
+    judged: at_most(No::Impact, "impact_speed_m_s", "impact"),
     of_drops_alone: true,
     ..quantity!(impact_speed_m_s, "speed of impact", "m/s")
 };
@@ -296,7 +299,7 @@ pub const IMPACT_SPEED: Quantity = Quantity {
 pub const IMPACT_TILT: Quantity = Quantity {
     without: "none",
     limit: |limits| degrees(Some(limits.touch.tilt_rad)),
-    judged: at_most("impact_tilt", "impact_tilt_deg", "tilt at the impact"),
+    judged: at_most(No::ImpactTilt, "impact_tilt_deg", "tilt at the impact"),
     of_drops_alone: true,
     ..quantity!(impact_tilt_deg, "tilt at the impact", "deg")
 };
@@ -305,7 +308,8 @@ pub const CANOPY_DISTANCE: Quantity = Quantity {
     without: "none",
     limit: |limits| limits.separation_m,
     judged: Some(LimitNames {
-        passed: "separation",
+        no: No::Separation,
+        passed: No::Separation.hint().name,
         key: "separation_m",
         words: "distance from the canopy",
         is_least: true,

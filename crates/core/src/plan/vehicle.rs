@@ -16,6 +16,7 @@ use super::guess::{AnyIterate, Guess, start_from};
 use super::problem::{Bounds, Nodes, Problem, QuadraticCost};
 use super::solver::{Counts, ProblemError, Solution, SolveProgress, SolverOptions, Status, solve};
 use crate::frames::Quaternion;
+use crate::hints::No;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, TrimError, Vehicle, trim};
 use crate::trajectory::{Node, Trajectory, TrajectoryError};
 
@@ -96,6 +97,8 @@ pub struct Plan {
     pub status: Status,
     /// In words, why the solve did not converge; `None` when it did.
     pub diagnosis: Option<String>,
+    /// What kind of a no that is; `None` when it converged.
+    pub no: Option<No>,
     /// The solution as a trajectory, or the best point found.
     pub trajectory: Trajectory,
     /// Cost J_d of (32).
@@ -179,7 +182,7 @@ fn solved<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
     problem: &PlanProblem<'_>,
     nlp: &Problem<D, NX, NU>,
     guess: &Guess<'_>,
-    hopeless: Option<String>,
+    hopeless: Option<(No, String)>,
     options: &SolverOptions,
     observer: &mut dyn FnMut(&SolveProgress) -> ControlFlow<()>,
 ) -> Result<Plan, PlanError> {
@@ -188,14 +191,15 @@ fn solved<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
     let start = start_from(nlp, guess, hover_n);
     let options = if hopeless.is_some() { SolverOptions { max_iterations: 0, ..*options } } else { *options };
     let solution = solve(nlp, start, &options, observer)?;
-    let (status, diagnosis) = match hopeless {
-        Some(reason) => (Status::Infeasible, Some(reason)),
-        None => (solution.status, diagnose(&solution)),
+    let (status, diagnosis, no) = match hopeless {
+        Some((no, reason)) => (Status::Infeasible, Some(reason), Some(no)),
+        None => (solution.status, diagnose(&solution), solution.status.no()),
     };
     let trajectory = trajectory_of(nlp, &solution.iterate.nodes, rotors)?;
     Ok(Plan {
         status,
         diagnosis,
+        no,
         trajectory,
         objective: solution.objective,
         defect_max: solution.defect_max,
@@ -207,27 +211,33 @@ fn solved<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
 }
 
 /// Why steady flight at the target is beyond the rotors' thrust; `None` when it is not.
-fn weakness(problem: &PlanProblem<'_>, trim_thrust_n: &PerRotor) -> Option<String> {
+fn weakness(problem: &PlanProblem<'_>, trim_thrust_n: &PerRotor) -> Option<(No, String)> {
     let n = problem.vehicle.rotors.len();
     if let Some(i) = trim_thrust_n[..n].iter().position(|&thrust| thrust < 0.0) {
-        return Some(format!(
+        let words = format!(
             "steady flight at the target needs {:.1} N of rotor {}: the air carries more than the weight, and rotors cannot pull down",
             trim_thrust_n[i],
             i + 1
-        ));
+        );
+        return Some((No::PullsDown, words));
     }
     let (i, most) = trim_thrust_n[..n].iter().copied().enumerate().max_by(|a, b| a.1.total_cmp(&b.1))?;
     (most > problem.thrust_max_n).then(|| {
-        format!(
+        let words = format!(
             "steady flight at the target needs {most:.1} N of rotor {}, the limit is {:.1} N: the vehicle is too weak to fly",
             i + 1,
             problem.thrust_max_n
-        )
+        );
+        (No::TooWeak, words)
     })
 }
 
 /// Which bound on the motion leaves no room in the terminal set; `None` when each does.
-fn contradiction(problem: &PlanProblem<'_>) -> Option<String> {
+fn contradiction(problem: &PlanProblem<'_>) -> Option<(No, String)> {
+    bounds_without_room(problem).map(|words| (No::PlanBounds, words))
+}
+
+fn bounds_without_room(problem: &PlanProblem<'_>) -> Option<String> {
     let (within, motion) = (problem.terminal_velocity_tolerance_m_s?, &problem.demands.motion);
     let axes = [("north", motion.v_north_m_s), ("east", motion.v_east_m_s), ("down", motion.v_down_m_s)];
     let mut slowest = Vector3::zeros();

@@ -1,6 +1,7 @@
 //! Arguments and results of a solve: options, starting point, progress, status, counts, solution.
 
 use super::Iterate;
+use crate::hints::No;
 use crate::plan::problem::Nodes;
 
 /// Options of the interior point method.
@@ -48,6 +49,20 @@ pub enum Status {
     Stalled,
     /// The iterates left the region where the model can be evaluated.
     Diverged,
+}
+
+impl Status {
+    /// What kind of a no it is; `None` where a plan was found.
+    pub const fn no(self) -> Option<No> {
+        match self {
+            Self::Converged => None,
+            Self::IterationLimit => Some(No::PlanBudget),
+            Self::Stopped => Some(No::PlanStopped),
+            Self::Infeasible => Some(No::PlanInfeasible),
+            Self::Stalled => Some(No::PlanStalled),
+            Self::Diverged => Some(No::PlanDiverged),
+        }
+    }
 }
 
 /// The state of a solve after an iteration, as an observer sees it.
