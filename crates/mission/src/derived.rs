@@ -5,6 +5,7 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 use samara_core::control::Airframe;
 use samara_core::frames::{LEVEL, pitch};
+use samara_core::hints::No;
 use samara_core::model::rigid_body::BodyState;
 use samara_core::model::rotor_start::BeforeStart;
 use samara_core::model::wind::LEAST_CONVECTION_M_S;
@@ -16,6 +17,7 @@ use samara_core::uncertain::JointNormal;
 use samara_core::units::DEG_PER_RAD;
 
 use super::mission::Mission;
+use super::odd::Odd;
 
 const C_PER_AH: f64 = 3600.0;
 
@@ -26,7 +28,7 @@ pub struct Derived {
     pub groups: Vec<DerivedGroup>,
     /// Sentences about what is odd, each with its key: [`Mission::contradictions`] and what is found here. A
     /// mission without any is fine.
-    pub odd: Vec<String>,
+    pub odd: Vec<Odd>,
 }
 
 /// Quantities that belong together.
@@ -68,7 +70,7 @@ pub fn derived(mission: &Mission) -> Derived {
     let rotors = RotorLimits::of(&mission.vehicle, mission.site.environment.density_kg_m3);
     let mut odd = mission.contradictions();
     if let Err(e) = Airframe::new(&mission.vehicle, &mission.site.environment) {
-        odd.push(format!("vehicle: the cascade cannot control it: {e}"));
+        odd.push(Odd::new(No::CannotControl, format!("vehicle: the cascade cannot control it: {e}")));
     }
     let mut groups = vec![of_the_vehicle(mission), of_the_rotors(mission, &rotors)];
     if let Some(battery) = &mission.electric {
@@ -161,7 +163,7 @@ fn of_the_rotors(mission: &Mission, rotors: &RotorLimits) -> DerivedGroup {
 }
 
 /// The battery at the start: in rest, in hover, and with all rotors at full throttle in still air.
-fn of_the_battery(mission: &Mission, battery: &ElectricBattery, odd: &mut Vec<String>) -> DerivedGroup {
+fn of_the_battery(mission: &Mission, battery: &ElectricBattery, odd: &mut Vec<Odd>) -> DerivedGroup {
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
     let (pack, charge, n) = (battery.pack(), battery.charge(), vehicle.rotors.len() as f64);
     let limits = pack.limits();
@@ -188,18 +190,19 @@ fn of_the_battery(mission: &Mission, battery: &ElectricBattery, odd: &mut Vec<St
     for ([power_key, voltage_key, current_key], [name, label], share) in named {
         let (power_w, bus) = at(share);
         let Some((bus_v, current_a)) = bus else {
-            odd.push(format!(
-                "battery.electric: {name} takes {power_w:.0} W, more than the battery can give"
+            odd.push(Odd::new(
+                No::BatteryTooWeak,
+                format!("battery.electric: {name} takes {power_w:.0} W, more than the battery can give"),
             ));
             continue;
         };
         let margin = (limits.current_max_a / current_a).min(limits.esc_current_max_a * n / current_a);
         if margin < 1.0 {
-            odd.push(format!(
+            odd.push(Odd::new(No::BatteryTooWeak, format!(
                 "battery.electric: {name} in still air takes {current_a:.1} A, and the limits of pack and speed controllers \
                  leave {:.1} A",
                 margin * current_a
-            ));
+            )));
         }
         let lasts = format!("lasts {:.1} min", 60.0 * charge * capacity_ah / current_a);
         rows.extend([
@@ -402,7 +405,7 @@ fn short(x: f64) -> f64 {
 const LONGEST_START_S: f64 = 60.0;
 
 /// The start of the rotors in the flow at t = 0.
-fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<String>) -> DerivedGroup {
+fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<Odd>) -> DerivedGroup {
     let (vehicle, site) = (&mission.vehicle, &mission.site.environment);
     let begin = start(mission);
     let descent_m_s = mission.linearised_parachute().descent_m_s;
@@ -449,7 +452,7 @@ fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<Strin
             row("tries", "tries", "", &[f64::from(tries)], format!("{} are given", esc.tries)),
         ]);
         if slowest_s.is_none() {
-            odd.push(format!(
+            odd.push(Odd::new(No::RotorStarts, format!(
                 "rotor_start.esc: a rotor does not catch in the flow at t = 0 in {} tries, {} s; braking takes {} N m of {}, starting {} \
                  N m of {}",
                 tries,
@@ -458,13 +461,13 @@ fn of_the_start(mission: &Mission, rotor_start: &RotorStart, odd: &mut Vec<Strin
                 esc.brake_torque_nm,
                 short(start_nm),
                 esc.start_torque_nm
-            ));
+            )));
         }
     }
     DerivedGroup { name: "start of the rotors", rows }
 }
 
-fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> DerivedGroup {
+fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<Odd>) -> DerivedGroup {
     let mut rows = vec![row(
         "target_v_ned_m_s",
         "target velocity, NED",
@@ -473,18 +476,24 @@ fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>)
         String::new(),
     )];
     match trim(&mission.vehicle, &mission.site.environment, mission.target_v_ned, 0.0) {
-        Err(e) => odd.push(format!("target_v_ned_m_s: {e}")),
+        Err(e) => odd.push(Odd::new(No::TargetNeedsThrust, format!("target_v_ned_m_s: {e}"))),
         Ok(trim) => {
             let thrust_n = &trim.thrust_n[..mission.vehicle.rotors.len()];
             let most = thrust_n.iter().copied().fold(f64::MIN, f64::max);
             if most > mission.plan.thrust_max_n {
-                odd.push(format!(
-                    "plan.thrust_max_n {} N: steady flight at the target needs {most:.2} N of a rotor",
-                    mission.plan.thrust_max_n
+                odd.push(Odd::new(
+                    No::TargetNeedsThrust,
+                    format!(
+                        "plan.thrust_max_n {} N: steady flight at the target needs {most:.2} N of a rotor",
+                        mission.plan.thrust_max_n
+                    ),
                 ));
             }
             if thrust_n.iter().any(|thrust| *thrust < 0.0) {
-                odd.push("target_v_ned_m_s: steady flight there needs a thrust below zero".to_owned());
+                odd.push(Odd::new(
+                    No::TargetNeedsThrust,
+                    "target_v_ned_m_s: steady flight there needs a thrust below zero".to_owned(),
+                ));
             }
             let off = |angle_rad: f64| [angle_rad * DEG_PER_RAD];
             rows.extend([
@@ -504,16 +513,16 @@ fn of_the_target(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>)
     DerivedGroup { name: "steady flight at the target", rows }
 }
 
-fn of_the_plan(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<String>) -> DerivedGroup {
+fn of_the_plan(mission: &Mission, rotors: &RotorLimits, odd: &mut Vec<Odd>) -> DerivedGroup {
     let plan = &mission.plan;
     let begins_s = mission.release.hang_s + mission.release.parachute.delay_s;
     let left_s = mission.duration_s - begins_s - plan.horizon_s;
     if left_s < 0.0 {
-        odd.push(format!(
+        odd.push(Odd::new(No::DurationShort, format!(
             "duration_s {} s: the plan goes on to {:.1} s (release.hang_s, parachute.delay_s and plan.horizon_s)",
             mission.duration_s,
             begins_s + plan.horizon_s
-        ));
+        )));
     }
     let of_the_rotors = |share: f64| format!("{:.0} % of what a rotor makes", 100.0 * share);
     let mut rows = vec![

@@ -5,6 +5,7 @@
 //! | `mission` | `mission/*.json`: a mission in sections, a file for each |
 //! | `changed` | a mission with other values of its keys, in files of its own |
 //! | `derived` | what the numbers of a mission amount to |
+//! | `odd` | something odd about a mission |
 //! | [`draft`] | first drafts of vehicles and missions |
 //! | [`foreign`] | what airframes, parameter files and Gazebo's models say of a vehicle, for drafts |
 //! | `designing` | the mission file that a design makes |
@@ -50,6 +51,7 @@ mod listed;
 mod mission;
 mod names;
 mod number;
+mod odd;
 mod overrides;
 mod params_file;
 mod plan_grid;
@@ -80,6 +82,7 @@ pub use mission::{
     load_mission, mission_text, parse_mission,
 };
 pub use names::{gains_path, mission_path, plain_name, vehicle_path};
+pub use odd::Odd;
 pub use overrides::Override;
 pub use params_file::load_parameters;
 pub use plan_grid::{

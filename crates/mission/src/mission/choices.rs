@@ -21,6 +21,7 @@ impl Mission {
     /// mission is unchanged then.
     pub fn use_gains(&mut self, name_or_path: &str) -> Result<(), ConfigError> {
         let file = self.inputs.other_gains(name_or_path)?;
+        self.inputs.type_gains("--gains", name_or_path);
         (self.control.gains, self.control.gains_name) = (file.gains, file.name);
         Ok(())
     }
@@ -47,6 +48,7 @@ impl Mission {
         (self.control.gains, self.control.limits) = (import.gains, import.limits);
         self.control.gains_name = file_name(path);
         self.inputs.absorb_file("parameters", &source);
+        self.inputs.type_gains("--params", path.display().to_string());
         Ok(file.remarks().iter().cloned().chain(import.remarks).collect())
     }
 
@@ -62,6 +64,7 @@ impl Mission {
             .map_err(|error| refuse(path, error))?;
         self.control.gains_name = file_name(path);
         self.inputs.absorb_file("parameters", &source);
+        self.inputs.type_gains("--params", path.display().to_string());
         Ok(file)
     }
 

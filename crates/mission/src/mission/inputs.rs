@@ -8,13 +8,17 @@ use crate::error::ConfigError;
 use crate::gains_file::{GainsFile, gains_of, load_gains};
 use crate::names::{gains_path, names_of};
 use crate::overrides::{Override, put_all};
+use crate::shipped::is_built_in;
 use crate::source::{InputHash, NamedFile, Source};
+use samara_core::hints::Typed;
 
 /// Everything that the results of a mission depend on.
 #[derive(Clone, Debug)]
 pub struct Inputs {
     /// SHA-256 of mission, vehicle, tables and gains, and of what was chosen beside them, hexadecimal.
     pub hash: String,
+    /// How a command names the mission, with values that were set and gains that were chosen.
+    pub typed: Typed,
     /// Choices beside the files: name and value, in the order of choosing.
     pub choices: Vec<(String, String)>,
     /// File of the gains; of built-in ones the path begins with `built-in:`.
@@ -40,6 +44,7 @@ impl Inputs {
         let gains_directory = source.file.parent().map(Path::to_owned).unwrap_or_default();
         let mut inputs = Self {
             hash: String::new(),
+            typed: Typed::default(),
             choices: Vec::new(),
             gains_file: PathBuf::new(),
             gains_directory,
@@ -74,6 +79,21 @@ impl Inputs {
         let gains = gains_of(source, &mut hash)?;
         (self.hash, self.gains_file) = (hash.hex(), source.file.clone());
         Ok(gains)
+    }
+
+    /// Takes over how the mission is named: by its file, or by the name of a built-in one, and these values.
+    pub(super) fn type_mission(&mut self, file: &Path, set: &[Override]) {
+        let word = match file.file_stem() {
+            Some(stem) if is_built_in(file) => stem.to_string_lossy().into_owned(),
+            _ => file.display().to_string(),
+        };
+        let set = set.iter().flat_map(|given| ["--set".to_owned(), given.to_string()]);
+        self.typed.mission = [word].into_iter().chain(set).collect();
+    }
+
+    /// Takes over how its gains were chosen.
+    pub(super) fn type_gains(&mut self, option: &str, value: impl Into<String>) {
+        self.typed.gains = vec![option.to_owned(), value.into()];
     }
 
     /// Names of the gains beside the mission's own, in order.

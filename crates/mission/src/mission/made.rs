@@ -8,6 +8,7 @@ use nalgebra::Vector3;
 
 use super::{Mission, PlanInitial, Px4Clock, Release, UnfitReplan, contradictions, load_mission};
 use crate::error::ConfigError;
+use crate::odd::Odd;
 use crate::shipped::{MISSIONS, built_in};
 use crate::trajectory_csv::Stamp;
 use samara_core::assess::Scenario;
@@ -82,7 +83,7 @@ impl Mission {
     }
 
     /// Numbers that the vehicle, or the world, contradicts: each with its key and what they make of it.
-    pub fn contradictions(&self) -> Vec<String> {
+    pub fn contradictions(&self) -> Vec<Odd> {
         let (environment, descent_m_s) = (&self.site.environment, self.release.parachute.descent_m_s);
         let start = self.plan_initial_state();
         let mut odd =

@@ -285,6 +285,7 @@ fn mission_of(
     let mut gains_source = named(&json.gains, "gains file", gains)?;
     put_all(&mut gains_source, &overrides.gains)?;
     let (mut inputs, gains) = Inputs::of_files(&gains_source, &overrides.gains, texts, hash)?;
+    inputs.type_mission(&source.file, &overrides.all);
     overrides.all.iter().for_each(|given| inputs.note(&format!("set {}", given.key()), given.value()));
     let release =
         Release::from_json(source, &json.release, &json.parachute, &vehicle.vehicle, &site.environment)?;

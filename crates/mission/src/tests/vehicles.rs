@@ -363,7 +363,11 @@ fn closed_form_hover_throttle_is_the_root_of_px4s() {
 fn regress_rotors_above_one_another_want_factors() {
     let of = |name: &str| Mission::shipped(name).unwrap();
     let said = |mission: &Mission| {
-        mission.contradictions().into_iter().filter(|odd| odd.contains("in the wake of")).collect::<Vec<_>>()
+        mission
+            .contradictions()
+            .into_iter()
+            .filter(|odd| odd.text.contains("in the wake of"))
+            .collect::<Vec<_>>()
     };
     let mut dragonfly = of("dragonfly_drop");
     assert!(said(&dragonfly).is_empty() && said(&of("x500_drop")).is_empty());
@@ -372,7 +376,7 @@ fn regress_rotors_above_one_another_want_factors() {
     dragonfly.vehicle = bare.into();
     let odd = said(&dragonfly);
     assert!(
-        odd.len() == 1 && odd[0].starts_with("vehicle: rotor 5 stands in the wake of rotor 2"),
+        odd.len() == 1 && odd[0].text.starts_with("vehicle: rotor 5 stands in the wake of rotor 2"),
         "{odd:?}"
     );
 }
