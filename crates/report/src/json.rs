@@ -7,6 +7,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::hint::Hint;
 use super::outcome::OutcomeObject;
 use samara_core::assess::judge::words;
 use samara_core::assess::{Course, Objection, Outcome, PowerUse, Summary, Verdict, judge};
@@ -271,6 +272,8 @@ pub struct DropRun {
     pub replans: Vec<FlownReplan>,
     /// The fall by which the release was found, where nothing else reported it.
     pub free_fall: Option<FlownFall>,
+    /// What mostly causes it that the drop was not safe, where it was not.
+    pub hint: Option<Hint>,
 }
 
 /// The fall by which a release was found.
@@ -339,6 +342,8 @@ result_objects! {
         safe: bool = objections.is_empty(),
         /// Why it was not safe, in words, the cause first; empty where it was.
         objections: Vec<String> = objections.iter().map(ToString::to_string).collect(),
+        /// What causes the first of them, and the command for it; absent where it was safe, or nobody looked.
+        hint unless "Option::is_none": Option<Hint> = run.hint.clone(),
         /// What the flight came to, a key for each quantity.
         #[serde(flatten)] outcome: OutcomeObject
             = OutcomeObject(verdict.map_or_else(Outcome::lost, |v| v.outcome)),

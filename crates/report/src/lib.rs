@@ -14,6 +14,7 @@
 //! | [`columns`] | numbers for people |
 //! | `judged_drop` | a drop that is over, judged |
 //! | [`json`] | the objects of `--json` |
+//! | [`hint`] | what causes a no, and the command for it |
 //! | [`outcome`] | what a flight came to: cells of a row, keys of an object |
 //! | [`params`] | exports, checks and differences of parameter files |
 //! | [`uncertain`] | what was uncertain in each trial of a campaign |
@@ -36,6 +37,7 @@ pub mod faults;
 pub mod figure;
 pub mod flight_columns;
 pub mod flight_csv;
+pub mod hint;
 pub mod html;
 pub mod identified;
 pub mod json;

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use samara_core::assess::Limits;
+use samara_core::hints::No;
 use samara_core::plan::Plan;
 use samara_core::printable::printable;
 use samara_core::sim::Sample;
@@ -309,6 +310,8 @@ pub struct Results {
     pub holds: bool,
     /// The answer in a sentence, where it has one.
     pub sentence: Option<String>,
+    /// The noes that are in it.
+    pub noes: Vec<No>,
     /// What there is to remark, in sentences.
     pub remarks: Vec<String>,
     /// Document and object as they are printed where they say how long it took, which no file does.

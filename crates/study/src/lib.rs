@@ -9,6 +9,7 @@
 //! | [`asked`] | what was asked of a study or a campaign, as it was typed |
 //! | [`controller`] | the mission's controller, made in this one place |
 //! | [`checking`] | what a mission amounts to, with its plan and its loops |
+//! | [`hinted`] | what to say beside a no of a mission |
 //! | [`own`] | campaigns of the mission's own gains, release cases, trials by their coordinates |
 //! | [`campaign`] | campaigns of a mission's own gains: tables, page, footprint |
 //! | [`paper`] | the paper's study: tables, claims, page |
@@ -50,6 +51,7 @@ pub mod feature;
 pub mod fidelity;
 pub mod first_gains;
 pub mod free_fall;
+pub mod hinted;
 pub mod jobs;
 pub mod kind;
 pub mod kinds;

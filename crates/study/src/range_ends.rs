@@ -1,5 +1,6 @@
 //! Which numbers of a search stand at an end of their range, as a sentence and as JSON.
 
+use samara_core::hints::No;
 use samara_core::tune::range_ends::{NEAR_AN_END, RangeEnds, SearchedNumber};
 use samara_report::columns::short;
 use samara_report::json::result_objects;
@@ -14,6 +15,11 @@ fn figures(x: f64) -> String {
         _ => 7,
     };
     short(x, digits)
+}
+
+/// The no that is said of numbers at an end of their range; `None` where there are none.
+pub fn wall(ends: &RangeEnds) -> Option<No> {
+    (!ends.at_end.is_empty()).then_some(No::AtAWall)
 }
 
 /// Which numbers stand at an end of their range, a sentence without a full stop; `None` where none does.

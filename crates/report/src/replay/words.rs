@@ -36,6 +36,9 @@ pub(super) fn verdict(drop: &ShownDrop<'_>) -> Words {
     if let Some(t_s) = verdict.outcome.steady_after_s {
         text += &format!(" Steady {} s after the rotors were freed.", fixed(t_s, 2));
     }
+    if let Some(hint) = &run.hint {
+        text += &format!(" {}.", hint.sentence());
+    }
     Words { text: Html::text(&text), class: if why.is_none() { "" } else { "no" } }
 }
 

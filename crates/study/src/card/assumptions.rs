@@ -52,7 +52,7 @@ pub fn assumed(card: &Card<'_>, most: usize) -> Vec<String> {
     sentences.push(format!(
         "The design was fixed before its trials were flown{chosen}, and so were their seed and number."
     ));
-    let odd = odd(mission, &checked(mission));
+    let odd: Vec<String> = odd(mission, &checked(mission)).into_iter().map(|odd| odd.text).collect();
     if !odd.is_empty() {
         sentences.push(format!("samara check finds odd: {}.", odd.join("; ")));
     }

@@ -111,6 +111,16 @@ pub fn checked(mission: &Mission) -> Checked {
     } else {
         own_loops(mission, plan.trajectory())
     };
+    checked_by(mission, plan, loops, least)
+}
+
+/// What a mission amounts to, by its plan, its loops and what they must keep.
+pub fn checked_by(
+    mission: &Mission,
+    plan: CheckedPlan,
+    loops: Vec<WorstLoop>,
+    least: LeastMargins,
+) -> Checked {
     Checked {
         derived: derived(mission),
         slow: slow(mission, &loops),

@@ -3,19 +3,21 @@
 use crate::checking::{Checked, CheckedPlan, Room, SlowLoop};
 use crate::tuning::PAPERS_MOST_PER_S;
 use samara_core::design::{LOOPS, LoopPlace, TARGET, WorstLoop};
+use samara_core::hints::No;
 use samara_core::math::with_digits;
 use samara_core::tune::SearchedNumber;
-use samara_mission::Mission;
+use samara_mission::{Mission, Odd};
 use samara_report::columns::short;
 use samara_report::json::status_name;
 
 /// What is odd about a mission; a mission without any is fine.
-pub fn odd(mission: &Mission, checked: &Checked) -> Vec<String> {
+pub fn odd(mission: &Mission, checked: &Checked) -> Vec<Odd> {
     let mut odd = checked.derived.odd.clone();
-    odd.extend(of_the_plan(&checked.plan));
-    odd.extend(checked.room.as_ref().and_then(|room| of_the_ground(mission, checked, room)));
+    odd.extend(of_the_plan(&checked.plan).map(|text| Odd::new(No::PlanFails, text)));
+    let room = checked.room.as_ref().and_then(|room| of_the_ground(mission, checked, room));
+    odd.extend(room.map(|text| Odd::new(No::RoomBelow, text)));
     odd.extend(of_the_loops(mission, checked));
-    odd.extend(checked.slow.iter().map(|slow| of_a_slow_loop(mission, slow)));
+    odd.extend(checked.slow.iter().map(|slow| Odd::new(No::SlowLoop, of_a_slow_loop(mission, slow))));
     odd.extend(of_the_rule(mission, checked));
     odd
 }
@@ -51,12 +53,12 @@ fn of_the_ground(mission: &Mission, checked: &Checked, room: &Room) -> Option<St
 }
 
 /// The loops that do not keep what they must, by the one that is nearest to instability.
-fn of_the_loops(mission: &Mission, checked: &Checked) -> Option<String> {
+fn of_the_loops(mission: &Mission, checked: &Checked) -> Option<Odd> {
     let least = &checked.least;
     let lacking: Vec<&WorstLoop> = checked.loops.iter().filter(|of| !of.keeps(least)).collect();
     let gains = &mission.control.gains_name;
     if let Some(words) = unstable_words(&lacking) {
-        return Some(format!("gains {gains}: {words}"));
+        return Some(Odd::new(No::LoopsUnstable, format!("gains {gains}: {words}")));
     }
     let by_modulus = lacking.iter().min_by(|a, b| a.modulus.0.total_cmp(&b.modulus.0))?;
     let others = match lacking.len() - 1 {
@@ -82,7 +84,7 @@ fn of_the_loops(mission: &Mission, checked: &Checked) -> Option<String> {
         )
     });
     let said: Vec<String> = of_modulus.into_iter().chain(of_delay).collect();
-    Some(format!("gains {gains}: {}{others}", said.join("; ")))
+    Some(Odd::new(No::LoopsLackMargin, format!("gains {gains}: {}{others}", said.join("; "))))
 }
 
 /// The loops that are unstable, by the places where they are; `None` where none is.
@@ -121,7 +123,7 @@ fn of_a_slow_loop(mission: &Mission, slow: &SlowLoop) -> String {
 }
 
 /// Gains outside the range about the rule for the vehicle, and those that lean on the paper's range.
-fn of_the_rule(mission: &Mission, checked: &Checked) -> Vec<String> {
+fn of_the_rule(mission: &Mission, checked: &Checked) -> Vec<Odd> {
     let name = &mission.control.gains_name;
     let joined = |numbers: &[SearchedNumber], words: &dyn Fn(&SearchedNumber) -> String| {
         numbers.iter().map(words).collect::<Vec<_>>().join(", ")
@@ -151,7 +153,8 @@ fn of_the_rule(mission: &Mission, checked: &Checked) -> Vec<String> {
             joined(&gains.at_papers_end, &words)
         )
     });
-    outside.into_iter().chain(leaning).collect()
+    let outside = outside.map(|text| Odd::new(No::GainsOutsideTheRule, text));
+    outside.into_iter().chain(leaning.map(|text| Odd::new(No::GainsLean, text))).collect()
 }
 
 /// Name of a loop by its place.

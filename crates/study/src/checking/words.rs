@@ -7,10 +7,11 @@ use serde_json::{Map, Value, json};
 use crate::checking::odd::{loop_name, odd};
 use crate::checking::{Checked, CheckedPlan, LATENCY_MOST_S, NODES_MOST, Room};
 use samara_core::design::{LOOPS, LoopPlace, WorstLoop};
-use samara_mission::{DerivedRow, Mission};
+use samara_mission::{DerivedRow, Mission, Odd};
+use samara_report::hint::Hint;
 use samara_report::json::VERSION;
 
-/// The quantities as a table in groups, the loops, and what is odd.
+/// The quantities as a table in groups, the loops, and what is odd, each with its hint.
 pub fn checked_text(mission: &Mission, checked: &Checked) -> String {
     let mut text =
         format!("{}: vehicle {}, gains {}\n", mission.name, mission.vehicle_name, mission.control.gains_name);
@@ -26,8 +27,9 @@ pub fn checked_text(mission: &Mission, checked: &Checked) -> String {
         [] => text += "\nnothing odd\n",
         odd => {
             text += "\nodd\n";
-            for sentence in odd {
-                let _ = writeln!(text, "  {sentence}");
+            for Odd { no, text: sentence } in odd {
+                let hint = Hint::of(*no, mission);
+                let _ = writeln!(text, "  {sentence}\n    cause: {}\n    {}", hint.cause, hint.command);
             }
         }
     }
@@ -144,7 +146,8 @@ fn digits(x: f64) -> String {
     }
 }
 
-/// The quantities as a JSON object: `mission`, `version`, .., an object for each group, `loops`, `odd`.
+/// The quantities as a JSON object: `mission`, `version`, .., an object for each group, `loops`, `odd`, and
+/// `hints`, one for each of the odd.
 pub fn checked_json(mission: &Mission, checked: &Checked) -> String {
     let mut object = Map::from_iter([
         ("mission".to_owned(), json!(mission.name)),
@@ -176,7 +179,11 @@ pub fn checked_json(mission: &Mission, checked: &Checked) -> String {
             "each": loops,
         }),
     );
-    object.insert("odd".to_owned(), json!(odd(mission, checked)));
+    let found = odd(mission, checked);
+    let sentences: Vec<&str> = found.iter().map(|odd| odd.text.as_str()).collect();
+    object.insert("odd".to_owned(), json!(sentences));
+    let hints: Vec<Hint> = found.iter().map(|odd| Hint::of(odd.no, mission)).collect();
+    object.insert("hints".to_owned(), json!(hints));
     format!("{:#}\n", Value::Object(object))
 }
 

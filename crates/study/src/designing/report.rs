@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Map, Value};
 
 use crate::designing::{JudgedDesign, OWN};
-use crate::range_ends::{RangeEndsObject, range_ends_words};
+use crate::range_ends::{RangeEndsObject, range_ends_words, wall};
 use crate::tuning::report::records::stamp;
 use crate::tuning::report::{GainsObject, Standing, gains_grid};
 use samara_core::assess::outcome::{J_TPF, STEADY_AFTER};
@@ -16,6 +16,7 @@ use samara_core::design::{
     Finalist, FreshResults, Generation, Judgement, LOOPS, LoopsAt, Margins, TriedDesign, Unknown,
     WEIGHT_GROUPS, best_finalist,
 };
+use samara_core::hints::No;
 use samara_core::plan::InputReference;
 use samara_core::tune::RangeEnds;
 use samara_core::units::DEG_PER_RAD;
@@ -153,6 +154,16 @@ impl DesignRun {
     /// Which numbers of the design stand at an end of their range.
     pub fn range_ends(&self) -> RangeEnds {
         self.space.range_ends(&self.chosen.design)
+    }
+
+    /// The noes of the answer.
+    pub fn noes(&self) -> Vec<No> {
+        let judged = match (self.own_and_chosen(), self.allowed) {
+            (None, _) => Some(No::NothingJudged),
+            (_, false) => Some(No::BreaksABound),
+            (_, true) => (self.standing() == Standing::NotBetter).then_some(No::NotBetter),
+        };
+        judged.into_iter().chain(wall(&self.range_ends())).collect()
     }
 
     /// The answer in a sentence.

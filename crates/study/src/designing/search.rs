@@ -82,7 +82,8 @@ impl Kind for Designs {
     }
 
     fn remarks(&self, mission: &Mission) -> Vec<String> {
-        let mut remarks = mission.contradictions();
+        let odd = mission.contradictions().into_iter();
+        let mut remarks: Vec<String> = odd.map(|odd| odd.text).collect();
         if !mission.faults.list.is_empty() {
             remarks.push(
                 "faults: designs are searched and judged without them; `samara assess` flies motor faults"
@@ -431,6 +432,7 @@ impl Study for Designing<'_> {
             holds: good && !*interrupted,
             stopped: *interrupted,
             sentence: Some(run.verdict()),
+            noes: run.noes(),
             remarks: found.remarks,
             ..results
         })

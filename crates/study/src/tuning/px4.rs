@@ -10,6 +10,7 @@ use samara_core::assess::Quantity;
 use samara_core::control::Gains;
 use samara_core::control::px4::versions::Version;
 use samara_core::control::px4::{Law, Parameters, is_quad_x};
+use samara_core::hints::No;
 use samara_core::params::{
     ParameterFile, Purpose, Subject, believed_speed_noise_m_s, px4_model_export, px4_model_parameters,
 };
@@ -31,6 +32,7 @@ use super::search::{left_out, no_gains};
 use crate::distributions::distribution_of;
 use crate::jobs::{HereAndNow, Jobs, Stage, Stopped};
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Study, Unfinished};
+use crate::range_ends::wall;
 use crate::searching;
 use crate::settings;
 use crate::settings::{Maybe, Values, maybe, plain_name, whole};
@@ -290,12 +292,14 @@ impl Study for TunedPx4<'_> {
         );
         let document = document(mission, &result);
         let files = [("gains.params", params_file(&named, &export)), ("px4_gains.txt", document.text())];
+        let better = result.found.beats(&result.defaults);
         Ok(Results {
             document,
             json: gains_json(mission, &result),
             figures: self.figure(&unseen)?.into_iter().collect(),
             files: files.map(|(name, text)| (name.to_owned(), text)).to_vec(),
-            holds: result.found.beats(&result.defaults) && !stopped,
+            holds: better && !stopped,
+            noes: (!better).then_some(No::NotBetter).into_iter().chain(wall(&result.range_ends)).collect(),
             noted: vec![("for", "px4".to_owned())],
             stopped,
             ..Results::default()

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use samara_core::assess::tracking::control_period_s;
 use samara_core::control::{ControlError, Gains};
+use samara_core::hints::No;
 use samara_core::params::{Purpose, export};
 use samara_core::sim::PlantKind;
 use samara_core::trajectory::Trajectory;
@@ -23,7 +24,7 @@ use super::{
 };
 use crate::jobs::{Jobs, Stopped};
 use crate::kind::{About, Flies, Given, Kind, Refused, Results, Slow, Study, Unfinished};
-use crate::range_ends::range_ends_words;
+use crate::range_ends::{range_ends_words, wall};
 use crate::searching;
 use crate::settings;
 use crate::settings::{
@@ -390,13 +391,19 @@ impl Study for Tuned<'_> {
         let (document, json) = told(&run);
         run.wall_s = jobs.clock().map(|clock| clock());
         let better = run.contest.as_ref().is_some_and(|of| of.standing() != Standing::NotBetter);
+        let allowed = self.objective.allows(&best.evaluation);
+        let judged = match &run.contest {
+            Some(contest) => contest.standing().no(allowed),
+            None => Some(No::NothingJudged),
+        };
         Ok(Results {
             document,
             json,
             files,
             figures,
             absent: vec!["near_hover.txt".to_owned()],
-            holds: better && self.objective.allows(&best.evaluation) && !run.stopped,
+            holds: better && allowed && !run.stopped,
+            noes: judged.into_iter().chain(wall(&run.range_ends)).collect(),
             sentence: run.contest.as_ref().map(|contest| contest.verdict()),
             timed: run.wall_s.map(|_| told(&run)),
             noted: range_ends_words(&run.range_ends)
@@ -442,6 +449,7 @@ impl Study for ByRule<'_> {
             files,
             absent: ["convergence.csv", "convergence.svg", "front.csv"].map(str::to_owned).to_vec(),
             holds: contest.standing() != Standing::NotBetter,
+            noes: contest.standing().no(true).into_iter().collect(),
             sentence: Some(contest.verdict()),
             ..Results::default()
         })

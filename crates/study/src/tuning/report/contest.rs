@@ -11,6 +11,7 @@
 
 use super::gains_grid;
 use samara_core::assess::{LEAST_DIFFERENCE, Tally, clearly_less};
+use samara_core::hints::No;
 use samara_core::tune::{Evaluation, Longitudinal, Objective, are_same_gains};
 use samara_report::document::{Grid, Passage};
 
@@ -84,6 +85,15 @@ enum Deciding {
 }
 
 impl Standing {
+    /// The no of gains that stand so, which keep all bounds or not.
+    pub fn no(self, allowed: bool) -> Option<No> {
+        match (self, allowed) {
+            (Self::Better | Self::Same, _) => None,
+            (Self::NotBetter, true) => Some(No::NotBetter),
+            (Self::NotBetter, false) => Some(No::BreaksABound),
+        }
+    }
+
     /// The word for it in JSON.
     pub fn word(self) -> &'static str {
         match self {
