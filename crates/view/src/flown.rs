@@ -12,12 +12,14 @@ use samara_core::plan::{Plan, SolverOptions, Status};
 use samara_core::sim::{self, Flight, FlightRecord, Sample};
 use samara_host::Threads;
 use samara_mission::{Mission, Override};
+use samara_report::hint::Hint;
 use samara_report::json::object;
 use samara_report::replay::live::{drop_data, drop_words};
 use samara_report::{DropRun, FlownDrop, ShownDrop, judge_drop, plan_text};
-use samara_study::checking::LATENCY_MOST_S;
+use samara_study::checking::{CheckedPlan, LATENCY_MOST_S, checked_by};
 use samara_study::designing::{LOOP_STATES_MOST, joined, least_margins, own_loops_in};
 use samara_study::effects::EffectFlights;
+use samara_study::hinted;
 
 /// A mission with its plan.
 #[derive(Clone, Debug)]
@@ -42,7 +44,9 @@ impl Planned {
             Status::Converged => Ok(Self { mission, plan }),
             _ if stop() => Err(Refused::Overtaken),
             _ => {
-                Err(Refused::Unflown(format!("no plan to fly: {}", plan_text(&mission, &plan, None).trim())))
+                let hint = hinted::of_plan(&mission, &plan).map_or_else(String::new, |hint| hint.sentence());
+                let why = plan_text(&mission, &plan, None);
+                Err(Refused::Unflown(format!("no plan to fly: {}. {hint}", why.trim())))
             }
         }
     }
@@ -75,9 +79,16 @@ impl Planned {
                 Part::Loops(others) => loops = joined(loops, others),
             }
         }
-        let least = least_margins(mission);
+        if stop() {
+            return Err(Refused::Overtaken);
+        }
+        let (flown, least) = (flown?, least_margins(mission));
+        let objections = flown.run.objections(flown.verdict.as_ref());
+        let look =
+            || checked_by(mission, CheckedPlan::Solved(Box::new(self.plan.clone())), loops.clone(), least);
+        let hint = objections.first().map(|first| hinted::of_no(first.no(), mission, look));
         let loops = loops.into_iter().map(|of| (of, of.keeps(&least))).collect();
-        if stop() { Err(Refused::Overtaken) } else { flown.map(|flown| Flown { loops, ..flown }) }
+        Ok(Flown { loops, hint, ..flown })
     }
 
     fn fly_drop(&self, stop: Stop<'_>) -> Result<Flown<'_>, Refused> {
@@ -97,7 +108,7 @@ impl Planned {
         let along = Some(&plan.trajectory);
         let (verdict, run) =
             judge_drop(mission, &FlownDrop { log, record, plan: along, by: None, trouble: None });
-        Ok(Flown { planned: self, samples, verdict, run, loops: Vec::new() })
+        Ok(Flown { planned: self, samples, verdict, run, loops: Vec::new(), hint: None })
     }
 }
 
@@ -115,6 +126,8 @@ pub struct Flown<'a> {
     /// The loops of the mission's gains along the plan, each where it keeps least to instability, and whether
     /// that is enough; none of commands that come too late.
     pub loops: Vec<(WorstLoop, bool)>,
+    /// What causes it that the drop was not safe; `None` where it was.
+    pub hint: Option<Hint>,
 }
 
 impl Flown<'_> {
@@ -157,7 +170,7 @@ pub fn answer(flown: &Flown<'_>, command: &str, number: u64, took_ms: f64) -> St
         passed: cause.is_none(),
         verdict: if cause.is_none() { "SAFE" } else { "NOT SAFE" },
         cause: cause,
-        hint: None::<String>,
+        hint: flown.hint.as_ref().map(Hint::sentence),
         cost: outcome.map(|outcome| outcome.j_tpf),
         steady_s: outcome.and_then(|outcome| outcome.steady_after_s),
         loops: flown.loops.iter().map(loop_shown).collect::<Vec<_>>(),
