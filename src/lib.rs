@@ -41,9 +41,9 @@
 pub mod link;
 
 pub use samara_core::{
-    assess, checksum, control, design, frames, identify, logged_flight, manoeuvre, math, model, params, plan,
-    printable, random, real, replan, sim, simd, time, trajectory, tune, ulog, uncertain, units, vector,
-    verify,
+    assess, checksum, control, design, frames, hints, identify, logged_flight, manoeuvre, math, model,
+    params, plan, printable, random, real, replan, sim, simd, time, trajectory, tune, ulog, uncertain, units,
+    vector, verify,
 };
 #[cfg(feature = "host")]
 pub use samara_host as host;

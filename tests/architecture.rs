@@ -17,7 +17,7 @@ mod prose;
 /// The floors, lowest first; modules on one floor do not know each other.
 const FLOORS: &[&[&str]] = &[
     &["math", "real"],
-    &["checksum", "kalman", "printable", "random", "simd", "ulog", "units", "vector"],
+    &["checksum", "hints", "kalman", "printable", "random", "simd", "ulog", "units", "vector"],
     &["frames", "time"],
     &["logged_flight", "model"],
     &["identify", "trajectory"],

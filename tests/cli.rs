@@ -14,6 +14,7 @@ mod drafts;
 mod failures;
 mod faults;
 mod go;
+mod hints;
 mod list;
 mod replay;
 mod results;

@@ -534,6 +534,7 @@ fn json_objects_have_their_keys_and_files_hold_no_durations() {
         events: vec![DropEvent { t_s: 10.5, text: "rotors free".to_owned(), warning: false }],
         autopilot: Some(FlownBy { name: "px4", version: Some("v1.12.0".to_owned()) }),
         faults: Vec::new(),
+        hint: None,
         commanded: Vec::new(),
         rotor_starts: Vec::new(),
         replans: Vec::new(),

@@ -15,6 +15,7 @@ use samara::report::{
     Attachment, DropRun, FlightCsv, FlownDrop, FlownReplan, FlownTrajectory, ShownDrop, drop_figure,
     drop_json, drop_mcap, drop_page, judge_drop, verdict_text,
 };
+use samara::study::hinted;
 
 /// The parameters that PX4, or the model of it, was given for a drop.
 pub const GIVEN_PARAMETERS: &str = "px4.params";
@@ -65,6 +66,7 @@ impl<'a> Conclusion<'a> {
             run.note_fall(fall);
         }
         run.replans = flown.replans.iter().map(FlownReplan::from).collect();
+        run.hint = hinted::of_drop(mission, verdict.as_ref(), &run);
         Self { mission, planned, flown, verdict, run, page: true, mcap: false }
     }
 
@@ -182,6 +184,9 @@ impl<'a> Conclusion<'a> {
             for (name, words) in words.into_iter().filter_map(|(name, words)| Some((name, words?))) {
                 narrator.say(&format!("{name}: {words}\n"));
             }
+        }
+        if let Some(hint) = &run.hint {
+            narrator.say(&hint.lines());
         }
         narrator.check()
     }

@@ -294,7 +294,7 @@ fn the_pages_of_docs_have_at_most_41_575_words() {
         counted.map(|(_, line)| line.split_whitespace().count()).sum::<usize>()
     };
     let by_hand = |path: &Path| {
-        let made = ["docs/SUMMARY.md", "docs/mission_keys.md", "docs/parameters.md"];
+        let made = ["docs/SUMMARY.md", "docs/mission_keys.md", "docs/parameters.md", "docs/what_now.md"];
         path.starts_with("docs") && !made.iter().any(|page| Path::new(page) == path)
     };
     let all: usize = pages().iter().filter(|(path, _)| by_hand(path)).map(|(_, page)| words(page)).sum();

@@ -30,6 +30,7 @@ mod log;
 mod mission;
 mod narrator;
 mod new;
+mod noes;
 mod params;
 mod pilot;
 mod plan;
@@ -98,6 +99,7 @@ pub fn run() -> ExitCode {
         Verb::Params(args) => params::run(&args),
         Verb::Verify(args) => verify::run(&args),
         Verb::Faults(args) => faults::run(&args),
+        Verb::Noes(args) => noes::run(&args),
         Verb::Rotor(args) => rotor::run(&args),
         Verb::Schema(args) => schema::run(&args),
         Verb::Completions(args) => shell_files::completions(&args, command()),

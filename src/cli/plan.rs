@@ -6,7 +6,7 @@ use super::answer::{Answer, Failure};
 use super::args::{MissionArgs, PlanningArgs, SetArgs, measured, number, positive_in, whole};
 use super::mission::{open_mission, print_origin};
 use super::plan_grid::{self, GridArgs};
-use super::planning::{TimedPlan, shortfall, solve, write_plan};
+use super::planning::{TimedPlan, plan_hint, shortfall, solve, write_plan};
 use super::results::OutputFolder;
 use super::terminal::{print, print_err};
 use samara::config::Mission;
@@ -85,7 +85,7 @@ pub fn run(args: &PlanArgs) -> Result<Answer, Failure> {
     let short = if converged { shortfall(&mission, &plan, &options, args.time_limit)? } else { None };
     let (words, enough) = short.clone().unwrap_or_default();
     write_plan(&folder, &mission, &plan)?;
-    let text = || plan_text(&mission, &plan, Some(solve_ms)) + &words;
+    let text = || plan_text(&mission, &plan, Some(solve_ms)) + &words + &plan_hint(&mission, &plan, &words);
     if let Some(axes) = axes {
         if converged {
             if args.mission.json {

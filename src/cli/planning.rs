@@ -13,11 +13,14 @@ use super::system::Stopwatch;
 use super::terminal::{print, print_err, print_remarks};
 use samara::config::{Mission, write_trajectory_csv};
 use samara::frames::normalized;
+use samara::hints::No;
 use samara::math;
 use samara::model::trim;
 use samara::plan::{Plan, SolveProgress, SolverOptions, Status};
 use samara::replan::{Cadence, ReplanSetup};
+use samara::report::hint::Hint;
 use samara::report::{plan_figure, plan_json, plan_shortfall, plan_text};
+use samara::study::hinted;
 use samara::trajectory::Trajectory;
 use samara::units::{DEG_PER_RAD, RAD_PER_DEG};
 
@@ -50,7 +53,8 @@ pub fn plan_and_say(mission: &Mission, verbose: bool, narrator: &Narrator) -> Re
     let timed = plan_mission(mission, verbose)?;
     let text = plan_text(mission, &timed.plan, None);
     let done = if timed.plan.status == Status::Converged { "planned in" } else { "no plan to fly after" };
-    narrator.say(&format!("{done} {:.1} ms: {text}", timed.solve_ms));
+    let hint = plan_hint(mission, &timed.plan, "");
+    narrator.say(&format!("{done} {:.1} ms: {text}{hint}", timed.solve_ms));
     narrator.check()?;
     Ok(timed)
 }
@@ -67,12 +71,20 @@ pub fn plan_to_fly(
     if timed.plan.status == Status::Converged {
         return Ok(Some(timed));
     }
-    narrator.say(&format!("no plan to fly: {}", plan_text(mission, &timed.plan, None)));
+    let hint = plan_hint(mission, &timed.plan, "");
+    narrator.say(&format!("no plan to fly: {}{hint}", plan_text(mission, &timed.plan, None)));
     narrator.check()?;
     if json {
         print(&plan_json(mission, &timed.plan, Some(timed.solve_ms), None))?;
     }
     Ok(None)
+}
+
+/// The hint of a plan that was not found, or whose nodes do not tell what flies, said as `shortfall`; empty
+/// where it is one to fly.
+pub fn plan_hint(mission: &Mission, plan: &Plan, shortfall: &str) -> String {
+    let nodes = || (!shortfall.is_empty()).then(|| Hint::of(No::PlanNodes, mission));
+    hinted::of_plan(mission, plan).or_else(nodes).map_or_else(String::new, |hint| hint.lines())
 }
 
 /// Solves the problem of a mission, for `time_limit_s` of wall time at most.

@@ -7,8 +7,10 @@ use super::narrator::Narrator;
 use super::recording::{FlightLogs, Recording};
 use super::results::OutputFolder;
 use samara::config::Mission;
+use samara::hints::No;
 use samara::link::shell::{LineNotice, Notice, Observer};
-use samara::link::{Link, LogEntry, TimeUs};
+use samara::link::{Link, LogEntry, StreamerEvent, TimeUs, Timed};
+use samara::report::hint::Hint;
 
 /// Reports notices, records frames and the autopilot's flights. A terminal that is gone is no reason to stop
 /// flying, nor is a full disk.
@@ -19,12 +21,22 @@ pub struct Reporter<'a> {
     flights: Option<FlightLogs>,
     failed: Option<std::io::Error>,
     parameters: Option<OutputFolder>,
+    /// Refusals of the autopilot whose hint has been given.
+    hinted: Vec<No>,
 }
 
 impl<'a> Reporter<'a> {
     /// A reporter that writes nothing.
     pub fn new(narrator: &'a Narrator, mission: &'a Mission) -> Self {
-        Self { narrator, mission, recordings: Vec::new(), flights: None, failed: None, parameters: None }
+        Self {
+            narrator,
+            mission,
+            recordings: Vec::new(),
+            flights: None,
+            failed: None,
+            parameters: None,
+            hinted: Vec::new(),
+        }
     }
 
     /// Records links to the folder; the parachute's frames go with [`Link::Api`].
@@ -38,6 +50,14 @@ impl<'a> Reporter<'a> {
     pub fn with_autopilot(self, folder: &OutputFolder) -> Self {
         let flights = FlightLogs::new(folder, &self.mission.vehicle_name);
         Self { parameters: Some(folder.clone()), flights: Some(flights), ..self }
+    }
+
+    /// Says once what mostly causes a refusal of the autopilot, where that is known.
+    fn hint(&mut self, refusal: &Notice) {
+        if let Some(no) = No::of_words(&refusal.to_string()).filter(|no| !self.hinted.contains(no)) {
+            self.hinted.push(no);
+            self.narrator.say(&Hint::of(no, self.mission).lines());
+        }
     }
 
     /// Closes the logs; the error of a file that could not be written, now or before.
@@ -57,6 +77,9 @@ impl<'a> Reporter<'a> {
 
 /// The file that a ground station's PREFLIGHT_STORAGE has written.
 const PARAMETERS: &str = "vehicle.params";
+
+/// `MAV_SEVERITY_WARNING`: what is less severe refuses nothing.
+const WARNING: u8 = 4;
 
 impl Observer for Reporter<'_> {
     fn keep_parameters(&mut self, text: &str) {
@@ -80,6 +103,14 @@ impl Observer for Reporter<'_> {
                 self.narrator.warn(&format!("{notice}\n"));
             }
             other => self.narrator.say(&format!("{other}\n")),
+        }
+        match &notice {
+            Notice::Streamer(Timed {
+                event: StreamerEvent::Refused { .. } | StreamerEvent::Lost { .. } | StreamerEvent::Failed(_),
+                ..
+            })
+            | Notice::Autopilot { severity: ..=WARNING, .. } => self.hint(&notice),
+            _ => {}
         }
     }
 

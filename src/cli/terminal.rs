@@ -95,7 +95,7 @@ pub fn print_err(text: &str) {
 }
 
 /// Prints remarks to stderr, each behind what it is of: a parameter file, gains or a mission.
-pub fn print_remarks(of: impl Display, remarks: &[String]) {
+pub fn print_remarks(of: impl Display, remarks: &[impl Display]) {
     for remark in remarks {
         print_err(&format!("samara: {of}: {remark}\n"));
     }

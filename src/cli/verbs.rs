@@ -19,6 +19,7 @@ use super::init::InitArgs;
 use super::list::ListArgs;
 use super::log::LogArgs;
 use super::new::NewArgs;
+use super::noes::NoesArgs;
 use super::params::ParamsArgs;
 use super::plan::PlanArgs;
 use super::replay::ReplayArgs;
@@ -114,6 +115,9 @@ pub enum Verb {
     /// List what can fail in a flight: by a mission, by a command.
     #[command(hide = true, after_long_help = include_str!("help/faults.txt"))]
     Faults(FaultsArgs),
+    /// List every no that samara says, what mostly causes it, and the command for it.
+    #[command(hide = true, after_long_help = include_str!("help/noes.txt"))]
+    Noes(NoesArgs),
     /// Solve a vehicle's rotor blades in any flow and write the table that flies.
     #[command(after_long_help = include_str!("help/rotor.txt"))]
     Rotor(RotorArgs),

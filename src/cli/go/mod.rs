@@ -251,12 +251,20 @@ fn has(folder: &Path, begins: &str) -> bool {
     entries.into_iter().any(|entry| entry.file_name().to_string_lossy().starts_with(begins))
 }
 
+/// How a line begins that is a command.
+const COMMAND: &str = "samara ";
+/// How a line begins that says what causes a no.
+const CAUSE: &str = "cause: ";
+
 /// The conclusion of what a verb has printed.
 fn said(step: &Step, yes: bool, text: &str) -> Said {
     let lines = || text.lines().map(str::trim).filter(|line| !line.is_empty());
     let conclusion: Vec<String> = match (step.name, yes) {
         // All that is odd stands below its heading.
-        ("check", false) => lines().skip_while(|line| *line != "odd").skip(1).map(str::to_owned).collect(),
+        ("check", false) => {
+            let found = lines().skip_while(|line| *line != "odd").skip(1);
+            found.filter(|line| !line.starts_with(COMMAND)).map(str::to_owned).collect()
+        }
         // The decision is the first line, what speaks against it is indented.
         ("card", _) => {
             let of_mission = |line: &&str| line.starts_with("mission ") || line.starts_with("gains ");
@@ -267,9 +275,18 @@ fn said(step: &Step, yes: bool, text: &str) -> Said {
                 .chain(said.take_while(|line| line.starts_with("  ")).map(str::to_owned))
                 .collect()
         }
-        _ => lines().next_back().map(str::to_owned).into_iter().collect(),
+        _ => {
+            let cause = lines().rfind(|line| line.starts_with(CAUSE));
+            let last = lines().rfind(|line| !line.starts_with(CAUSE) && !line.starts_with(COMMAND));
+            last.into_iter().chain(cause).map(str::to_owned).collect()
+        }
     };
-    let closer = lines().filter(|line| line.starts_with("samara ")).map(str::to_owned).collect();
+    let mut closer: Vec<String> = Vec::new();
+    for command in lines().filter(|line| line.starts_with(COMMAND)) {
+        if !closer.iter().any(|known| known == command) {
+            closer.push(command.to_owned());
+        }
+    }
     Said { yes, conclusion, closer }
 }
 

@@ -16,8 +16,10 @@ use crate::cli::terminal::{print, print_err};
 use samara::config::draft::{DRAFT_NODES, MissionDraft, ReleasedFrom, mission_draft_json};
 use samara::config::shipped::is_built_in;
 use samara::config::{Mission, derived, gains_json, load_mission, load_vehicle, relative, vehicle_path};
+use samara::hints::No;
 use samara::model::Planet;
 use samara::plan::{Plan, SolverOptions, Status};
+use samara::report::hint::Hint;
 use samara::report::plan_text;
 use samara::study::first_gains::{LEAST_MODULUS, RANDOM_DROPS, StoppedBy, gains_that_fly, guessed_gains};
 
@@ -148,20 +150,21 @@ pub fn run(args: &MissionArgs) -> Result<Answer, Failure> {
     })?;
 
     let (shown, gains_shown) = (file.display().to_string(), gains_file.display().to_string());
-    let no = |why: String| {
+    let no = |why: String, hint: Hint| {
         print_err(&format!("samara: {shown} is written, but {why}\n"));
         for odd in derived(&mission).odd {
-            print_err(&format!("samara: {odd}\n"));
+            print_err(&format!("samara: {odd}\n{}", Hint::of(odd.no, &mission).lines()));
         }
+        print_err(&hint.lines());
         Ok(Answer::No)
     };
     if plan.status != Status::Converged {
-        return no(format!("has no plan: {}", plan_text(&mission, &plan, None).trim_end()));
+        let why = format!("has no plan: {}", plan_text(&mission, &plan, None).trim_end());
+        return no(why, Hint::of(plan.no.unwrap_or(No::PlanFails), &mission));
     }
     let Some(found) = gains_that_fly(&mission, &plan.trajectory) else {
-        return no(format!(
-            "no gains were found that fly it; {gains_shown} holds a guess. `samara check {shown}` shows what the numbers amount to"
-        ));
+        let why = format!("no gains were found that fly it; {gains_shown} holds a guess");
+        return no(why, Hint::of(No::NoGainsFly, &mission));
     };
     let after_s = found.verdict.outcome.steady_after_s.unwrap_or(f64::NAN);
     let (worst, steady_s) = found.worst_and_steady();

@@ -8,6 +8,7 @@ use crate::cli::args::PageArgs;
 use crate::cli::results::OutputFolder;
 use crate::cli::terminal::{print, print_err};
 use samara::config::Mission;
+use samara::report::hint::Hint;
 use samara::study::kind::{About, Results};
 use samara::study::settings::Values;
 
@@ -56,7 +57,8 @@ pub fn report(
         let only = ["--only".to_owned(), place.join(file).display().to_string()];
         format!("again: {}\n", asked.command(&["study", &about.name.replace('_', "-")], only))
     });
-    let text = || format!("\n{}\n{again}results in {}\n{sentence}", document.text(), place.display());
+    let hints: String = results.noes.iter().map(|no| Hint::of(*no, mission).lines()).collect();
+    let text = || format!("\n{}\n{again}results in {}\n{sentence}{hints}", document.text(), place.display());
     print(&if of.args.mission.json { json.clone() } else { text() })?;
     Ok(Answer::from(results.holds))
 }
