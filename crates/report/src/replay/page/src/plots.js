@@ -272,7 +272,12 @@ export class Plots {
         ctx.font = `${11 * uPlot.pxRatio}px system-ui, sans-serif`;
         ctx.textAlign = "right";
         ctx.textBaseline = value < 0 ? "bottom" : "top";
-        ctx.fillText(text, bbox.left + bbox.width - 3 * uPlot.pxRatio, y + (value < 0 ? -2 : 2) * uPlot.pxRatio);
+        const at = [bbox.left + bbox.width - 3 * uPlot.pxRatio, y + (value < 0 ? -2 : 2) * uPlot.pxRatio];
+        // Curves pass behind the letters.
+        Object.assign(ctx, { strokeStyle: css("panel"), lineWidth: 4 * uPlot.pxRatio, lineJoin: "round" });
+        ctx.setLineDash([]);
+        ctx.strokeText(text, ...at);
+        ctx.fillText(text, ...at);
       }
       ctx.restore();
     };
