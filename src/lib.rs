@@ -35,8 +35,15 @@
 //! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
 #![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
 //!
-//! The command line is the program's own (`src/cli`), not part of this library.
+//! The command line (`src/cli`) is the program's, which the wheel for Python is too, and no part of what a user
+//! of this library is promised.
 
+#[cfg(feature = "cli")]
+extern crate self as samara;
+
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 #[cfg(feature = "link")]
 pub mod link;
 

@@ -56,24 +56,25 @@ mod verify;
 #[cfg(feature = "view")]
 mod view;
 
-use std::process::ExitCode;
+use std::ffi::OsString;
 
 use clap::{CommandFactory, FromArgMatches};
 
 use terminal::exit_code;
 use verbs::{Cli, Verb};
 
-/// Parses the command line and runs the verb.
-pub fn run() -> ExitCode {
+/// Parses a command line, whose first word is the program's name, and runs the verb: the exit code. For one
+/// command line in a process, which it ends itself where help is asked for.
+pub fn run(words: impl IntoIterator<Item = OsString>) -> u8 {
     let command = || help::with_negative_values(help::flowed(Cli::command()));
-    let typed = command().try_get_matches();
+    let typed = command().try_get_matches_from(words);
     let cli = match typed.and_then(|typed| Cli::from_arg_matches(&typed)) {
         Ok(cli) => cli,
         Err(e) if !e.use_stderr() => e.exit(),
         // What was typed is shown without what acts on a terminal.
         Err(e) => {
             terminal::print_err(&e.render().to_string());
-            return ExitCode::from(u8::try_from(e.exit_code()).unwrap_or(2));
+            return u8::try_from(e.exit_code()).unwrap_or(2);
         }
     };
     #[cfg(unix)]

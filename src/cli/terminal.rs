@@ -4,7 +4,6 @@ use std::borrow::Cow;
 use std::cell::RefCell;
 use std::fmt::Display;
 use std::io::{self, Write as _};
-use std::process::ExitCode;
 
 use super::answer::{Answer, BadInput, Failure};
 use samara::printable::printable;
@@ -102,18 +101,18 @@ pub fn print_remarks(of: impl Display, remarks: &[impl Display]) {
 }
 
 /// Prints a failure and gives the exit code.
-pub fn exit_code(result: Result<Answer, Failure>) -> ExitCode {
+pub fn exit_code(result: Result<Answer, Failure>) -> u8 {
     let (code, whose) = match &result {
-        Ok(Answer::Yes) => return ExitCode::SUCCESS,
-        Ok(Answer::No) => return ExitCode::from(1),
-        Ok(Answer::Asks) => return ExitCode::from(4),
+        Ok(Answer::Yes) => return 0,
+        Ok(Answer::No) => return 1,
+        Ok(Answer::Asks) => return 4,
         Err(Failure::BadInput(_)) => (2, ""),
         Err(Failure::Internal(_)) => (3, "internal error: "),
     };
     if let Err(failure) = result {
         print_err(&format!("samara: {whose}{}\n", failure.text()));
     }
-    ExitCode::from(code)
+    code
 }
 
 #[cfg(test)]
