@@ -1,32 +1,34 @@
-"""``python -m samara_tpf``: the program ``samara`` that was installed with this module."""
+"""``samara`` and ``python -m samara_tpf``: the program, which is this module's library."""
 
 from __future__ import annotations
 
 import os
-import subprocess
+import signal
 import sys
 import sysconfig
 from pathlib import Path
 
+from . import _samara
+
 
 def program() -> Path | None:
-    """The program beside this interpreter, or in the folder of the user's scripts."""
+    """The program's script beside this interpreter, or in the folder of the user's scripts."""
     name = "samara.exe" if os.name == "nt" else "samara"
     schemes = [sysconfig.get_default_scheme(), sysconfig.get_preferred_scheme("user")]
     places = [Path(sysconfig.get_path("scripts", scheme)) / name for scheme in schemes]
     return next((place for place in places if place.is_file()), None)
 
 
+def library() -> Path:
+    """The file that holds what the program does."""
+    return Path(_samara.__file__)
+
+
 def main() -> int:
     """Runs the program with the arguments of the command line; its exit code."""
-    found = program()
-    if found is None:
-        print("samara_tpf: the program `samara` was not installed with this module", file=sys.stderr)
-        return 3
-    arguments = [os.fspath(found), *sys.argv[1:]]
-    if os.name == "posix":
-        os.execv(found, arguments)
-    return subprocess.run(arguments).returncode
+    # Python's handler would only note the signal; the program's own comes in its place.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return _samara.program(["samara", *sys.argv[1:]])
 
 
 if __name__ == "__main__":

@@ -98,6 +98,20 @@ class Plan:
         rotors = sum(name.startswith("t") and name.endswith("_n") for name in self.table)
         return self.table.stacked(*(f"t{i}_n" for i in range(1, rotors + 1)))
 
+    @cached_property
+    def multipliers(self) -> dict[str, Array]:
+        """What each constraint costs the plan: by how much its cost J_d (32) changes with what the constraint leaves.
+
+        ``defect``: of the defects (33), shape (n-1, states); ``state_least``, ``state_most``: of the bounds of states,
+        (n, states); ``thrust_least``, ``thrust_most``: of the bounds of thrusts, (n, rotors); ``change_least``,
+        ``change_most``: of the bounds of a thrust's change, (n-1, rotors). States are quaternion, velocity NED and
+        body rates, behind them those of what else the mission asks of its plan. Raising an upper bound by one unit
+        lowers the cost by its multiplier, raising a lower bound raises it.
+        """
+        buffers, states, rotors = self._planned.multipliers()
+        width = {name: rotors if name.startswith(("thrust", "change")) else states for name in buffers}
+        return {name: np.frombuffer(buffer).reshape(-1, width[name]) for name, buffer in buffers.items()}
+
     @property
     def svg(self) -> str:
         """The program's figure, ``plan.svg``."""

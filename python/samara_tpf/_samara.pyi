@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from os import PathLike
-from typing import final
+from typing import Any, final
 
 from ._given import Asked, DesignAsked, Given
 
@@ -18,12 +18,17 @@ __all__ = [
     "check",
     "design",
     "drop",
+    "loops",
     "mission_text",
     "missions",
     "plan",
+    "program",
+    "rotor",
+    "sensors",
     "studies",
     "study",
     "tune",
+    "wind",
 ]
 
 VERSION: str
@@ -35,6 +40,7 @@ class Planned:
     def csv(self) -> str: ...
     def svg(self) -> str: ...
     def text(self) -> str: ...
+    def multipliers(self) -> tuple[dict[str, bytearray], int, int]: ...
 
 @final
 class Dropped:
@@ -124,4 +130,26 @@ def tune(given: Given, asked: Asked) -> Tuned: ...
 def design(given: Given, asked: DesignAsked) -> Designed: ...
 def check(given: Given) -> tuple[str, str, bool]: ...
 def missions() -> list[str]: ...
+def program(words: list[str]) -> int: ...
+def loops(given: Given) -> list[dict[str, Any]]: ...
+def rotor(
+    given: Given,
+    omega_rad_s: list[float],
+    climb_m_s: list[float],
+    in_plane_m_s: list[float],
+    density_kg_m3: float | None = None,
+) -> dict[str, bytearray]: ...
+def wind(
+    given: Given, t_s: list[float], p_ned: list[list[float]], v_ned: list[list[float]], number: int
+) -> dict[str, bytearray]: ...
+def sensors(
+    given: Given,
+    t_s: list[float],
+    p_ned: list[list[float]],
+    v_ned: list[list[float]],
+    q_ned_from_body: list[list[float]],
+    omega_body: list[list[float]],
+    force_body: list[list[float]],
+    seed: int | None,
+) -> dict[str, bytearray]: ...
 def mission_text(name: str | PathLike[str]) -> tuple[str, str]: ...

@@ -8,6 +8,8 @@
 //! | `work` | work beside the interpreter, which Ctrl-C ends |
 //! | `pool` | threads for many flights |
 //! | `arrays` | columns of numbers as buffers |
+//! | `inside` | loops, rotor, wind and sensors of a mission, alone |
+//! | `program` | the program, for who asks for that |
 //! | `verbs` | plan, check, drop, assess, study, tune, design |
 
 use pyo3::prelude::*;
@@ -15,7 +17,9 @@ use pyo3::prelude::*;
 mod arrays;
 mod fault;
 mod given;
+mod inside;
 mod pool;
+mod program;
 mod verbs;
 mod work;
 
@@ -36,6 +40,11 @@ mod _samara {
     use crate::verbs::study::{Studied, studies, study};
     #[pymodule_export]
     use crate::verbs::tune::{Tuned, tune};
+
+    #[pymodule_export]
+    use crate::inside::{loops, rotor, sensors, wind};
+    #[pymodule_export]
+    use crate::program::program;
 
     /// The version of the library.
     #[pymodule_export]

@@ -152,3 +152,23 @@ fn closed_form_more_rotors_of_the_same_total_fly_the_same_plan() {
     assert_eq!(eight.status, Status::Converged, "{:?}", eight.diagnosis);
     assert!((eight.objective / four.objective - 1.0).abs() < 1e-7, "{} {}", eight.objective, four.objective);
 }
+
+/// The envelope theorem: a bound costs the plan the sum of its multipliers. By plans whose bound on thrusts is a
+/// thousandth more, and less.
+#[test]
+fn closed_form_multipliers_are_what_a_bound_costs() {
+    let (vehicle, environment) = x500();
+    let options = SolverOptions { tolerance: 1e-9, ..SolverOptions::default() };
+    let planned = |share: f64| {
+        let mut problem = x500_problem(&vehicle, &environment, 38);
+        problem.thrust_max_n *= share;
+        let found = plan(&problem, &Guess::StraightLine, &options, &mut |_| ControlFlow::Continue(()));
+        (found.unwrap(), problem.thrust_max_n)
+    };
+    let [(less, least_n), (found, _), (more, most_n)] = [0.999, 1.0, 1.001].map(planned);
+    let slope = (more.objective - less.objective) / (most_n - least_n);
+    let multipliers = found.multipliers(4);
+    let sum: f64 = multipliers.thrust_most.iter().sum();
+    assert!(slope < -1.0 && (sum / slope + 1.0).abs() < 1e-4, "{sum} {slope}");
+    assert_eq!((multipliers.thrust_most.len(), multipliers.defect.len()), (38 * 4, 37 * 10));
+}

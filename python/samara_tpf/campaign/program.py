@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
 
-from ..__main__ import program as installed
+from ..__main__ import library, program as installed
 from . import child
 from .child import IsWanted
 
@@ -46,7 +46,7 @@ class Description:
     keep: str
     """Which rows of trials are kept."""
     program: str
-    """SHA-256 of the program's file."""
+    """SHA-256 of the program's file, see ``Program.sha256``."""
 
 
 @dataclass(frozen=True)
@@ -69,8 +69,10 @@ class Program:
         return cls(Path(found), is_wanted)
 
     def sha256(self) -> str:
-        """SHA-256 of the program's file."""
-        with self.path.open("rb") as file:
+        """SHA-256 of the program's file; of the one that was installed with this module that of its library."""
+        found = installed()
+        of_this = found is not None and self.path.exists() and self.path.samefile(found)
+        with (library() if of_this else self.path).open("rb") as file:
             return hashlib.file_digest(file, "sha256").hexdigest()
 
     def call(

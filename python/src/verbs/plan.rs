@@ -46,6 +46,23 @@ impl Planned {
         plan_figure(&self.mission, &self.plan.trajectory).or_given().map_err(|fault| fault.raised(py))
     }
 
+    /// The multipliers of the constraints: columns of rows, one after the other, and how many a row has.
+    fn multipliers<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyDict>, usize, usize)> {
+        self.converged().map_err(|fault| fault.raised(py))?;
+        let found = self.plan.multipliers(self.mission.vehicle.rotors.len());
+        let (states, rotors) = (found.states, found.rotors);
+        let named = [
+            ("defect", found.defect),
+            ("state_least", found.state_least),
+            ("state_most", found.state_most),
+            ("thrust_least", found.thrust_least),
+            ("thrust_most", found.thrust_most),
+            ("change_least", found.change_least),
+            ("change_most", found.change_most),
+        ];
+        Ok((columns(py, &named)?, states, rotors))
+    }
+
     /// The sentence that `samara plan` prints, and what the plan's nodes do not tell of a flight along it.
     fn text(&self) -> String {
         let flown = self.mission.integrated(&self.plan.trajectory);

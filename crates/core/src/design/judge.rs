@@ -241,6 +241,11 @@ impl<'a> DesignJudge<'a> {
         points.iter().map(|point| self.loops_at(point, self.problem.vehicle, design)).collect()
     }
 
+    /// The loops of a design in these states, of the vehicle as it is known.
+    pub fn loops_in(&self, points: &[OperatingPoint], design: &Design) -> Vec<LoopsAt> {
+        points.iter().filter_map(|point| self.loops_at(point, self.problem.vehicle, design)).collect()
+    }
+
     /// Where loops are linearised: at the release, at the plan's greatest J_state where there is a plan, and
     /// at the target where a steady flight is found there.
     pub fn operating_points(&self, plan: Option<&Trajectory>) -> Vec<OperatingPoint> {

@@ -4,6 +4,7 @@
 //! |---|---|
 //! | [`vehicle`](mod@vehicle) | the planner's interface: a drop in the vehicle's terms, a trajectory back |
 //! | `guess` | what the solver starts from |
+//! | `multipliers` | what each constraint costs a plan |
 //! | [`grid`] | plans on a grid of release states, interpolated at the release |
 //! | [`problem`] | the problem: cost, bounds, nodes |
 //! | [`demands`](Demands) | what a plan is asked for beyond cost and bounds on thrusts |
@@ -33,6 +34,7 @@ pub mod extended;
 pub mod filter;
 pub mod grid;
 mod guess;
+mod multipliers;
 pub mod path;
 pub mod problem;
 pub mod restoration;
@@ -47,6 +49,7 @@ mod dynamics_tests;
 
 pub use demands::{Demands, FreeHorizon, MotionBounds, PeakCost, RingBounds};
 pub use guess::Guess;
+pub use multipliers::Multipliers;
 pub use solver::{Counts, SolveProgress, SolverOptions, Status};
 pub use vehicle::{
     InputReference, Plan, PlanError, PlanProblem, PlanState, TERMINAL_TOLERANCE_LEAST_M_S, plan,

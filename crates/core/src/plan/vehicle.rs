@@ -13,8 +13,9 @@ use super::demands::Demands;
 use super::dynamics::{BODY_STATES, Dynamics, VehicleDynamics};
 use super::extended::{EXTENDED_STATES, ExtendedDynamics, PEAK, PlannedVehicle, STRETCH};
 use super::guess::{AnyIterate, Guess, start_from};
+use super::multipliers::Multipliers;
 use super::problem::{Bounds, Nodes, Problem, QuadraticCost};
-use super::solver::{Counts, ProblemError, Solution, SolveProgress, SolverOptions, Status, solve};
+use super::solver::{Counts, Iterate, ProblemError, Solution, SolveProgress, SolverOptions, Status, solve};
 use crate::frames::Quaternion;
 use crate::hints::No;
 use crate::model::{Environment, MAX_ROTORS, PerRotor, TrimError, Vehicle, trim};
@@ -112,9 +113,23 @@ pub struct Plan {
     /// Iterations, evaluations and factorisations that the solve took.
     pub counts: Counts,
     iterate: Arc<AnyIterate>,
+    multipliers: fn(&AnyIterate, usize) -> Option<Multipliers>,
+}
+
+/// Multipliers of an iterate for `NU` rotors, of which there are so many.
+fn multipliers_of<const NX: usize, const NU: usize>(
+    iterate: &AnyIterate,
+    rotors: usize,
+) -> Option<Multipliers> {
+    Some(Multipliers::of(iterate.downcast_ref::<Iterate<NX, NU>>()?, rotors))
 }
 
 impl Plan {
+    /// What each constraint costs the plan, of a vehicle with so many rotors.
+    pub fn multipliers(&self, rotors: usize) -> Multipliers {
+        (self.multipliers)(&*self.iterate, rotors).unwrap_or_default()
+    }
+
     /// A warm start from this plan once time has moved on by `shift` nodes.
     pub fn moved_on(&self, shift: usize) -> Guess<'_> {
         Guess::Warm { iterate: &*self.iterate, shift }
@@ -207,6 +222,7 @@ fn solved<D: PlannedVehicle<NX, NU>, const NX: usize, const NU: usize>(
         complementarity: solution.complementarity,
         counts: solution.counts,
         iterate: Arc::new(solution.iterate),
+        multipliers: multipliers_of::<NX, NU>,
     })
 }
 

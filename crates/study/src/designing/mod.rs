@@ -15,7 +15,7 @@ use samara_core::assess::Scenario;
 use samara_core::control::px4::timing::IMU_PERIOD_S;
 use samara_core::design::{
     Design, DesignBounds, DesignFlights, DesignJudge, DesignSearchSettings, FreshResults, LeastMargins,
-    PlanDesign, RELEASE, RandomDrops, Unknown, WorstLoop,
+    LoopsAt, OperatingPoint, PlanDesign, RELEASE, RandomDrops, Unknown, WorstLoop,
 };
 use samara_core::model::wind::Wind;
 use samara_core::sim::DropSimulation;
@@ -131,11 +131,22 @@ pub const LOOP_STATES_MOST: usize = 3;
 /// The loops of [`own_loops`] in one of its states; none where there is no such state.
 pub fn own_loops_in(mission: &Mission, plan: Option<&Trajectory>, state: usize) -> Vec<WorstLoop> {
     let judge = judge_of_loops(mission);
+    let points = own_points(mission, &judge, plan);
+    points.get(state).map_or(Vec::new(), |point| judge.worst_loops(&[*point], &own_design(mission)))
+}
+
+fn own_points(mission: &Mission, judge: &DesignJudge<'_>, plan: Option<&Trajectory>) -> Vec<OperatingPoint> {
     let mut points = judge.operating_points(plan);
     if mission.release.standing {
         points.retain(|point| point.name != RELEASE);
     }
-    points.get(state).map_or(Vec::new(), |point| judge.worst_loops(&[*point], &own_design(mission)))
+    points
+}
+
+/// The loops of the mission's own design in the states of [`own_loops`], of the vehicle as it is known.
+pub fn own_loops_at(mission: &Mission, plan: Option<&Trajectory>) -> Vec<LoopsAt> {
+    let judge = judge_of_loops(mission);
+    judge.loops_in(&own_points(mission, &judge, plan), &own_design(mission))
 }
 
 /// What each of a mission's loops must keep.
