@@ -8,8 +8,6 @@ import sys
 import sysconfig
 from pathlib import Path
 
-from . import _samara
-
 
 def program() -> Path | None:
     """The program's script beside this interpreter, or in the folder of the user's scripts."""
@@ -20,12 +18,16 @@ def program() -> Path | None:
 
 
 def library() -> Path:
-    """The file that holds what the program does."""
+    """The file that holds what the program does; there is one where this is a wheel."""
+    from . import _samara
+
     return Path(_samara.__file__)
 
 
 def main() -> int:
     """Runs the program with the arguments of the command line; its exit code."""
+    from . import _samara
+
     # Python's handler would only note the signal; the program's own comes in its place.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     return _samara.program(["samara", *sys.argv[1:]])

@@ -24,8 +24,8 @@ macro_rules! shipped {
 }
 
 /// Every file, in the order of the paths; the JSON schemas, which are made from the code, are
-/// [`schemas`](super::schema::schemas).
-pub const SHIPPED: &[ShippedFile] = shipped! {
+/// [`schemas`](super::schema::schemas). Once in a program, as no constant would be.
+pub static SHIPPED: &[ShippedFile] = shipped! {
     "mission/balloon_drop.json"
     "mission/dragonfly_drop.json"
     "mission/hexa_drop.json"

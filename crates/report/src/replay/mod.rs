@@ -34,7 +34,8 @@ const PLAYER: &str = include_str!("player.html");
 const SEEN: &str = include_str!("seen.html");
 const STYLE: &str = include_str!("page.css");
 const PLOT_STYLE: &str = include_str!("bundle/uplot.css");
-const SCRIPT: &str = include_str!("bundle/replay.js");
+// Once in a program, as no constant would be.
+static SCRIPT: &str = include_str!("bundle/replay.js");
 const TOOLS: &str = r#"<button id="theme" title="dark or light (d)" aria-label="dark" aria-pressed="false">&#9681;</button>
 <button id="help-open" title="keys and explanations (?)" aria-label="help">?</button>
 "#;
