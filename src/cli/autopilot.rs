@@ -6,6 +6,7 @@ use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION, LinkArgs, NetArgs, StateArgs};
+use super::live::{Known, Live, LiveArgs};
 use super::mission::{chosen_mission, note_estimator, origin};
 use super::narrator::Narrator;
 use super::reporter::Reporter;
@@ -40,6 +41,9 @@ pub struct AutopilotArgs {
     /// End when the simulator leaves, instead of waiting for the next one.
     #[arg(long)]
     pub once: bool,
+    /// The page while it flies.
+    #[command(flatten)]
+    pub live: LiveArgs,
 }
 
 /// Runs the reference autopilot until Ctrl-C, or until the simulator leaves.
@@ -58,12 +62,14 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let folder = OutputFolder::owned(Owned::Autopilot, "autopilot", args.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(false);
     narrator.say(&origin(&args.mission, &mission));
+    let system = net.system()?;
+    let (session, remarks) =
+        parties::autopilot(&mission, choice.params.as_deref(), args.state.asked(), system).bad_input()?;
+    let live = Live::open(&args.live, (&mission, None), Known::Told, (system, None))?;
     let mut reporter = Reporter::new(&narrator, &mission)
         .recording(&folder, &[Link::GroundStation, Link::Api])
-        .with_autopilot(&folder);
-    let (session, remarks) =
-        parties::autopilot(&mission, choice.params.as_deref(), args.state.asked(), net.system()?)
-            .bad_input()?;
+        .with_autopilot(&folder)
+        .shown(Some(&live));
     if let Some(path) = &choice.params {
         print_remarks(path.display(), &remarks);
     }
@@ -73,6 +79,7 @@ pub fn run(args: &AutopilotArgs) -> Result<Answer, Failure> {
     let after = if args.once { AfterSimulator::Return } else { AfterSimulator::Wait };
     block_on(|stop| run_autopilot(session, &ports, &wiring, after, &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
+    live.over("the autopilot has ended");
     folder.write_manifest("autopilot", &mission, &[("instance", net.instance.to_string())])?;
     Ok(Answer::Yes)
 }

@@ -5,6 +5,7 @@ use anyhow::Context as _;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::PageArgs;
+use super::live::Live;
 use super::narrator::Narrator;
 use super::pilot::Flown;
 use super::planning::Planned;
@@ -135,6 +136,11 @@ impl<'a> Conclusion<'a> {
             verdict: self.verdict.as_ref(),
             run: &self.run,
         }
+    }
+
+    /// Shows those who look on what the flight came to.
+    pub fn show(&self, live: &Live) {
+        live.judged(&self.shown(), self.answer() == Answer::Yes);
     }
 
     /// Reports how the flight ended, the verdict and where the files are.

@@ -26,6 +26,8 @@ mod help;
 mod identify;
 mod init;
 mod list;
+#[cfg_attr(not(feature = "view"), path = "live_absent.rs")]
+mod live;
 mod log;
 mod mission;
 mod narrator;

@@ -6,6 +6,7 @@ use super::answer::Failure;
 use super::terminal::{print, print_err};
 use samara::assess::{SteadyWithin, Verdict};
 use samara::config::Mission;
+use samara::link::shell::{LineNotice, Notice};
 use samara::link::{HilEvent, StreamerEvent, TimeUs, Timed};
 use samara::replan::ReplanRecord;
 use samara::sim::DropEvent;
@@ -17,6 +18,16 @@ enum Voice {
     Stderr,
     /// Nowhere, but waits and troubles to stderr: who waits for others must not be mute.
     Quiet,
+}
+
+/// What a narrator makes of something that has happened.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Weight {
+    /// Not worth a word: somebody else says it.
+    Silent,
+    Said,
+    /// Something is wrong, or waited for.
+    Warned,
 }
 
 /// Reports, or is silent. When stdout fails it falls silent and keeps the error, see [`Narrator::check`].
@@ -78,6 +89,20 @@ impl Narrator {
         }
     }
 
+    /// Says something that has happened on the sockets.
+    pub fn socket(&self, notice: &Notice) -> Weight {
+        let weight = match notice {
+            // Not worth a word unless something was wrong.
+            Notice::Counts(_, faults) if !faults.any() => Weight::Silent,
+            Notice::Line(_, LineNotice::Open | LineNotice::Heard) => Weight::Said,
+            Notice::Disconnected(..) | Notice::TurnedAway(_) | Notice::Line(..) | Notice::NotInTime(_) => {
+                Weight::Warned
+            }
+            _ => Weight::Said,
+        };
+        self.weigh(weight, &format!("{notice}\n"))
+    }
+
     /// Says what is wrong or waited for, also where the rest is kept quiet.
     pub fn warn(&self, text: &str) {
         self.aside(text);
@@ -96,6 +121,16 @@ impl Narrator {
     /// fails.
     pub fn check(&self) -> Result<(), Failure> {
         self.failed.take().map_or(Ok(()), Err)
+    }
+
+    /// Says it with the weight that it has.
+    fn weigh(&self, weight: Weight, text: &str) -> Weight {
+        match weight {
+            Weight::Silent => {}
+            Weight::Said => self.say(text),
+            Weight::Warned => self.warn(text),
+        }
+        weight
     }
 
     fn at(&self, at: TimeUs, text: &str) {
@@ -123,38 +158,45 @@ impl Narrator {
     }
 
     /// Says an event of the simulator.
-    pub fn simulator(&self, event: &Timed<HilEvent>, mission: &Mission) {
+    pub fn simulator(&self, event: &Timed<HilEvent>, mission: &Mission) -> Weight {
         if matches!(event.event, HilEvent::Drop(_)) {
             self.reported.borrow_mut().push(event.event.to_string());
         }
-        match &event.event {
+        let weight = match &event.event {
             HilEvent::Drop(DropEvent::RotorsFree) => {
                 // Alone it does not know whether anybody flies one.
                 let then = if self.together { "the plan begins" } else { "t = 0 of a plan" };
                 let delay_s = mission.release.parachute.delay_s;
                 self.at(event.at, &format!("rotors free after {delay_s} s of fall, {then}"));
+                return Weight::Said;
+            }
+            connected @ HilEvent::Connected { again: true } if !self.together => {
+                self.say(&format!("{connected}\n"));
+                return Weight::Said;
             }
             // The shell has reported it.
-            HilEvent::Connected { again: false } => {}
+            HilEvent::Connected { .. } => Weight::Silent,
             // Reported by the streamer or in the verdict, or of no interest in lockstep.
-            HilEvent::Connected { .. }
-            | HilEvent::Lockstep
+            HilEvent::Lockstep
             | HilEvent::RealTime
             | HilEvent::Drop(DropEvent::Armed { .. })
             | HilEvent::Finished
-                if self.together => {}
-            connected @ HilEvent::Connected { .. } => self.say(&format!("{connected}\n")),
-            HilEvent::Board(checked) if !checked.is_fit() => self.warn(&format!("{event}\n")),
-            HilEvent::Waiting { .. } | HilEvent::PeerLeft | HilEvent::Drop(DropEvent::ModeUnknown) => {
-                self.warn(&format!("{event}\n"))
+                if self.together =>
+            {
+                Weight::Silent
             }
-            _ => self.say(&format!("{event}\n")),
-        }
+            HilEvent::Board(checked) if !checked.is_fit() => Weight::Warned,
+            HilEvent::Waiting { .. } | HilEvent::PeerLeft | HilEvent::Drop(DropEvent::ModeUnknown) => {
+                Weight::Warned
+            }
+            _ => Weight::Said,
+        };
+        self.weigh(weight, &format!("{event}\n"))
     }
 
     /// Says an event of the streamer.
-    pub fn streamer(&self, event: &Timed<StreamerEvent>) {
-        match &event.event {
+    pub fn streamer(&self, event: &Timed<StreamerEvent>) -> Weight {
+        let weight = match &event.event {
             // The simulator has reported it, or an acknowledgement has.
             StreamerEvent::ReleaseAsked
             | StreamerEvent::Tracking
@@ -162,10 +204,13 @@ impl Narrator {
             | StreamerEvent::Text { severity: 5.., .. }
             | StreamerEvent::Replanned(ReplanRecord { kept: None, .. })
             | StreamerEvent::Done
-                if self.together => {}
-            StreamerEvent::Text { text, .. } if self.together && self.has_reported(text) => {}
+                if self.together =>
+            {
+                Weight::Silent
+            }
+            StreamerEvent::Text { text, .. } if self.together && self.has_reported(text) => Weight::Silent,
             // Repeats what an acknowledgement has said.
-            StreamerEvent::Text { severity: 6.., .. } => {}
+            StreamerEvent::Text { severity: 6.., .. } => Weight::Silent,
             StreamerEvent::Waiting { .. }
             | StreamerEvent::NotAligned { .. }
             | StreamerEvent::EstimateLost { .. }
@@ -175,9 +220,10 @@ impl Narrator {
             | StreamerEvent::Refused { .. }
             | StreamerEvent::Unanswered { .. }
             | StreamerEvent::TooManyTexts
-            | StreamerEvent::Lost { .. } => self.warn(&format!("{event}\n")),
-            _ => self.say(&format!("{event}\n")),
-        }
+            | StreamerEvent::Lost { .. } => Weight::Warned,
+            _ => Weight::Said,
+        };
+        self.weigh(weight, &format!("{event}\n"))
     }
 
     /// Whether the simulator has reported it, in these letters, small or capital.

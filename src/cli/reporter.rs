@@ -1,16 +1,19 @@
-//! The observer of a run with a wire: it reports what happens and records what is sent.
+//! The observer of a run with a wire: it reports what happens, to the terminal and to the page of a flight
+//! that is looked at, and records what is sent.
 
 use anyhow::Context as _;
 
 use super::answer::{BadInput as _, Failure};
+use super::live::Live;
 use super::narrator::Narrator;
 use super::recording::{FlightLogs, Recording};
 use super::results::OutputFolder;
 use samara::config::Mission;
 use samara::hints::No;
-use samara::link::shell::{LineNotice, Notice, Observer};
+use samara::link::shell::{Notice, Observer};
 use samara::link::{Link, LogEntry, StreamerEvent, TimeUs, Timed};
 use samara::report::hint::Hint;
+use samara::sim::Sample;
 
 /// Reports notices, records frames and the autopilot's flights. A terminal that is gone is no reason to stop
 /// flying, nor is a full disk.
@@ -23,6 +26,7 @@ pub struct Reporter<'a> {
     parameters: Option<OutputFolder>,
     /// Refusals of the autopilot whose hint has been given.
     hinted: Vec<No>,
+    live: Option<&'a Live>,
 }
 
 impl<'a> Reporter<'a> {
@@ -36,7 +40,13 @@ impl<'a> Reporter<'a> {
             failed: None,
             parameters: None,
             hinted: Vec::new(),
+            live: None,
         }
+    }
+
+    /// Tells a page, too.
+    pub fn shown(self, live: Option<&'a Live>) -> Self {
+        Self { live, ..self }
     }
 
     /// Records links to the folder; the parachute's frames go with [`Link::Api`].
@@ -90,19 +100,20 @@ impl Observer for Reporter<'_> {
         }
     }
 
+    fn flown(&mut self, log: &[Sample]) {
+        if let Some(live) = self.live {
+            live.flown(log);
+        }
+    }
+
     fn notice(&mut self, notice: Notice) {
-        match &notice {
+        let weight = match &notice {
             Notice::Simulator(event) => self.narrator.simulator(event, self.mission),
             Notice::Streamer(event) => self.narrator.streamer(event),
-            // Not worth a word unless something was wrong.
-            Notice::Counts(_, faults) if !faults.any() => {}
-            Notice::Line(_, LineNotice::Open | LineNotice::Heard) => {
-                self.narrator.say(&format!("{notice}\n"))
-            }
-            Notice::Disconnected(..) | Notice::TurnedAway(_) | Notice::Line(..) | Notice::NotInTime(_) => {
-                self.narrator.warn(&format!("{notice}\n"));
-            }
-            other => self.narrator.say(&format!("{other}\n")),
+            other => self.narrator.socket(other),
+        };
+        if let Some(live) = self.live {
+            live.notice(&notice, weight);
         }
         match &notice {
             Notice::Streamer(Timed {
@@ -115,6 +126,9 @@ impl Observer for Reporter<'_> {
     }
 
     fn frame(&mut self, now: TimeUs, link: Link, bytes: &[u8]) {
+        if let Some(live) = self.live {
+            live.frame(now, bytes);
+        }
         let Some(i) = self.recordings.iter().position(|recording| recording.records(link)) else { return };
         match self.recordings[i].write(now, bytes) {
             Ok(None) => {}

@@ -7,6 +7,7 @@ use clap::Args;
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, MissionArgs, NetArgs, PageArgs, companion, positive_in, speed};
 use super::conclusion::Conclusion;
+use super::live::{Known, Live, LiveArgs};
 use super::mission::{chosen_mission, origin};
 use super::narrator::Narrator;
 use super::pilot::Flown;
@@ -34,6 +35,9 @@ pub struct SimArgs {
     /// The page.
     #[command(flatten)]
     pub page: PageArgs,
+    /// The page while it flies.
+    #[command(flatten)]
+    pub live: LiveArgs,
     /// Simulated seconds per second, or `max` (as fast as the answers come).
     #[arg(long, value_name = "FACTOR|max", default_value = "1", value_parser = speed)]
     pub speed: Speed,
@@ -67,8 +71,10 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let folder = OutputFolder::owned(Owned::Simulator, "sim", args.mission.out.as_deref(), &mission.name)?;
     let narrator = Narrator::alone(args.mission.json);
     narrator.say(&origin(&args.mission.mission, &mission));
-    let mut reporter = Reporter::new(&narrator, &mission).recording(&folder, &[Link::Simulator]);
-    let froude = parties::froude(&mission);
+    let (system, froude) = (args.net.system()?, parties::froude(&mission));
+    let live = Live::open(&args.live, (&mission, None), Known::Simulated, (system, froude))?;
+    let mut reporter =
+        Reporter::new(&narrator, &mission).recording(&folder, &[Link::Simulator]).shown(Some(&live));
     let attendance = Attendance { once: args.once, patience: args.patience.map(Duration::from_secs_f64) };
     if let Some(froude) = froude {
         narrator.say(&format!(
@@ -77,7 +83,6 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
         ));
     }
     narrator.check()?;
-    let system = args.net.system()?;
     let session = match &args.serial {
         Some(line) => {
             let period_us = sensor_period_us(line, &narrator)?;
@@ -100,6 +105,7 @@ pub fn run(args: &SimArgs) -> Result<Answer, Failure> {
     let flown = Flown::of_simulator(log, record);
     let mut conclusion = Conclusion::new(&mission, None, &flown).with_page(&args.page);
     conclusion.write("sim", &[("instance", args.net.instance.to_string())], &folder)?;
+    conclusion.show(&live);
     conclusion.report(&narrator, &folder)?;
     if args.mission.json {
         print(&conclusion.json())?;

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, DEFAULT_MISSION, NetArgs, PlanningArgs};
+use super::live::{Known, Live, LiveArgs};
 use super::mission::{mission_for_px4, mission_with_a_drop, origin, use_replan};
 use super::narrator::Narrator;
 use super::pilot::px4::upload::{envelope, of_any};
@@ -55,6 +56,9 @@ pub struct StreamArgs {
     /// Each must be echoed. PX4 keeps them.
     #[arg(long)]
     pub upload: bool,
+    /// The page while it flies.
+    #[command(flatten)]
+    pub live: LiveArgs,
 }
 
 /// Streams a plan from the release to its end, and then the target velocity.
@@ -109,19 +113,27 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
         froude: parties::froude(&mission),
         ..StreamerChoice::default()
     };
-    let session = parties::streamer(&mission, trajectory, args.net.system()?, choice);
-    let mut reporter = Reporter::new(&narrator, &mission);
+    let system = args.net.system()?;
+    let vehicle = (system, parties::froude(&mission));
+    let live = Live::open(&args.live, (&mission, Some(&trajectory)), Known::Told, vehicle)?;
+    let session = parties::streamer(&mission, trajectory, system, choice);
+    let mut reporter = Reporter::new(&narrator, &mission).shown(Some(&live));
     let session =
         block_on(|stop| run_streamer(session, &ports, sign.as_ref(), &mut reporter, stop))?.bad_input()?;
     reporter.finish()?;
     // Why it has failed, the streamer has reported.
-    match session.shortcoming() {
+    let shortcoming = match session.shortcoming() {
         _ if !session.is_plan_over() && !session.is_over() => {
-            narrator.say("stopped before the plan was at its end\n");
+            Some("stopped before the plan was at its end".to_owned())
         }
-        Some(why) if session.is_plan_over() => narrator.say(&format!("no drop by the plan: {why}\n")),
-        _ => {}
+        Some(why) if session.is_plan_over() => Some(format!("no drop by the plan: {why}")),
+        _ => None,
+    };
+    if let Some(why) = &shortcoming {
+        narrator.say(&format!("{why}\n"));
     }
+    let streamed = if session.has_succeeded() { "the plan was streamed to its end" } else { "given up" };
+    live.over(shortcoming.as_deref().unwrap_or(streamed));
     narrator.check()?;
     Ok(Answer::from(session.has_succeeded()))
 }

@@ -12,7 +12,7 @@ use super::mission::{has_a_drop, open_mission, origin};
 use super::system::block_on;
 use super::terminal::print;
 use samara::config::mission_path;
-use samara::view::server::Server;
+use samara::view::server::{Server, Shown};
 use samara::view::viewed::Viewed;
 
 /// `samara view`.
@@ -39,7 +39,8 @@ pub fn run(args: ViewArgs) -> Result<Answer, Failure> {
     let typed = args.mission.display().to_string();
     let viewed = Viewed { path: mission_path(&args.mission).bad_input()?, typed, set: args.set.set };
     block_on(|stop| async move {
-        let server = Server::listen(viewed, args.port).with_context(|| format!("--port {}", args.port));
+        let server = Server::listen(Shown::Mission(viewed), args.port)
+            .with_context(|| format!("--port {}", args.port));
         let server = server.bad_input()?;
         print(&format!("{}\nCtrl-C ends it.\n", server.address()))?;
         if !args.no_open {
@@ -53,7 +54,7 @@ pub fn run(args: ViewArgs) -> Result<Answer, Failure> {
 }
 
 /// Opens an address in the browser, where there is a display; the address was printed.
-fn open(address: &str) {
+pub fn open(address: &str) {
     let shows = |display: &str| std::env::var_os(display).is_some_and(|value| !value.is_empty());
     let opener = match std::env::consts::OS {
         "macos" => "open",

@@ -14,7 +14,7 @@ use samara_host::Threads;
 use samara_mission::{Mission, Override};
 use samara_report::hint::Hint;
 use samara_report::json::object;
-use samara_report::replay::live::{drop_data, drop_words};
+use samara_report::replay::view::{drop_data, drop_words};
 use samara_report::{DropRun, FlownDrop, ShownDrop, judge_drop, plan_text};
 use samara_study::checking::{CheckedPlan, LATENCY_MOST_S, checked_by};
 use samara_study::designing::{LOOP_STATES_MOST, joined, least_margins, own_loops_in};

@@ -1,5 +1,6 @@
 //! A mission as one looks at it and turns its knobs: changed, planned and flown anew at once, with campaigns
-//! of whole drops and its files written on demand; and the server that a browser on this machine asks.
+//! of whole drops and its files written on demand; a flight as one looks on while it flies; and the server
+//! that a browser on this machine asks.
 //!
 //! | file | holds |
 //! |---|---|
@@ -7,6 +8,7 @@
 //! | [`controls`] | the keys that matter most, and what is known of every key |
 //! | [`flown`] | other values in, plan, flight and verdict out |
 //! | [`campaign`] | whole drops of a changed mission, batch after batch |
+//! | [`live`] | a flight while it flies: what it hands over, and what those get who look on |
 //! | [`written`] | a changed mission in files of its own |
 //! | [`server`] | who may ask, what can be asked, and the sockets |
 //!
@@ -16,6 +18,7 @@
 pub mod campaign;
 pub mod controls;
 pub mod flown;
+pub mod live;
 pub mod server;
 pub mod viewed;
 pub mod written;

@@ -8,6 +8,7 @@ use crate::cli::args::{
     AutopilotArg, CHOICES, ChoiceArgs, LinkArgs, MissionArgs, NetArgs, PageArgs, PatienceArgs, PlanningArgs,
     StateArgs, autopilot, speed,
 };
+use crate::cli::live::LiveArgs;
 use crate::cli::pilot::px4::{Cpu, Patience};
 use crate::cli::pilot::{PilotOption, PilotRequest, Px4Settings};
 use samara::link::shell::{SerialUrl, Speed};
@@ -25,6 +26,9 @@ pub struct DropArgs {
     /// The page.
     #[command(flatten)]
     pub page: PageArgs,
+    /// The page while it flies.
+    #[command(flatten)]
+    pub live: LiveArgs,
     /// What the mission leaves to choose.
     #[command(flatten)]
     pub choice: ChoiceArgs,
@@ -66,7 +70,14 @@ pub struct DropArgs {
     ///
     /// All of PX4 is fastest on one. `auto`: on one, another for each instance, and the simulator beside it
     /// on the others; a number: both on that one; `any`: wherever the system puts them.
-    #[arg(long, value_name = "auto|any|N", default_value = "auto", value_parser = cpu, help_heading = "Autopilot")]
+    #[arg(
+        long,
+        value_name = "auto|any|N",
+        default_value = "auto",
+        value_parser = cpu,
+        help_heading = "Autopilot",
+        hide_short_help = true
+    )]
     pub cpu: Cpu,
     /// How long PX4 may keep the flight waiting.
     #[command(flatten)]

@@ -13,6 +13,7 @@ mod cases;
 
 use super::answer::{Answer, Failure};
 use super::conclusion::{Conclusion, FLIGHT_FILES, GIVEN_PARAMETERS};
+use super::live::{Known, Live};
 use super::mission::{origin, use_replan};
 use super::narrator::Narrator;
 use super::pilot::{PilotedDrop, pilot_and_mission};
@@ -20,6 +21,7 @@ use super::planning::Planned;
 use super::results::OutputFolder;
 use super::terminal::print;
 pub use args::DropArgs;
+use samara::link::parties;
 use samara::link::shell::Speed;
 
 /// Plans, flies and judges a drop, or each release case.
@@ -34,6 +36,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
             "--link and --sign-key: --speed FACTOR is expected with them; at `max` no socket is opened";
         return Err(Failure::input(text.to_owned()));
     }
+    check_view(args)?;
     let narrator = Narrator::together(args.mission.json);
     narrator.entitle(&origin(&args.mission.mission, &mission));
     narrator.entitle(&format!(
@@ -58,6 +61,8 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     };
     pilot.check(&mission, &planned.trajectory, args.net.instance)?;
     let replan = args.replan.and_then(|cadence| planned.renewed(&mission, cadence));
+    let vehicle = (args.net.system()?, parties::froude(&mission).filter(|_| pilot.takes_ports()));
+    let live = Live::open(&args.live, (&mission, Some(&planned.trajectory)), Known::Simulated, vehicle)?;
     let flight = PilotedDrop {
         mission: &mission,
         trajectory: &planned.trajectory,
@@ -67,6 +72,7 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
         instance: args.net.instance,
         speed: args.speed,
         wiring: &args.net.wiring(&args.link)?,
+        live: Some(&live),
         stop: None,
     };
     if args.cases {
@@ -78,9 +84,24 @@ pub fn run(args: &DropArgs) -> Result<Answer, Failure> {
     let flown = pilot.fly(&flight)?;
     let mut conclusion = Conclusion::new(&mission, Some(&planned), &flown).with_page(&args.page);
     conclusion.write("drop", &args.circumstances(), &folder)?;
+    conclusion.show(&live);
     conclusion.report(&narrator, &folder)?;
     if args.mission.json {
         print(&conclusion.json())?;
     }
     Ok(conclusion.answer())
+}
+
+/// Refuses to show what is over before a page is open.
+fn check_view(args: &DropArgs) -> Result<(), Failure> {
+    let why = match args.speed {
+        _ if !args.live.asked() => return Ok(()),
+        _ if args.cases => "--view: one drop is expected with it, not --cases",
+        Speed::Max if args.serial.is_none() => {
+            "--view: --speed FACTOR is expected with it (1: real time); at `max` the drop is over before a page \
+             is open, and drop.html replays it"
+        }
+        _ => return Ok(()),
+    };
+    Err(Failure::input(why.to_owned()))
 }

@@ -120,7 +120,9 @@ impl Pilot for Board {
             Some(parties::streamer(mission, trajectory.clone(), system, streamer)),
         );
         let pace = (real_time(mission), Attendance::default());
-        let mut reporter = Reporter::new(narrator, mission).recording(folder, &[Link::Simulator, Link::Api]);
+        let mut reporter = Reporter::new(narrator, mission)
+            .recording(folder, &[Link::Simulator, Link::Api])
+            .shown(flight.live);
         let (simulator, streamer) =
             block_on(|stop| run_board(sessions, &ports, &self.line, pace, &mut reporter, stop))?
                 .bad_input()?;

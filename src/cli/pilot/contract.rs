@@ -3,6 +3,7 @@
 use std::sync::atomic::AtomicBool;
 
 use crate::cli::answer::Failure;
+use crate::cli::live::Live;
 use crate::cli::narrator::Narrator;
 use crate::cli::results::OutputFolder;
 use samara::config::Mission;
@@ -61,6 +62,8 @@ pub struct PilotedDrop<'a> {
     pub speed: Speed,
     /// Further endpoints and the key of what is signed.
     pub wiring: &'a Wiring,
+    /// The page on which it is looked at while it flies.
+    pub live: Option<&'a Live>,
     /// Raised to end a campaign's flight; a single flight listens for Ctrl-C itself.
     pub stop: Option<&'a AtomicBool>,
 }

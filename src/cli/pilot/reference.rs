@@ -94,7 +94,8 @@ impl Pilot for Reference {
         );
         let mut reporter = Reporter::new(narrator, mission)
             .recording(folder, &[Link::Simulator, Link::GroundStation, Link::Api])
-            .with_autopilot(folder);
+            .with_autopilot(folder)
+            .shown(flight.live);
         let watch = Stopwatch::start();
         narrator.hanging(mission);
         match flight.speed {

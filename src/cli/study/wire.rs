@@ -138,6 +138,7 @@ impl OverTheWire<'_> {
             instance: self.places.instance(self.pilot, u16::try_from(thread).unwrap_or(u16::MAX)),
             speed: Speed::Max,
             wiring: &Wiring::default(),
+            live: None,
             stop: Some(stop),
         })?;
         let Conclusion { verdict, run, .. } = Conclusion::new(&mission, Some(planned), &flown);

@@ -19,6 +19,7 @@
 //! | [`streamer`] | the offboard streamer: arms, releases, streams the plan |
 //! | [`autopilot`] | the reference autopilot: HIL client, vehicle for ground stations and companions |
 //! | [`lockstep`] | all of them on a wire in memory |
+//! | [`seen`] | what the frames tell whoever looks on: mode, motion, what was sent last |
 //! | `injection` | MAV_CMD_INJECT_FAILURE as orders about faults |
 //! | `statustext` | long texts in pieces |
 //! | `wire` | the wire's units; messages of more than one sender |
@@ -40,6 +41,7 @@ pub mod parachute;
 pub mod peer;
 pub mod px4_events;
 pub mod replay;
+pub mod seen;
 pub mod session;
 #[cfg(feature = "shell")]
 pub mod shell;

@@ -1,5 +1,6 @@
 //! The flight, the plan and what is known about them, as the page's script takes them.
 
+use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::channel::Channel;
@@ -11,7 +12,9 @@ use crate::rows::Columns;
 use crate::shown_drop::ShownDrop;
 use samara_core::model::RotationSense;
 use samara_core::sim::Sample;
+use samara_core::trajectory::Trajectory;
 use samara_core::units::DEG_PER_RAD;
+use samara_mission::Mission;
 
 /// More rows than this of a log are thinned, evenly: pages have bounds.
 const ROWS_MAX: usize = 20_000;
@@ -29,7 +32,7 @@ pub(super) const PRECISION: &str = "time to 1 us, position to 0.1 mm, velocity t
 
 /// Columns of one motion.
 #[derive(Serialize)]
-struct Motion {
+pub(super) struct Motion {
     count: usize,
     channels: Vec<Channel>,
 }
@@ -52,10 +55,9 @@ pub(super) enum Shown {
     Motion,
 }
 
-/// The page's data as JSON without `<`, which no block of a page ends in.
-pub(super) fn object(drop: &ShownDrop<'_>, shown: Shown) -> String {
-    let ShownDrop { mission, verdict, .. } = *drop;
-    let (times, limits) = (Times::of(drop), &mission.limits.safety);
+/// What is known of a flight by its mission alone.
+pub(super) fn about(mission: &Mission, gains: &str) -> impl Serialize {
+    let limits = &mission.limits.safety;
     let environment = &mission.site.environment;
     let parachute = &mission.release.parachute;
     let pack_limit_a = mission.electric.as_ref().map(|battery| battery.pack().limits().current_max_a);
@@ -67,14 +69,14 @@ pub(super) fn object(drop: &ShownDrop<'_>, shown: Shown) -> String {
             spin: match rotor.spin { RotationSense::Cw => "cw", RotationSense::Ccw => "ccw" },
         }
     });
-    let object = object! {
+    object! {
         format: 1,
         version: VERSION,
-        mission: &mission.name,
-        vehicle: &mission.vehicle_name,
-        gains: drop.gains,
+        mission: mission.name.clone(),
+        vehicle: mission.vehicle_name.clone(),
+        gains: gains.to_owned(),
         seed: mission.seed,
-        input_hash: &mission.inputs.hash,
+        input_hash: mission.inputs.hash.clone(),
         target_v_ned_m_s: <[f64; 3]>::from(mission.target_v_ned),
         wind_ned_m_s: <[f64; 3]>::from(environment.wind_ned_m_s),
         standing: mission.release.standing,
@@ -91,6 +93,15 @@ pub(super) fn object(drop: &ShownDrop<'_>, shown: Shown) -> String {
             #[serde(flatten)] pack: pack_limit_a.map(|limit_a| object! { pack_current_a: limit_a }),
         },
         rotors: rotors.collect::<Vec<_>>(),
+    }
+}
+
+/// The page's data as JSON without `<`, which no block of a page ends in.
+pub(super) fn object(drop: &ShownDrop<'_>, shown: Shown) -> String {
+    let ShownDrop { mission, verdict, .. } = *drop;
+    let times = Times::of(drop);
+    let object = object! {
+        #[serde(flatten)] about: about(mission, drop.gains),
         verdict: verdict.map(|v| object! { j_tpf: v.outcome.j_tpf, decided_by: v.decided_by }),
         times: object! { released_s: times.released_s, free_s: times.free_s, steady_s: times.steady_s },
         marks: marks(drop, &times),
@@ -115,6 +126,9 @@ const AROUND: [(f64, &[&str]); 2] = [
     (VELOCITY_M_S, &["wind_n_m_s", "wind_e_m_s", "wind_d_m_s"]),
     (POSITION_M, &["canopy_north_m", "canopy_east_m", "canopy_down_m"]),
 ];
+
+/// Further channels of a flight that has them.
+const AT_LAST: [&str; 3] = ["riser_tension_n", "bus_v", "pack_current_a"];
 
 /// Columns in steps as channels, those that have values.
 fn stepped<R>(columns: &Columns<R>, rows: &[&R], steps: &[(f64, &[&str])]) -> Vec<Channel> {
@@ -141,8 +155,7 @@ fn flight(drop: &ShownDrop<'_>, shown: Shown) -> Motion {
     let of_rotor = |i| [format!("thrust_{i}_n"), format!("rotor_speed_{i}_rad_s")];
     channels.extend((1..=drop.mission.vehicle.rotors.len()).flat_map(of_rotor).filter_map(scaled));
     channels.extend(stepped(&columns, &rows, &AROUND));
-    let last = ["riser_tension_n", "bus_v", "pack_current_a"].map(str::to_owned);
-    channels.extend(last.into_iter().filter_map(scaled));
+    channels.extend(AT_LAST.map(str::to_owned).into_iter().filter_map(scaled));
     Motion { count: rows.len(), channels }
 }
 
@@ -150,11 +163,29 @@ fn flight(drop: &ShownDrop<'_>, shown: Shown) -> Motion {
 /// release.
 fn planned(drop: &ShownDrop<'_>, times: &Times) -> Option<Motion> {
     let (plan, free_s) = (drop.plan?, times.free_s?);
-    let motion = plan_motion(plan, place_at(drop.samples, free_s));
+    Some(plan_from(drop.mission, plan, place_at(drop.samples, free_s)))
+}
+
+/// A plan that begins at a place, NED [m], and its time since then.
+pub(super) fn plan_from(mission: &Mission, plan: &Trajectory, start_ned: Vector3<f64>) -> Motion {
+    let motion = plan_motion(plan, start_ned);
     let rows: Vec<PlanRow> = motion.into_iter().map(|instant| PlanRow::of(plan, 0.0, instant)).collect();
-    let (rows, columns) = (rows.iter().collect::<Vec<_>>(), plan_columns(drop.mission));
+    let (rows, columns) = (rows.iter().collect::<Vec<_>>(), plan_columns(mission));
     let mut channels = stepped(&columns, &rows, &MOTION);
     let thrusts = (1..=plan.n_rotors()).map(|i| format!("thrust_{i}_n"));
     channels.extend(thrusts.filter_map(|name| scaled(&columns, &rows, &name)));
-    Some(Motion { count: rows.len(), channels })
+    Motion { count: rows.len(), channels }
+}
+
+/// Whether a page shows a column of a flight log.
+pub(super) fn is_shown(column: &str) -> bool {
+    let among = |all: &[(f64, &[&str])]| all.iter().any(|(_, names)| names.contains(&column));
+    let of_rotor =
+        |begin: &str, end: &str| column.strip_prefix(begin).is_some_and(|rest| rest.ends_with(end));
+    among(&MOTION)
+        || among(&AROUND)
+        || AT_LAST.contains(&column)
+        || column == "phase"
+        || of_rotor("thrust_", "_n")
+        || of_rotor("rotor_speed_", "_rad_s")
 }

@@ -1,23 +1,33 @@
-//! What `samara view` shows of a drop: the parts of the page of a drop that change with it, and the files of
-//! the page that shows them one after the other.
+//! What is shown of a flight while it flies: what is known of it beforehand, its instants as rows of numbers,
+//! and what it came to; and the files of the page that shows that.
 
-use super::{PLOT_STYLE, TOOLS, data, filled, player, seen, words};
+use serde::Serialize;
+
+use super::view::{drop_data, drop_words};
+use super::{PLOT_STYLE, TOOLS, data, filled, player, seen};
+use crate::flight_columns::flight_columns;
 use crate::json::{VERSION, object};
-use crate::shown_drop::ShownDrop;
+use crate::rows::Column;
+use crate::shown_drop::{ShownDrop, air_words};
+use nalgebra::Vector3;
+use samara_core::assess::StateCost;
+use samara_core::model::rigid_body::BodyState;
+use samara_core::sim::{Phase, Sample};
+use samara_core::trajectory::Trajectory;
+use samara_mission::Mission;
 
-const PAGE: &str = include_str!("view.html");
-const STYLE: &str = include_str!("view.css");
-const SCRIPT: &str = include_str!("bundle/view.js");
-const KEYS_OF_VIEW: &str = "<dt>ctrl z, ctrl shift z</dt><dd>undo, redo</dd>\n<dt>k</dt><dd>keep this variant</dd>\n\
-                            <dt>/</dt><dd>another key of the mission</dd>\n";
+const PAGE: &str = include_str!("live.html");
+const STYLE: &str = include_str!("live.css");
+const SCRIPT: &str = include_str!("bundle/live.js");
+const KEYS_OF_LIVE: &str = "<dt>l</dt><dd>the newest instant, and on with the flight</dd>\n";
 
-/// The page, which asks the program that serves it for all that it shows; its style and script are asked for
-/// as `view.css` and `view.js`.
+/// The page, which asks the program that serves it for the flight; its style and script are asked for as
+/// `live.css` and `live.js`.
 pub fn page() -> String {
     filled(PAGE, |name| match name {
         "version" => VERSION.to_owned(),
         "tools" => TOOLS.to_owned(),
-        "player" => player(true, KEYS_OF_VIEW),
+        "player" => player(true, KEYS_OF_LIVE),
         "seen" => seen(true),
         _ => String::new(),
     })
@@ -33,17 +43,101 @@ pub fn style() -> String {
     [PLOT_STYLE, super::STYLE, STYLE].concat()
 }
 
-/// The data of a drop's page, as JSON.
-pub fn drop_data(drop: &ShownDrop<'_>) -> String {
-    data::object(drop, data::Shown::All)
+/// What is known of a flight beforehand: its mission, its plan, where that is known, and the names of the
+/// numbers in its rows.
+pub fn about(mission: &Mission, plan: Option<&Trajectory>, columns: &[String]) -> impl Serialize {
+    let gains = &mission.control.gains_name;
+    object! {
+        #[serde(flatten)] about: data::about(mission, gains),
+        columns: columns.to_vec(),
+        facts: format!("Vehicle {}, gains {gains}, {}.", mission.vehicle_name, air_words(&mission.site)),
+        // From where the rotors are freed, which is not known yet.
+        plan: plan.map(|plan| data::plan_from(mission, plan, Vector3::zeros())),
+    }
 }
 
-/// Verdict, numbers, circumstances and table of a drop, each as HTML.
-pub fn drop_words(drop: &ShownDrop<'_>) -> impl serde::Serialize {
-    object! {
-        verdict: words::verdict(drop).text.into_string(),
-        numbers: words::numbers(drop).into_string(),
-        facts: words::facts(drop).into_string(),
-        table: words::table(drop).into_string(),
+/// What a flight came to: all that a drop's page shows of it.
+pub fn end(drop: &ShownDrop<'_>, is_safe: bool) -> impl Serialize {
+    // Data that was just written is read.
+    let data: Option<serde_json::Value> = serde_json::from_str(&drop_data(drop)).ok();
+    object! { drop: data, words: drop_words(drop), safe: drop.verdict.map(|_| is_safe) }
+}
+
+/// The name of the column of the phase, a number here: 0 hanging, 1 falling, 2 powered.
+const PHASE: &str = "phase";
+
+/// The rows of a flight that is simulated: those columns of its log that are shown.
+pub struct SimulatedRows(Vec<Column<Sample>>);
+
+impl SimulatedRows {
+    /// The rows of a mission's flight.
+    pub fn new(mission: &Mission) -> Self {
+        let is_shown = |name: &str| name == "t_powered_s" || data::is_shown(name);
+        let columns = flight_columns(mission, false).0;
+        Self(columns.into_iter().filter(|column| is_shown(&column.name)).collect())
+    }
+
+    /// The names of the numbers.
+    pub fn names(&self) -> Vec<String> {
+        self.0.iter().map(|column| column.name.to_string()).collect()
+    }
+
+    /// The numbers of an instant; not a number: there is none.
+    pub fn row(&self, sample: &Sample) -> Vec<f64> {
+        let number = |column: &Column<Sample>| match &*column.name {
+            PHASE => f64::from(sample.phase as u8),
+            _ => column.number(sample).unwrap_or(f64::NAN),
+        };
+        self.0.iter().map(number).collect()
+    }
+}
+
+/// The names of the numbers in a row of a flight that is known by telemetry alone.
+const TOLD: [&str; 17] = [
+    "t_s",
+    "t_powered_s",
+    PHASE,
+    "north_m",
+    "east_m",
+    "down_m",
+    "q0",
+    "q1",
+    "q2",
+    "q3",
+    "vn_m_s",
+    "ve_m_s",
+    "vd_m_s",
+    "p_rad_s",
+    "q_rad_s",
+    "r_rad_s",
+    "j_state",
+];
+
+/// The rows of a flight that is known by telemetry alone.
+#[derive(Debug)]
+pub struct ToldRows;
+
+impl ToldRows {
+    /// The names of the numbers.
+    pub fn names() -> Vec<String> {
+        TOLD.map(str::to_owned).to_vec()
+    }
+
+    /// The numbers of an instant `t_s` [s] of a mission's vehicle that was cut loose at `released_s` [s], if
+    /// it was: its rotors are free after the mission's delay.
+    pub fn row(mission: &Mission, t_s: f64, released_s: Option<f64>, body: &BodyState) -> Vec<f64> {
+        let powered_s = released_s.map(|at_s| t_s - at_s - mission.release.parachute.delay_s);
+        let phase = match (powered_s, released_s) {
+            (Some(powered_s), _) if powered_s >= 0.0 => Phase::Powered,
+            (_, Some(at_s)) if t_s >= at_s => Phase::Falling,
+            _ => Phase::Hanging,
+        };
+        let mut row = vec![t_s, powered_s.unwrap_or(f64::NAN), f64::from(phase as u8)];
+        row.extend(&body.p_ned);
+        row.extend(body.q_ned_from_body);
+        row.extend(&body.v_ned);
+        row.extend(&body.omega_body);
+        row.push(StateCost::of(body, &mission.limits.safety).max());
+        row
     }
 }

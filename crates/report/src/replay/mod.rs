@@ -1,18 +1,20 @@
-//! `drop.html`: a drop to be seen again, on one page that loads nothing from anywhere; and the page of
-//! `samara view`, whose drop is flown anew at every change, by the same script.
+//! `drop.html`: a drop to be seen again, on one page that loads nothing from anywhere; and by the same script
+//! the page of `samara view`, whose drop is flown anew at every change, and that of a flight while it flies.
 //!
 //! | file | holds |
 //! |---|---|
 //! | `data` | the flight, the plan and what is known about them, as the page's script takes them |
 //! | `channel`, `base64` | columns of numbers as compact text |
 //! | `words` | verdict, numbers and circumstances in words, as HTML |
-//! | [`live`] | what `samara view` shows of a drop, and the files of its page |
+//! | [`view`] | what `samara view` shows of a drop, and the files of its page |
+//! | [`live`] | what is shown of a flight while it flies, and the files of that page |
 //! | `page.html`, `page.css` | the page of a drop and its style |
 //! | `view.html`, `view.css` | the page of `samara view`, and what its style has beyond that |
+//! | `live.html`, `live.css` | the page of a flight while it flies, and what its style has beyond a drop's |
 //! | `player.html`, `seen.html` | what both have: the view in space with its panels and keys, what is seen |
 //! | `page/` | the pages' scripts in their sources; `npm ci && npm run build` there makes the bundle |
 //! | `beside.js` | hands a drop's page the run that it holds beside its own |
-//! | `bundle/` | generated: script of a drop's page with three.js and uPlot, what the other has beyond it |
+//! | `bundle/` | generated: script of a drop's page with three.js and uPlot, what the others have beyond it |
 //!
 //! What comes from files reaches a page as escaped text or as JSON without `<`. The policy of `drop.html`
 //! lets the scripts of this module and no others run, by their hashes, and forbids every request.
@@ -21,6 +23,7 @@ mod base64;
 mod channel;
 mod data;
 pub mod live;
+pub mod view;
 mod words;
 
 use sha2::{Digest, Sha256};

@@ -1,12 +1,28 @@
-//! Bodies that come and go.
+//! Answers and their bodies, and bodies that come.
 
 use std::convert::Infallible;
 use std::future::poll_fn;
 use std::pin::Pin;
-use std::task::{Context, Poll};
+use std::task::{Context, Poll, ready};
 
 use hyper::body::{Body, Bytes, Frame, Incoming, SizeHint};
+use hyper::header::{CONTENT_TYPE, HeaderName, HeaderValue};
+use hyper::{Response, StatusCode};
+use serde_json::Value;
 use tokio::sync::mpsc::UnboundedReceiver;
+use tokio::time::{Duration, Interval, MissedTickBehavior, interval};
+
+use super::guard::HEADERS;
+use crate::live::Reader;
+
+pub const JSON: &str = "application/json";
+const LINES: &str = "application/x-ndjson";
+pub const TEXT: &str = "text/plain; charset=utf-8";
+
+/// So often those who look on get what is new of a flight.
+const LIVE_EVERY: Duration = Duration::from_millis(33);
+
+pub type Answer = Response<Answered>;
 
 /// The body of an answer.
 pub enum Answered {
@@ -14,6 +30,30 @@ pub enum Answered {
     Whole(Option<Bytes>),
     /// Lines, as they come.
     Lines(UnboundedReceiver<String>),
+    /// What is new of a flight, as long as it flies: looked for when there is room for it on the way to the
+    /// browser, and every now and then.
+    Flight(Reader, Interval),
+}
+
+impl Answered {
+    /// A flight as it flies.
+    pub fn flight(reader: Reader) -> Self {
+        let mut ticks = interval(LIVE_EVERY);
+        ticks.set_missed_tick_behavior(MissedTickBehavior::Delay);
+        Self::Flight(reader, ticks)
+    }
+}
+
+/// What is new of a flight, once there is something.
+fn poll_flight(reader: &mut Reader, ticks: &mut Interval, context: &mut Context<'_>) -> Poll<Option<Bytes>> {
+    while !reader.has_ended() {
+        ready!(ticks.poll_tick(context));
+        let lines = reader.take();
+        if !lines.is_empty() {
+            return Poll::Ready(Some(Bytes::from(lines)));
+        }
+    }
+    Poll::Ready(None)
 }
 
 impl Body for Answered {
@@ -26,6 +66,7 @@ impl Body for Answered {
     ) -> Poll<Option<Result<Frame<Bytes>, Infallible>>> {
         let next = match self.get_mut() {
             Self::Whole(bytes) => Poll::Ready(bytes.take()),
+            Self::Flight(reader, ticks) => poll_flight(reader, ticks, context),
             Self::Lines(lines) => lines.poll_recv(context).map(|line| Some(Bytes::from(line? + "\n"))),
         };
         next.map(|bytes| bytes.map(|bytes| Ok(Frame::data(bytes))))
@@ -38,7 +79,7 @@ impl Body for Answered {
     fn size_hint(&self) -> SizeHint {
         match self {
             Self::Whole(bytes) => SizeHint::with_exact(bytes.as_ref().map_or(0, Bytes::len) as u64),
-            Self::Lines(_) => SizeHint::default(),
+            Self::Lines(_) | Self::Flight(..) => SizeHint::default(),
         }
     }
 }
@@ -58,4 +99,33 @@ pub async fn read(mut body: Incoming, most: usize) -> Option<Vec<u8>> {
         }
     }
     Some(bytes)
+}
+
+/// An answer without more than its status.
+pub fn refused(status: StatusCode) -> Answer {
+    answered(status, TEXT, status.canonical_reason().unwrap_or_default())
+}
+
+/// An object as the answer.
+pub fn told(status: StatusCode, object: &Value) -> Answer {
+    answered(status, JSON, object.to_string())
+}
+
+pub fn answered(status: StatusCode, kind: &'static str, body: impl Into<Bytes>) -> Answer {
+    let body: Bytes = body.into();
+    let mut answer = Response::new(Answered::Whole((!body.is_empty()).then_some(body)));
+    *answer.status_mut() = status;
+    let headers = answer.headers_mut();
+    headers.insert(CONTENT_TYPE, HeaderValue::from_static(kind));
+    for (name, value) in HEADERS {
+        headers.insert(HeaderName::from_static(name), HeaderValue::from_static(value));
+    }
+    answer
+}
+
+/// Lines as the answer, which come as they are there.
+pub fn lines_of(lines: Answered) -> Answer {
+    let mut answer = answered(StatusCode::OK, LINES, "");
+    *answer.body_mut() = lines;
+    answer
 }

@@ -3,13 +3,15 @@
 //! | file | holds |
 //! |---|---|
 //! | [`guard`] | who may ask |
-//! | `answers` | what can be asked, and what is answered |
-//! | `body` | bodies that come and go |
+//! | `answers` | the door, the files of the page, and who answers what else is asked |
+//! | `mission` | what is asked of a mission: flights, campaigns, files |
+//! | `body` | answers and their bodies, also what is new of a flight; bodies that come |
 //! | this one | the listener and its connections |
 
 mod answers;
 mod body;
 pub mod guard;
+mod mission;
 
 use std::convert::Infallible;
 use std::io;
@@ -23,14 +25,19 @@ use hyper_util::rt::{TokioIo, TokioTimer};
 use tokio::net::TcpListener;
 use tokio::sync::Semaphore;
 
-use crate::viewed::Viewed;
 use answers::Answers;
+pub use answers::Shown;
 use guard::Token;
 
 /// Connections at once; others wait until one of them ends.
 const CONNECTIONS_MOST: usize = 32;
 /// Time in which the head of a request is to be there, and then its body.
 const PATIENCE: Duration = Duration::from_secs(5);
+
+/// For so long at most those who look on are given what a flight has ended with.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+/// So often it is looked whether a flight has ended.
+const END_LOOKED_FOR_EVERY: Duration = Duration::from_millis(20);
 
 /// A server that listens on this machine's own address.
 #[derive(Debug)]
@@ -48,12 +55,12 @@ impl Server {
     ///
     /// # Errors
     /// Of the system: the port is taken, there is no randomness, or no thread.
-    pub fn listen(viewed: Viewed, port: u16) -> io::Result<Self> {
+    pub fn listen(shown: Shown, port: u16) -> io::Result<Self> {
         let listener = std::net::TcpListener::bind((Ipv4Addr::LOCALHOST, port))?;
         listener.set_nonblocking(true)?;
         let (listener, token) = (TcpListener::from_std(listener)?, Token::new()?);
         let address = listener.local_addr()?;
-        let answers = Arc::new(Answers::new(viewed, address.port(), token)?);
+        let answers = Arc::new(Answers::new(shown, address.port(), token)?);
         Ok(Self { listener, answers, address, token, patience: PATIENCE })
     }
 
@@ -92,6 +99,29 @@ impl Server {
                 let _ = http.serve_connection(TokioIo::new(stream), service).await;
                 drop(place);
             });
+        }
+    }
+
+    /// Serves a flight until those who look on have had its end; who does not read is not waited for. To be
+    /// called within a runtime of tokio.
+    pub async fn serve_to_the_end(self) {
+        let Some(feed) = self.answers.flight().cloned() else { return };
+        let end = async {
+            while !feed.has_ended() {
+                tokio::time::sleep(END_LOOKED_FOR_EVERY).await;
+            }
+            let had = async {
+                while feed.readers() > 0 {
+                    tokio::time::sleep(END_LOOKED_FOR_EVERY).await;
+                }
+                // What the last one was given is on its way.
+                tokio::time::sleep(END_LOOKED_FOR_EVERY).await;
+            };
+            let _ = tokio::time::timeout(LAST_WORDS, had).await;
+        };
+        tokio::select! {
+            never = self.serve() => match never {},
+            () = end => {}
         }
     }
 }

@@ -7,17 +7,27 @@ use tokio::net::TcpStream;
 use tokio::time::{Duration, timeout};
 
 use super::*;
+use crate::live::{ROWS_MOST, Source, feed};
+use crate::viewed::Viewed;
 use samara_mission::mission_path;
 
 /// A server of a built-in mission that waits for a tenth of a second, its port and its token.
 async fn served(mission: &str) -> (u16, String) {
     let path = mission_path(Path::new(mission)).unwrap();
     let viewed = Viewed { path, typed: mission.to_owned(), set: Vec::new() };
-    let server = Server::listen(viewed, 0).unwrap().patient_for(Duration::from_millis(100));
+    let server = Server::listen(Shown::Mission(viewed), 0).unwrap().patient_for(Duration::from_millis(100));
     let (port, token) = (server.address.port(), server.token.to_string());
     assert_eq!(server.address(), format!("http://127.0.0.1:{port}/#{token}"));
     tokio::spawn(server.serve());
     (port, token)
+}
+
+/// A server of a flight that waits for a tenth of a second, with the flight's own end.
+async fn flying() -> ((u16, String), Source, tokio::task::JoinHandle<()>) {
+    let (source, feed) = feed();
+    let server = Server::listen(Shown::Flight(feed), 0).unwrap().patient_for(Duration::from_millis(100));
+    let place = (server.address.port(), server.token.to_string());
+    (place, source, tokio::spawn(server.serve_to_the_end()))
 }
 
 /// All that comes back for these bytes until the server closes.
@@ -220,4 +230,81 @@ async fn the_newest_number_wins() {
     assert_eq!(status(&browser.post("/fly", "{\"number\":8,\"changes\":{\"x\":\"1\"}}").await), 422);
     stream.read_to_string(&mut lines).await.unwrap();
     assert!(lines.contains("{\"overtaken\":true}\n") && !lines.contains("done"), "{lines}");
+}
+
+/// The page of a flight has the door of the mission's, and nothing else behind it.
+#[tokio::test]
+async fn a_flight_is_shown_to_the_browser_with_the_token_alone() {
+    let (server, mut source, _) = flying().await;
+    source.flight(serde_json::json!({ "mission": "secret" }));
+    let (port, browser) = (server.0, Browser::of(&server).await);
+    let (own, cookie) = (format!("Origin: http://127.0.0.1:{port}"), browser.cookie.as_str());
+    let wrong = format!("Cookie: samara_{port}={}", "0".repeat(32));
+    let elsewhere = format!("Origin: http://127.0.0.1:{}", port ^ 1);
+    let query = format!("GET /flight?token={}", server.1);
+    for (line, headers, expected) in [
+        ("GET /", &[] as &[&str], 200),
+        ("GET /live.js", &[&own], 200),
+        ("GET /live.css", &[], 200),
+        ("GET /live.js", &["Sec-Fetch-Site: cross-site"], 403),
+        ("GET /flight", &[], 403),
+        ("GET /flight", &[&wrong], 403),
+        (&query, &[], 403),
+        ("GET /flight", &[cookie, "Origin: http://example.org"], 403),
+        ("GET /flight", &[cookie, "Origin: null"], 403),
+        ("GET /flight", &[cookie, &elsewhere], 403),
+        ("GET /flight", &[cookie, "Sec-Fetch-Site: same-site"], 403),
+        ("GET /flight", &[cookie, "Sec-Fetch-Site: cross-site"], 403),
+        ("GET http://example.org/flight", &[cookie], 403),
+        ("POST /flight", &[cookie, "Content-Type: text/plain"], 415),
+        ("POST /flight", &[cookie, JSON], 404),
+        ("POST /fly", &[cookie, JSON], 404),
+        ("GET /mission", &[cookie], 404),
+        ("GET /view.js", &[cookie], 404),
+        ("HEAD /flight", &[cookie], 405),
+    ] {
+        let body = if line.starts_with("POST") { "{}" } else { "" };
+        let answer = sent(port, request(port, line, headers, body).as_bytes()).await;
+        assert_eq!(status(&answer), expected, "{line} {headers:?}\n{answer}");
+        for (name, value) in guard::HEADERS {
+            assert!(answer.contains(&format!("{name}: {value}\r\n")), "{line}: {name}\n{answer}");
+        }
+        assert!(!answer.contains("secret") && !answer.contains(&server.1), "{line}\n{answer}");
+    }
+    for garbage in [&b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03"[..], b"\0\r\n\r\n", &[b'a'; 200_000]] {
+        let answer = sent(port, garbage).await;
+        assert!(answer.is_empty() || (400..500).contains(&status(&answer)), "{answer}");
+    }
+    source.end(serde_json::json!({}));
+    assert!(browser.get("/flight").await.contains("\"flight\":{\"mission\":\"secret\"}"));
+}
+
+/// Four who ask and never read hold nobody up: what flies, who reads, and the server's end.
+#[tokio::test]
+async fn four_who_never_read_hold_nobody_up() {
+    let (server, mut source, served) = flying().await;
+    let (port, browser) = (server.0, Browser::of(&server).await);
+    source.flight(serde_json::json!({ "mission": "x" }));
+    let ask = request(port, "GET /flight", &[&browser.cookie], "");
+    let mut silent = Vec::new();
+    for _ in 0..4 {
+        let mut stream = TcpStream::connect(("127.0.0.1", port)).await.unwrap();
+        stream.write_all(ask.as_bytes()).await.unwrap();
+        silent.push(stream);
+    }
+    // More than the system keeps on the way.
+    for i in 0..ROWS_MOST {
+        source.row(&[std::f64::consts::PI * i as f64; 40]);
+        if i % 1000 == 0 {
+            source.event(serde_json::json!(i));
+            tokio::task::yield_now().await;
+        }
+    }
+    source.end(serde_json::json!({ "text": "over" }));
+    let answer = browser.get("/flight").await;
+    let lines = answer.lines().filter(|line| line.starts_with("{\"rows\":"));
+    assert_eq!(lines.map(|line| line.matches("],[").count() + 1).sum::<usize>(), ROWS_MOST);
+    assert_eq!(answer.matches("\"event\":").count(), ROWS_MOST / 1000);
+    assert!(answer.contains("{\"end\":{\"text\":\"over\"}}\n"), "{}", &answer[answer.len() - 200..]);
+    timeout(Duration::from_secs(10), served).await.unwrap().unwrap();
 }

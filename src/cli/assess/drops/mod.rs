@@ -169,6 +169,7 @@ impl<'a> DropCampaign<'a> {
             instance,
             speed: Speed::Max,
             wiring: &Wiring::default(),
+            live: None,
             stop: Some(stop),
         })
     }

@@ -177,7 +177,9 @@ impl Pilot for Px4 {
             parties::streamer(mission, trajectory.clone(), system, streamer),
         );
         // What PX4 says to ground stations goes by its own sockets.
-        let mut reporter = Reporter::new(narrator, mission).recording(folder, &[Link::Simulator, Link::Api]);
+        let mut reporter = Reporter::new(narrator, mission)
+            .recording(folder, &[Link::Simulator, Link::Api])
+            .shown(flight.live);
         let watch = Stopwatch::start();
         // What the thread starts runs where the thread does.
         let pinned = Pinned::pin(cpu, instance).bad_input()?;

@@ -12,6 +12,7 @@ use super::super::signing::ClockError;
 use super::super::streamer::StreamerEvent;
 use super::serial::SerialError;
 use crate::autopilot::flight_log::LogEntry;
+use crate::sim::Sample;
 use crate::time::{TimeUs, Timed};
 
 /// What a socket is for, or as which it was typed.
@@ -241,6 +242,10 @@ pub trait Observer {
 
     /// A frame has come or gone by a link at a simulated time, for a `.tlog`.
     fn frame(&mut self, _now: TimeUs, _link: Link, _bytes: &[u8]) {}
+
+    /// The simulator has flown on, and the flight's log is this by now; one that is shorter than before is
+    /// that of a flight that has begun anew.
+    fn flown(&mut self, _log: &[Sample]) {}
 
     /// Takes the text of a parameter file that a ground station wants kept.
     fn keep_parameters(&mut self, _text: &str) {}

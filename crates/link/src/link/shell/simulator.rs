@@ -408,6 +408,7 @@ impl<'a, O: Observer> Shell<'a, O> {
         let before = self.session.now();
         if let Some(at) = self.session.next_wake() {
             self.session.handle_time(at);
+            self.observer.flown(self.session.run().log());
         }
         self.waiting = Since::now();
         // A board's first answer is waited for without standing still.

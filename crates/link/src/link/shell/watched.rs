@@ -85,6 +85,7 @@ pub async fn run_watched_drop<O: Observer>(
             observer.frame(now, sent.link, &sent.bytes);
         })?;
         sockets.flush();
+        observer.flown(wire.simulator.run().log());
         while let Some(event) = wire.simulator.poll_event() {
             observer.notice(Notice::Simulator(event));
         }

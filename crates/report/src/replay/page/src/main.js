@@ -1,4 +1,5 @@
-// The page of a drop: its flight, and another one beside it. What the page of `samara view` shares is exported.
+// The page of a drop: its flight, and another one beside it. What the pages that a program serves share is
+// exported.
 
 import { find, Player, put } from "./player.js";
 import { listen } from "./keys.js";

@@ -11,6 +11,8 @@ const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 const OPENS_BEFORE_S = 1.2;
 /** Frames over which the pace of drawing is judged, and the longest that one may take [ms]. */
 const [JUDGED_FRAMES, LONGEST_FRAME_MS] = [12, 36];
+/** A flight that goes on is followed by about so much [s]; its panels grow by so much at a time [s]. */
+const [BEHIND_S, MORE_S] = [0.12, 5];
 /** The panels' times stay while what they should show is within this share of them. */
 const STEADY_ZOOM = 0.35;
 
@@ -33,10 +35,16 @@ function manoeuvre({ motion, about, plan }) {
   return [Math.max(first, from - margin), Math.max(to, from + 1)];
 }
 
+/** Times since t = 0 that the panels show of a flight that goes on: with room for what comes. */
+function soFar(run) {
+  const [from, to] = manoeuvre(run);
+  return [from, from + MORE_S * Math.ceil((to - from) / MORE_S)];
+}
+
 export class Player {
   constructor(run) {
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches;
-    Object.assign(this, { playing: false, dirty: true, frames: 0, since: 0, drawn: 0, barWidth: 0 });
+    Object.assign(this, { playing: false, follows: false, dirty: true, frames: 0, since: 0, drawn: 0, barWidth: 0 });
     this.take(run);
     this.time = run.motion.start;
     const range = manoeuvre(run);
@@ -66,7 +74,10 @@ export class Player {
     slider.max = String(motion.end);
     this.marks = about.marks.filter(({ t_s }) => t_s >= motion.start && t_s <= motion.end);
     find("#ticks").replaceChildren(...this.marks.map((mark) => this.tick(mark)));
-    find("#events").replaceChildren(...this.marks.map((mark) => this.event(mark)));
+    // Buttons that somebody is about to press stay.
+    const shown = JSON.stringify([this.marks, motion.zero]);
+    if (shown !== this.shownEvents) find("#events").replaceChildren(...this.marks.map((mark) => this.event(mark)));
+    this.shownEvents = shown;
   }
 
   /** Another run in place of this one, at the same time since t = 0; view and panels stay as they are. */
@@ -81,6 +92,21 @@ export class Player {
     this.plots.open(run, stays ? shown : range);
     this.drawStrip();
     this.seek(run.motion.zero + since);
+  }
+
+  /** The flight has gone on: this is what there is of it. */
+  grow(run) {
+    this.take(run);
+    this.scene?.grow(run);
+    this.plots.open(run, this.plots.zoomed ? this.plots.range : soFar(run));
+    this.drawStrip();
+    this.dirty = true;
+  }
+
+  /** To the newest instant of a flight that goes on, and on with it. */
+  follow() {
+    this.follows = true;
+    if (!this.playing) this.play(true);
   }
 
   /** Another run beside this one, by a name; none to end that. */
@@ -111,6 +137,11 @@ export class Player {
   }
 
   seek(t) {
+    this.follows = false;
+    this.go(t);
+  }
+
+  go(t) {
     this.time = Math.min(this.motion.end, Math.max(this.motion.start, t));
     this.dirty = true;
   }
@@ -121,7 +152,9 @@ export class Player {
   }
 
   play(on = !this.playing) {
-    if (on && this.time >= this.motion.end - 1e-6) this.seek(this.opening);
+    const { goesOn } = this.run;
+    if (on && !goesOn && this.time >= this.motion.end - 1e-6) this.seek(this.opening);
+    this.follows &&= on && goesOn;
     this.playing = on;
     this.scene?.rest(!on);
     this.frames = 0;
@@ -253,8 +286,7 @@ export class Player {
     if (this.playing) {
       this.judgePace(now);
       this.last = now;
-      this.seek(this.time + watchedS * this.speed);
-      if (this.time >= this.motion.end) this.play(false);
+      this.goOn(watchedS);
     }
     if (this.dirty) {
       this.dirty = false;
@@ -267,6 +299,16 @@ export class Player {
       if (turns) this.dirty = true;
     }
     requestAnimationFrame((next) => this.frame(next));
+  }
+
+  /** Goes on by what was watched: to the end, or after a flight that goes on. */
+  goOn(watchedS) {
+    const { end } = this.motion;
+    if (this.follows) return this.go(this.time + (end - this.time) * Math.min(1, watchedS / BEHIND_S));
+    this.go(this.time + watchedS * this.speed);
+    if (this.time < end) return;
+    if (this.run.goesOn) this.follows = true;
+    else this.play(false);
   }
 
   /** Draws coarser where the machine is too slow. */

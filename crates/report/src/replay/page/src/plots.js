@@ -66,7 +66,7 @@ export class Plots {
       { title: "velocity", unit: "m/s", lines: velocity, digits: 2 },
       { title: rolls ? "pitch and roll" : "pitch", unit: "deg", lines: attitude, limit: limits.pitch_deg, both: true, digits: 1 },
       { title: rolls || turns ? "body rates" : "pitch rate", unit: "deg/s", lines: rates, limit: limits.pitch_rate_deg_s, both: true, digits: 1 },
-      { title: "thrust", unit: "N", lines: thrust, limit: limits.thrust_n, digits: limits.thrust_n < 100 ? 1 : 0, limitName: "plan's limit" },
+      ...(motion.thrust.length ? [{ title: "thrust", unit: "N", lines: thrust, limit: limits.thrust_n, digits: limits.thrust_n < 100 ? 1 : 0, limitName: "plan's limit" }] : []),
       ...(motion.bus ? [{ title: "pack current, bus voltage", unit: "A, V", lines: supply, limit: limits.pack_current_a, digits: 1, limitName: "limit of the current" }] : []),
       { title: "share of the safety limit, J", sub: "state", unit: "", lines: [{ name: "", color: "cost", of: (m) => m.j }], limit: 1, always: true, digits: 3 },
     ];

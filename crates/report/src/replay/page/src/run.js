@@ -6,6 +6,8 @@ const DEG = 180 / Math.PI;
 /** Lateral parts of a quaternion below this are rounding: the pitch of a flight in the plane counts through
  * the vertical, as frames.rs has it. */
 const PLANAR = 2e-6;
+/** The phase in which the rotors are free. */
+const POWERED = 2;
 
 /** Numbers of a channel: second differences of whole steps, as varints in base64. */
 function decode({ data, step, gaps }, count) {
@@ -137,23 +139,41 @@ export class Motion {
   }
 }
 
-/** A drop: its motion, its plan and what is known about it. */
+/** The motion along a plan that begins at a time, as far away as that from where it says. */
+function planned(plan, rotors, zero, away = [0, 0, 0]) {
+  const columns = decodeAll(plan);
+  const moved = (name, by) => (columns[name] = columns[name].map((x) => x + by));
+  moved("t_s", zero);
+  ["north_m", "east_m", "down_m"].forEach((name, axis) => moved(name, away[axis]));
+  return new Motion(columns, rotors, zero);
+}
+
+/** A drop: its motion, its plan and what is known about it; `goesOn`: it is not at its end yet. */
 export class Run {
   constructor(about, motion, plan) {
-    Object.assign(this, { about, motion, plan });
+    Object.assign(this, { about, motion, plan, goesOn: false });
   }
 
   static fromObject(about) {
     const rotors = about.rotors.length;
-    const zero = about.times.free_s;
-    const motion = new Motion(decodeAll(about.flight), rotors, zero ?? 0);
-    let plan = null;
-    if (about.plan) {
-      const columns = decodeAll(about.plan);
-      columns.t_s = columns.t_s.map((t) => t + (zero ?? 0));
-      plan = new Motion(columns, rotors, zero ?? 0);
-    }
-    return new Run(about, motion, plan);
+    const zero = about.times.free_s ?? 0;
+    const motion = new Motion(decodeAll(about.flight), rotors, zero);
+    return new Run(about, motion, about.plan && planned(about.plan, rotors, zero));
+  }
+
+  /** A flight that goes on: what was known of it beforehand, what has happened, its rows so far as columns. */
+  static soFar(beforehand, marks, columns) {
+    const { t_s, t_powered_s, phase } = columns;
+    const rotors = beforehand.rotors.length;
+    const last = t_s.length - 1;
+    const free = Number.isNaN(t_powered_s[last]) ? null : t_s[last] - t_powered_s[last];
+    const released = phase.findIndex((p) => p > 0);
+    const times = { free_s: free, released_s: released < 0 ? null : t_s[released], steady_s: null };
+    const motion = new Motion(columns, rotors, free ?? 0);
+    const begins = beforehand.plan && phase[last] === POWERED;
+    const plan = begins ? planned(beforehand.plan, rotors, free, motion.position(free)) : null;
+    const about = { ...beforehand, times, marks, verdict: null };
+    return Object.assign(new Run(about, motion, plan), { goesOn: true });
   }
 
   /** The run of a `drop.html`. The document is read, its scripts are not run. */

@@ -17,6 +17,8 @@ const LEAST_SHARE = 0.085;
 const ARROW_REACH = 3.2;
 const CANOPY_FADES_S = 1.5;
 const TURN_MS = 450;
+/** Room around the path of a flight that goes on, as a share of it. */
+const ROOM = 0.4;
 /** Longest step along a drawn path, as a share of all of it. */
 const FINENESS = 1 / 300;
 
@@ -106,6 +108,24 @@ export class Scene {
     if (this.placed && this.isAskew()) this.look(this.view);
   }
 
+  /** The flight has gone on: its path is longer, and all is made anew where it has left what is drawn around
+   * it, or more than its path has changed. */
+  grow(run) {
+    const { motion, about } = run;
+    const before = this.run.about;
+    const [north, east, down] = motion.position(motion.end);
+    const [n, e] = this.ahead;
+    const places = [north * n + east * e, east * n - north * e, down];
+    const isNear = [this.u, this.w, this.d].every(([low, high], k) => !(places[k] < low || places[k] > high));
+    const isSame = about.marks.length === before.marks.length && about.times.released_s === before.times.released_s;
+    if (!isNear || !isSame || !run.plan !== !this.run.plan) return this.open(run, motion.end);
+    Object.assign(this, { run, until: motion.end });
+    this.trace();
+    this.ned.remove(this.way);
+    this.retired.push(this.way);
+    this.path();
+  }
+
   /** Whether a view of the whole path does not show it, or shows it small. */
   isAskew() {
     if (this.view === "follow" || this.moves) return false;
@@ -115,17 +135,26 @@ export class Scene {
     return !(reach < 0.95 && reach > 0.4);
   }
 
+  /** The points of the path that are drawn, which are returned, and of those what the views show: the
+   * manoeuvre; the path goes on. */
+  trace() {
+    const { motion, about } = this.run;
+    const released = about.times.released_s;
+    this.first = released === null ? 0 : motion.index(Math.max(motion.start, released - 1));
+    this.rows = drawnRows(motion, this.first);
+    const at = (i) => motion.p.map((p) => p[i]);
+    const points = this.rows.map(at);
+    this.points = this.rows.filter((i) => motion.t[i] <= this.until).map((i) => point(at(i)));
+    if (this.points.length === 0) this.points.push(point(points[0] ?? [0, 0, 0]));
+    return points;
+  }
+
   /** Box of the path, its heading, the steps of the grids. */
   extents() {
     const { motion, plan, about } = this.run;
     const released = about.times.released_s;
-    this.first = released === null ? 0 : motion.index(Math.max(motion.start, released - 1));
-    this.rows = drawnRows(motion, this.first);
     const at = (m, i) => m.p.map((p) => p[i]);
-    const points = this.rows.map((i) => at(motion, i));
-    // What the views show: the manoeuvre; the path goes on.
-    this.points = this.rows.filter((i) => motion.t[i] <= this.until).map((i) => point(at(motion, i)));
-    if (this.points.length === 0) this.points.push(point(points[0] ?? [0, 0, 0]));
+    const points = this.trace();
     if (plan) drawnRows(plan, 0).forEach((i) => points.push(at(plan, i)));
     if (points.length === 0) points.push([0, 0, 0]);
     const last = points[this.rows.length - 1] ?? points[0];
@@ -139,8 +168,9 @@ export class Scene {
       const all = points.map(of);
       return [all.reduce((a, b) => Math.min(a, b)), all.reduce((a, b) => Math.max(a, b))];
     };
-    const pad = 3 * this.size.reach;
-    const padded = ([low, high]) => [low - pad, high + pad];
+    // A flight that goes on has room for a while.
+    const pad = ([low, high]) => Math.max(3 * this.size.reach, this.run.goesOn ? ROOM * (high - low) : 0);
+    const padded = (span) => [span[0] - pad(span), span[1] + pad(span)];
     this.u = padded(range((p) => p[0] * n + p[1] * e));
     this.w = padded(range((p) => -p[0] * e + p[1] * n));
     this.d = padded(range((p) => p[2]));
@@ -169,6 +199,7 @@ export class Scene {
     this.scene.add(this.ned);
     this.grids();
     this.path();
+    this.events();
     const rotorColors = run.about.rotors.map((_, i) => rotorColor(i));
     const colors = { hull: css("hull"), nose: css("second"), rotorColors };
     this.craft = new THREE.Group();
@@ -259,33 +290,35 @@ export class Scene {
     this.ned.add(this.plumb);
   }
 
-  /** The path, thin where it is still to be flown; the plan's, dashed; a dot each second; events. */
+  /** The path, thin where it is still to be flown; the plan's, dashed; a dot each second. */
   path() {
     const { motion, plan, about } = this.run;
+    this.way = new THREE.Group();
+    this.ned.add(this.way);
     const free = about.times.released_s ?? motion.start;
     const point = (m, i) => m.p.map((p) => p[i]);
     const hang = this.rows.filter((i) => motion.t[i] <= free + 1e-9);
     const flown = this.rows.filter((i) => motion.t[i] >= free - 1e-9);
     const dash = this.step / 24;
-    this.ned.add(dashed(hang.map((i) => point(motion, i)), css("soft"), dash));
+    this.way.add(dashed(hang.map((i) => point(motion, i)), css("soft"), dash));
     this.flown = null;
     if (flown.length > 1) {
       const points = flown.map((i) => point(motion, i));
       const colors = flown.map((i) => new THREE.Color(...costColor(motion.j[i]).map((c) => c / 255)).convertSRGBToLinear().toArray());
       // A rim parts both ends of the map from the ground.
-      this.ned.add(line(points, css("rim"), 4.5));
-      this.ned.add(line(points, colors, 3));
+      this.way.add(line(points, css("rim"), 4.5));
+      this.way.add(line(points, colors, 3));
       this.flown = line(points, colors, 7);
       this.flown.rows = flown;
-      this.ned.add(this.flown);
+      this.way.add(this.flown);
     }
-    if (plan) this.ned.add(dashed(drawnRows(plan, 0).map((i) => point(plan, i)), css("ghost"), dash));
+    if (plan) this.way.add(dashed(drawnRows(plan, 0).map((i) => point(plan, i)), css("ghost"), dash));
     if (this.other) {
       const released = this.other.about.times.released_s;
       const rows = drawnRows(this.other.motion, released === null ? 0 : this.other.motion.index(released));
       const shift = this.shiftOfOther();
       const points = rows.map((i) => point(this.other.motion, i).map((x, k) => x + shift[k]));
-      if (points.length > 1) this.ned.add(line(points, css("other"), 2.4));
+      if (points.length > 1) this.way.add(line(points, css("other"), 2.4));
     }
     const seconds = [];
     const spacing = roundStep(Math.max(motion.end - motion.zero, 1) / 40);
@@ -296,9 +329,15 @@ export class Scene {
     for (const [size, color] of [[8, css("ink")], [5.5, css("stage")]]) {
       const drawn = new Segments(seconds, color, size);
       drawn.renderOrder = ++lines;
-      this.ned.add(drawn);
+      this.way.add(drawn);
     }
     this.dotSpacing = spacing;
+  }
+
+  /** A label for each event. */
+  events() {
+    const { motion, about } = this.run;
+    const free = about.times.released_s ?? motion.start;
     for (const { t_s, short } of about.marks) {
       if (t_s < free - 1e-9 || t_s > motion.end) continue;
       this.label(`event ${t_s} ${short}`, this.fixedAt(motion.position(t_s)), "event", 1, short);
