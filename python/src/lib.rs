@@ -8,14 +8,21 @@
 //! | `work` | work beside the interpreter, which Ctrl-C ends |
 //! | `pool` | threads for many flights |
 //! | `arrays` | columns of numbers as buffers |
-//! | `verbs` | plan, check, drop, assess, study, tune, design |
+//! | `numbers` | numbers that come from Python, and memory of NumPy's that is filled anew |
+//! | `own_controller` | a controller that is written in Python |
+//! | `vehicle`, `flights` | a drop in steps; many flights from t = 0 in steps |
+//! | `verbs` | plan, check, drop, assess, study, tune, judge, design |
 
 use pyo3::prelude::*;
 
 mod arrays;
 mod fault;
+mod flights;
 mod given;
+mod numbers;
+mod own_controller;
 mod pool;
+mod vehicle;
 mod verbs;
 mod work;
 
@@ -23,11 +30,17 @@ mod work;
 #[pymodule]
 mod _samara {
     #[pymodule_export]
+    use crate::flights::Flights;
+    #[pymodule_export]
+    use crate::vehicle::Stepped;
+    #[pymodule_export]
     use crate::verbs::assess::{Assessed, assess};
     #[pymodule_export]
     use crate::verbs::design::{Designed, design};
     #[pymodule_export]
     use crate::verbs::drop::{Dropped, drop};
+    #[pymodule_export]
+    use crate::verbs::judge::Judge;
     #[pymodule_export]
     use crate::verbs::names::{check, mission_text, missions};
     #[pymodule_export]
