@@ -22,8 +22,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ._columns import Columns
-    from ._errors import MissionError, PlanError, TuneError
-    from ._given import GainsLike, MissionLike, mission
+    from ._control import Controller, Measurement, Setpoint
+    from ._errors import ControllerError, MissionError, PlanError, TuneError
+    from ._given import GainsLike, MissionLike, TrajectoryLike, mission
+    from ._judge import Judge
     from ._results import (
         Assessment,
         Campaign,
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
         Study,
         Tuning,
     )
+    from ._vehicle import State, Vehicle
     from ._verbs import assess, check, design, drop, missions, plan, rare, sobol, studies, study, tune
 
     __version__: str
@@ -46,9 +49,13 @@ __all__ = [
     "Campaign",
     "Check",
     "Columns",
+    "Controller",
+    "ControllerError",
     "Design",
     "Drop",
     "GainsLike",
+    "Judge",
+    "Measurement",
     "MissionError",
     "MissionLike",
     "Plan",
@@ -56,9 +63,13 @@ __all__ = [
     "RareFailures",
     "Renewals",
     "Sensitivities",
+    "Setpoint",
+    "State",
     "Study",
+    "TrajectoryLike",
     "TuneError",
     "Tuning",
+    "Vehicle",
     "assess",
     "check",
     "design",

@@ -54,5 +54,21 @@ class PlanError(RuntimeError):
         return type(self), (self.status, self.diagnosis)
 
 
+class ControllerError(ValueError):
+    """What a controller of one's own returned is refused: NaN, no numbers, or not one for each rotor.
+
+    ``since_reset_s`` is the time since the controller's reset [s].
+    """
+
+    since_reset_s: float
+
+    def __init__(self, message: str, since_reset_s: float) -> None:
+        super().__init__(message)
+        self.since_reset_s = since_reset_s
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.since_reset_s)
+
+
 class TuneError(RuntimeError):
     """A search found no gains that fly every release."""

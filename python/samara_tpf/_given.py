@@ -6,10 +6,16 @@ import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeAlias, TypedDict
+from typing import TYPE_CHECKING, Any, TypeAlias, TypedDict
+
+import numpy as np
+import numpy.typing as npt
 
 from . import _samara
 from ._errors import MissionError
+
+if TYPE_CHECKING:
+    import pandas
 
 MissionLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 """A mission: the name of a built-in one or of a file in ``./mission``, a path, or the document itself."""
@@ -17,7 +23,13 @@ MissionLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 GainsLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 """Gains: a name, a path, or the document of a gains file."""
 
+TrajectoryLike: TypeAlias = "str | os.PathLike[str] | Mapping[str, Any] | npt.NDArray[Any] | pandas.DataFrame"
+"""A trajectory: a path, or a table with the columns of ``trajectory.csv``, such as a dict of arrays or a data frame."""
+
 _BUILT_IN = "built-in:"
+_BEFORE_THRUSTS = ("t_s", "q0", "q1", "q2", "q3", "vn_m_s", "ve_m_s", "vd_m_s", "p_rad_s", "q_rad_s", "r_rad_s")
+_THRUSTS = tuple(f"t{i}_n" for i in range(1, 9))
+_AFTER_THRUSTS = ("an_m_s2", "ae_m_s2", "ad_m_s2")
 
 
 class Given(TypedDict):
@@ -118,6 +130,43 @@ def given(
     elif gains is not None:
         chosen["gains"] = os.fspath(gains)
     return chosen
+
+
+def trajectory_text(table: Mapping[str, Any] | npt.NDArray[Any] | pandas.DataFrame) -> str:
+    """The text of a ``trajectory.csv`` with the columns of a table."""
+    names = table.dtype.names if isinstance(table, np.ndarray) else list(table)
+    if names is None:
+        raise MissionError("trajectory: an array with named columns (a structured one) is expected, found one without")
+    rotors = [name for name in _THRUSTS if name in names]
+    wanted = [*_BEFORE_THRUSTS, *(rotors or ["t1_n"]), *_AFTER_THRUSTS]
+    if missing := [name for name in wanted if name not in names]:
+        raise MissionError(f"trajectory: the column {missing[0]} is expected, found {', '.join(map(str, names))}")
+    columns: list[list[float]] = []
+    for name in wanted:
+        try:
+            column = np.asarray(table[name], dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise MissionError(f"trajectory: column {name}: numbers are expected: {error}") from None
+        if column.ndim != 1:
+            raise MissionError(f"trajectory: column {name}: one number for each row is expected, found shape {column.shape}")
+        if len(column) != len(columns[0] if columns else column):
+            raise MissionError(
+                f"trajectory: column {name}: {len(columns[0])} rows are expected, as of {wanted[0]}, found {len(column)}"
+            )
+        if not (finite := np.isfinite(column)).all():
+            row = int(np.argmin(finite))
+            raise MissionError(f"trajectory: column {name}, row {row}: a finite number is expected, found {column[row]}")
+        columns.append(column.tolist())
+    lines = (",".join(map(repr, row)) for row in zip(*columns, strict=True))
+    return "\n".join([",".join(wanted), *lines, ""])
+
+
+def of_a_row(error: MissionError) -> MissionError:
+    """What is said of a line of a trajectory's text, of the row of its table; the first row is 0."""
+    if error.file != "<trajectory table>" or error.line is None:
+        return error
+    words = str(error).split(": ", 1)[1]
+    return MissionError(f"trajectory: {f'row {error.line - 2}: ' if error.line > 1 else ''}{words}")
 
 
 def mission(name: str | os.PathLike[str] = "titan_drop") -> dict[str, Any]:

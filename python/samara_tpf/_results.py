@@ -149,7 +149,7 @@ class Drop:
 
     @cached_property
     def trajectory(self) -> Columns:
-        """The columns of the ``trajectory.csv`` that was flown."""
+        """The columns of the ``trajectory.csv`` that was flown; none of a drop in steps."""
         return Columns._of_buffers(self._dropped.trajectory())
 
     @property

@@ -2,8 +2,14 @@
 
 from collections.abc import Callable
 from os import PathLike
-from typing import Any, final
+from typing import Any, Self, final
 
+import numpy as np
+import numpy.typing as npt
+from typing_extensions import disjoint_base
+
+from ._columns import Array
+from ._control import Own
 from ._given import Asked, DesignAsked, Given
 
 __all__ = [
@@ -11,7 +17,10 @@ __all__ = [
     "Assessed",
     "Designed",
     "Dropped",
+    "Flights",
+    "Judge",
     "Planned",
+    "Stepped",
     "Studied",
     "Tuned",
     "assess",
@@ -47,11 +56,65 @@ class Dropped:
     def json(self) -> str: ...
     def columns(self) -> dict[str, bytearray]: ...
     def trajectory(self) -> dict[str, bytearray]: ...
-    def trajectory_csv(self) -> str: ...
     def safe(self) -> bool: ...
     def sentence(self) -> str | None: ...
     def svg(self) -> str: ...
     def html(self) -> str: ...
+
+@disjoint_base
+class Stepped:
+    def __new__(cls, given: Given, state: Array) -> Self: ...
+    def reset(self, seed: int | None = None) -> None:
+        """Begins anew, with another seed if one is given."""
+    def step(self, throttle: npt.ArrayLike) -> None:
+        """Makes a step of 4 ms under these throttles, 0..1 for each rotor, in PX4's order.
+
+        ``ValueError``: they are not finite, or not one for each rotor. ``RuntimeError``: the mission is over.
+        """
+    def release(self) -> None:
+        """Cuts the vehicle loose, now; once it is loose, nothing more happens."""
+    def fall(self) -> None:
+        """Makes steps without thrust up to t = 0, when the rotors are free, or to the mission's end.
+
+        The release comes at the mission's time where an autopilot would command it.
+        """
+    @property
+    def over(self) -> bool:
+        """Whether the mission has come to its end."""
+    @property
+    def rotors(self) -> int:
+        """Number of rotors."""
+    @property
+    def j_state(self) -> float:
+        """J_state, (47), now: the largest share of a limit that is used."""
+    @property
+    def events(self) -> list[tuple[float, str]]:
+        """What has happened so far: times [s], and words."""
+    def acting(self) -> list[tuple[str, list[float]]]: ...
+    def read(self) -> list[tuple[str, list[float]]]: ...
+    def judged(self) -> Dropped: ...
+
+@final
+class Flights:
+    def __new__(cls, given: Given, count: int, action: str, per_m_s: float) -> Self: ...
+    def reset(self, seed: int, first: int, observations: npt.NDArray[np.float32]) -> None: ...
+    def step(
+        self, actions: npt.NDArray[np.float32], observations: npt.NDArray[np.float32], rewards: Array
+    ) -> None: ...
+    @property
+    def actions(self) -> int: ...
+    @property
+    def observations(self) -> int: ...
+    @property
+    def duration_s(self) -> float: ...
+
+@final
+class Judge:
+    def __new__(cls, given: Given, asked: Asked) -> Self: ...
+    def own(self) -> list[float]: ...
+    def gains_json(self, candidate: list[float], name: str, about: str) -> str: ...
+    def about(self) -> tuple[int, float | None]: ...
+    def fly(self, candidates: list[list[float]]) -> dict[str, bytearray]: ...
 
 @final
 class Assessed:
@@ -109,12 +172,21 @@ class Designed:
 def plan(
     given: Given, *, nodes: int | None = None, tolerance: float | None = None, max_iterations: int | None = None
 ) -> Planned: ...
-def drop(given: Given, *, trajectory: str | PathLike[str] | None = None, on_estimator: bool = False, replan: str | None = None) -> Dropped: ...
+def drop(
+    given: Given,
+    *,
+    trajectory: str | PathLike[str] | None = None,
+    trajectory_text: str | None = None,
+    on_estimator: bool = False,
+    replan: str | None = None,
+    controller: Own | None = None,
+) -> Dropped: ...
 def assess(
     given: Given,
     settings: list[tuple[str, str]],
     *,
     threads: int | None = None,
+    controller: Own | None = None,
 ) -> Assessed: ...
 def studies() -> list[tuple[str, str, list[tuple[str, str, str, str]]]]: ...
 def study(

@@ -9,8 +9,20 @@ from typing import Literal, TypeAlias, overload
 
 from . import _samara
 from ._columns import Columns
-from ._errors import MissionError, PlanError, TuneError
-from ._given import Asked, DesignAsked, GainsLike, MissionLike, given, mission
+from ._control import Controller, Measurement, Setpoint, own
+from ._errors import ControllerError, MissionError, PlanError, TuneError
+from ._given import (
+    Asked,
+    DesignAsked,
+    GainsLike,
+    MissionLike,
+    TrajectoryLike,
+    given,
+    mission,
+    of_a_row,
+    trajectory_text,
+)
+from ._judge import Judge
 from ._results import (
     Assessment,
     Campaign,
@@ -24,6 +36,7 @@ from ._results import (
     Study,
     Tuning,
 )
+from ._vehicle import State, Vehicle
 
 Cadence: TypeAlias = Literal["release"] | float
 """When a plan is renewed: at the release, or from it on at a rate in Hz."""
@@ -65,7 +78,8 @@ def drop(
     params: str | os.PathLike[str] | None = None,
     seed: int | None = None,
     case: str | None = None,
-    trajectory: str | os.PathLike[str] | None = None,
+    trajectory: TrajectoryLike | None = None,
+    controller: Controller | None = None,
     estimator: Literal["truth", "ekf"] = "truth",
     replan: Cadence | None = None,
     base: str | os.PathLike[str] | None = None,
@@ -74,19 +88,41 @@ def drop(
 
     ``gains``: a name, a file or the document of one; ``params``: gains and limits from a PX4 parameter file;
     ``seed``: of everything random; ``case``: the release case to swing to; ``trajectory``: a ``trajectory.csv`` to
-    fly instead of a plan; ``estimator``: the simulator's truth, or the autopilot's own Kalman filter; ``replan``: renew
-    the plan during the drop, at the ``release`` or from it on at a rate in Hz.
+    fly instead of a plan, or a table with its columns: a ``dict`` of arrays, a data frame, a structured array;
+    ``controller``: one of your own (:class:`Controller`) in the place of the cascade, asked each 4 ms in this thread;
+    ``estimator``: the simulator's truth, or the autopilot's own Kalman filter; ``replan``: renew the plan during the
+    drop, at the ``release`` or from it on at a rate in Hz.
 
-    ``MissionError``: something that was given is refused. ``PlanError``: there is no plan to fly. A drop that is
-    not safe is no error: ``Drop.safe`` says so.
+    ``MissionError``: something that was given is refused. ``PlanError``: there is no plan to fly. What a controller
+    raises ends the drop and is raised; ``ControllerError``: what it returned is refused. A drop that is not safe is no
+    error: ``Drop.safe`` says so.
     """
     if estimator not in ("truth", "ekf"):
         raise MissionError(f"estimator: `truth` or `ekf` is expected, found {estimator!r}")
     if replan is not None and trajectory is not None:
         raise MissionError("replan: a plan of samara's own is expected with it, not a trajectory")
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed, case=case)
-    cadence = None if replan is None else str(replan)
-    return Drop(_samara.drop(chosen, trajectory=trajectory, on_estimator=estimator == "ekf", replan=cadence))
+    asked = own(controller)
+    if asked is not None and (gains is not None or params is not None):
+        raise MissionError("controller: gains and parameters are the cascade's; expected without them")
+    path, text = None, None
+    if isinstance(trajectory, str | os.PathLike):
+        path = trajectory
+    elif trajectory is not None:
+        text = trajectory_text(trajectory)
+    try:
+        return Drop(
+            _samara.drop(
+                chosen,
+                trajectory=path,
+                trajectory_text=text,
+                on_estimator=estimator == "ekf",
+                replan=None if replan is None else str(replan),
+                controller=asked,
+            )
+        )
+    except MissionError as error:
+        raise of_a_row(error) from None
 
 
 @overload
@@ -97,6 +133,7 @@ def assess(
     seed: int | None = None,
     gains: GainsLike | None = None,
     params: str | os.PathLike[str] | None = None,
+    controller: Controller | None = None,
     bound: float = 1.0,
     replan: None = None,
     threads: int | None = None,
@@ -121,6 +158,7 @@ def assess(
     seed: int | None = None,
     gains: GainsLike | None = None,
     params: str | os.PathLike[str] | None = None,
+    controller: Controller | None = None,
     bound: float = 1.0,
     replan: Sequence[Cadence] | None = None,
     threads: int | None = None,
@@ -131,12 +169,20 @@ def assess(
     With ``replan``, such as ``["release", 1]``, it flies whole drops without a wire instead, along one plan and with
     the plan renewed at each of these, 300 of each unless ``trials`` says otherwise, as ``samara study replan``.
 
-    ``trials``: of each campaign, at least 2, in place of the mission's; ``bound``: the J_TPF that a safe trial stays
-    below; ``threads``: one for each core unless given, the results do not depend on it.
+    ``trials``: of each campaign, at least 2, in place of the mission's; ``controller``: one of your own in the place
+    of the cascade, asked each 10 ms in this thread, one flight after the other; ``bound``: the J_TPF that a safe trial
+    stays below; ``threads``: one for each core unless given, the results do not depend on it.
 
-    ``MissionError`` and ``PlanError`` as for ``drop``.
+    ``MissionError``, ``PlanError`` and ``ControllerError`` as for ``drop``.
     """
     _in_range("threads", threads, 1, 256)
+    asked_of = own(controller)
+    if asked_of is not None:
+        for key, value in (("gains", gains), ("params", params), ("replan", replan)):
+            if value is not None:
+                raise MissionError(f"{key}: campaigns of the cascade are expected with it, not a controller of your own")
+        if threads not in (None, 1):
+            raise MissionError(f"threads: 1 is expected with a controller of your own, found {threads}")
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
     if replan is not None:
         if bound != 1.0:
@@ -148,7 +194,7 @@ def assess(
         assert isinstance(found, Renewals)
         return found
     settings = [("bound", _text(bound)), *([] if trials is None else [("trials", _text(trials))])]
-    return Assessment(_samara.assess(chosen, settings, threads=threads))
+    return Assessment(_samara.assess(chosen, settings, threads=threads, controller=asked_of))
 
 
 def studies() -> dict[str, dict[str, str]]:

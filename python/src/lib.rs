@@ -10,16 +10,23 @@
 //! | `arrays` | columns of numbers as buffers |
 //! | `inside` | loops, rotor, wind and sensors of a mission, alone |
 //! | `program` | the program, for who asks for that |
-//! | `verbs` | plan, check, drop, assess, study, tune, design |
+//! | `numbers` | numbers that come from Python, and memory of NumPy's that is filled anew |
+//! | `own_controller` | a controller that is written in Python |
+//! | `vehicle`, `flights` | a drop in steps; many flights from t = 0 in steps |
+//! | `verbs` | plan, check, drop, assess, study, tune, judge, design |
 
 use pyo3::prelude::*;
 
 mod arrays;
 mod fault;
+mod flights;
 mod given;
 mod inside;
+mod numbers;
+mod own_controller;
 mod pool;
 mod program;
+mod vehicle;
 mod verbs;
 mod work;
 
@@ -27,11 +34,21 @@ mod work;
 #[pymodule]
 mod _samara {
     #[pymodule_export]
+    use crate::flights::Flights;
+    #[pymodule_export]
+    use crate::inside::{loops, rotor, sensors, wind};
+    #[pymodule_export]
+    use crate::program::program;
+    #[pymodule_export]
+    use crate::vehicle::Stepped;
+    #[pymodule_export]
     use crate::verbs::assess::{Assessed, assess};
     #[pymodule_export]
     use crate::verbs::design::{Designed, design};
     #[pymodule_export]
     use crate::verbs::drop::{Dropped, drop};
+    #[pymodule_export]
+    use crate::verbs::judge::Judge;
     #[pymodule_export]
     use crate::verbs::names::{check, mission_text, missions};
     #[pymodule_export]
@@ -40,11 +57,6 @@ mod _samara {
     use crate::verbs::study::{Studied, studies, study};
     #[pymodule_export]
     use crate::verbs::tune::{Tuned, tune};
-
-    #[pymodule_export]
-    use crate::inside::{loops, rotor, sensors, wind};
-    #[pymodule_export]
-    use crate::program::program;
 
     /// The version of the library.
     #[pymodule_export]

@@ -12,7 +12,7 @@ use super::{
 use crate::autopilot::estimator::EstimatorSettings;
 use crate::autopilot::parameters::Parameters;
 use crate::config::{ConfigError, Mission, Px4Clock, load_parameters};
-use crate::control::{Airframe, ControlError, ControlSettings};
+use crate::control::{Airframe, ControlError, ControlSettings, Controller};
 use crate::params::ParamsError;
 use crate::replan::ReplanSetup;
 use crate::sim::{DropRunConfig, ReleaseTrigger};
@@ -108,12 +108,26 @@ pub fn autopilot(
     on_estimator: bool,
     system_id: u8,
 ) -> Result<(AutopilotSession, Vec<String>), PartyError> {
+    autopilot_under(mission, None, parameters, on_estimator, system_id)
+}
+
+/// The reference autopilot as [`autopilot`] makes it, with a controller in the place of the cascade.
+///
+/// # Errors
+/// As [`autopilot`].
+pub fn autopilot_under(
+    mission: &Mission,
+    controller: Option<Box<dyn Controller>>,
+    parameters: Option<&Path>,
+    on_estimator: bool,
+    system_id: u8,
+) -> Result<(AutopilotSession, Vec<String>), PartyError> {
     let airframe = Airframe::new(&mission.vehicle, &mission.site.environment)
         .map_err(|source| PartyError::Airframe { vehicle_file: mission.vehicle_file.clone(), source })?;
     let mut session = AutopilotSession::new(AutopilotSetup {
         system_id,
         control: ControlSettings { airframe, gains: mission.control.gains, limits: mission.control.limits },
-        controller: None,
+        controller,
         environment: mission.site.environment.clone(),
         estimator: on_estimator.then(|| estimator_settings(mission)),
         rotors: mission.vehicle.rotors.len(),

@@ -118,7 +118,11 @@ impl TrajectoryFile {
 
 /// As [`read_trajectory_csv`], for a vehicle with that many rotors.
 pub(super) fn load_trajectory(path: &Path, n_rotors: usize) -> Result<TrajectoryFile, ConfigError> {
-    let source = Source::read(path, "trajectory file", None)?;
+    of_source(Source::read(path, "trajectory file", None)?, n_rotors)
+}
+
+/// The trajectory of a text, for a vehicle with that many rotors.
+pub(super) fn of_source(source: Source, n_rotors: usize) -> Result<TrajectoryFile, ConfigError> {
     let trajectory = parse(&source)?;
     if trajectory.n_rotors() != n_rotors {
         let header = table::lines(&source).next().map_or(1, |(line, _)| line);

@@ -143,10 +143,11 @@ pub struct FlownTrajectory {
 /// The autopilot that flew a drop.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FlownBy {
-    /// "reference", "reference_ekf" (on its own estimator), "px4" or "px4-model".
+    /// "reference", "reference_ekf" (on its own estimator), "px4" or "px4-model"; "own" and "own_ekf": the
+    /// reference autopilot with a controller of the user's.
     pub name: &'static str,
     /// Version and git hash, as PX4 reports them; the version whose law the model has, where that is not
-    /// v1.12.
+    /// v1.12; the name of the user's controller.
     pub version: Option<String>,
 }
 
@@ -158,6 +159,7 @@ impl FlownBy {
             ("px4", None) => Some("PX4".to_owned()),
             ("px4-model", Some(version)) => Some(format!("the model of PX4 {version}'s control law")),
             ("px4-model", None) => Some("the model of PX4's control law".to_owned()),
+            ("own" | "own_ekf", Some(controller)) => Some(format!("the controller {controller}")),
             _ => None,
         }
     }
@@ -491,6 +493,8 @@ pub fn pilot_words(name: &str, version: Option<&str>) -> String {
         "reference_ekf" => "the reference autopilot on its own estimator".to_owned(),
         "px4" => format!("PX4{version}"),
         "px4-model" => format!("the model of PX4{version}'s control law"),
+        "own" => format!("the reference autopilot on the true state, with the controller{version}"),
+        "own_ekf" => format!("the reference autopilot on its own estimator, with the controller{version}"),
         other => other.to_owned(),
     }
 }

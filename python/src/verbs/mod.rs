@@ -8,11 +8,13 @@
 //! | [`study`] | studies of any kind |
 //! | [`tune`] | gains by search |
 //! | [`design`] | plan and gains by one search |
+//! | [`judge`] | what judges gains in a search |
 //! | [`names`] | which missions there are, the text of one, what its numbers amount to |
 
 pub mod assess;
 pub mod design;
 pub mod drop;
+pub mod judge;
 pub mod names;
 pub mod plan;
 pub mod study;

@@ -95,7 +95,13 @@ pub struct Asked {
 }
 
 impl Asked {
-    fn tuning(&self) -> Result<Tuning, Fault> {
+    /// Threads to fly on.
+    pub fn threads(&self) -> Option<usize> {
+        self.threads
+    }
+
+    /// How to search.
+    pub fn tuning(&self) -> Result<Tuning, Fault> {
         let usual = Tuning::default();
         Ok(Tuning {
             method: chosen("method", &self.method, &METHODS)?,

@@ -54,7 +54,7 @@ pub fn report(
         mission,
         flown_by: FLOWN_BY.to_owned(),
         command: command(of, mission)?,
-        alone: alone(of, mission)?,
+        alone: Some(alone(of, mission)?),
         limits: runner.limits,
         plan_j_tpf: mission.integrated(&plan.trajectory).j_tpf,
         cases: cases(runner, &campaigns[0].entry),

@@ -174,7 +174,7 @@ impl SafetyStudy {
     }
 
     /// A flight from t = 0 that has not begun.
-    pub(super) fn simulation(&self, start: StudyStart) -> DropSimulation {
+    pub fn simulation(&self, start: StudyStart) -> DropSimulation {
         let StudyStart { state, air, variation } = start;
         let (vehicle, environment) =
             (self.scenario.vehicle.clone(), variation.blown(&self.scenario.environment));

@@ -106,7 +106,7 @@ impl StateCost {
     }
 
     /// The cost of this state in a flight that has turned over.
-    pub(crate) fn turned_over(self, limits: &SafetyLimits) -> Self {
+    pub fn turned_over(self, limits: &SafetyLimits) -> Self {
         Self { pitch: if self.pitch.is_nan() { self.pitch } else { PI / limits.pitch_rad }, ..self }
     }
 

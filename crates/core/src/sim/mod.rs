@@ -13,6 +13,7 @@
 //! | [`limits`], [`turning_over`] | safety limits, a state's share of them; turning over |
 //! | [`faults`] | faults by name: what fails, when, and what that makes of motors and release |
 //! | [`flight`] | a whole flight, controller and vehicle, without MAVLink frames |
+//! | [`fleet`] | vehicles that are stepped together under throttles that are given |
 //! | [`many`], [`watch`] | many flights, eight side by side where they may be; what watches them |
 //! | [`two_bodies`] | vehicle and canopy under one riser, and the canopy after the release |
 //! | [`ground`] | what a vehicle stands on |
@@ -28,6 +29,7 @@ pub mod drop;
 pub mod drop_run;
 pub mod electric_battery;
 pub mod faults;
+pub mod fleet;
 pub mod flight;
 pub mod ground;
 pub mod integrator;
@@ -53,6 +55,8 @@ mod drop_tests;
 #[cfg(test)]
 mod electric_battery_tests;
 #[cfg(test)]
+mod fleet_tests;
+#[cfg(test)]
 mod flight_tests;
 #[cfg(test)]
 mod ground_tests;
@@ -68,6 +72,7 @@ pub use drop::{DropSimulation, Phase, ReleaseTrigger, Start, nominal_state_at_t0
 pub use drop_run::{DropEvent, DropRun, DropRunConfig, FlightRecord, PARAMETER, ReleaseCause};
 pub use electric_battery::ElectricBattery;
 pub use faults::{Fault, FaultKind, FaultOrder};
+pub use fleet::{Fleet, FleetState};
 pub use flight::{FlightPlan, Reference, fly, fly_by, fly_sensing, measured};
 pub use ground::Ground;
 pub use integrator::PlantState;

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use nalgebra::Vector3;
 use proptest::prelude::*;
 
-use super::{ConfigError, Stamp, read_trajectory_csv, write_trajectory_csv};
+use super::{ConfigError, Mission, Stamp, read_trajectory_csv, write_trajectory_csv};
 use samara_core::trajectory::{Node, Trajectory};
 
 fn trajectory(n_rotors: usize, values: &[f64]) -> Trajectory {
@@ -154,4 +154,19 @@ fn spoilt_trajectories_are_refused_where_they_are_wrong() {
 fn windows_line_ends_are_read() {
     let good = trajectory(4, &[1.5]);
     assert_eq!(read(&text(&good).replace('\n', "\r\n")).unwrap(), good);
+}
+
+#[test]
+fn a_text_is_taken_as_the_file_that_holds_it() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("trajectory.csv");
+    let text = text(&trajectory(4, &[1.5]));
+    std::fs::write(&path, &text).unwrap();
+    let mission = Mission::shipped("x500_drop").unwrap();
+    let (mut by_file, mut by_text) = (mission.clone(), mission.clone());
+    assert_eq!(by_text.use_trajectory_text(&text, &path).unwrap(), by_file.use_trajectory(&path).unwrap());
+    assert_eq!(by_text.inputs.hash, by_file.inputs.hash);
+    assert_ne!(by_text.inputs.hash, mission.inputs.hash);
+    let refused = by_text.use_trajectory_text(&text.replace(",t4_n", ""), "<table>".as_ref());
+    assert!(refused.unwrap_err().to_string().starts_with("<table>:4:"));
 }

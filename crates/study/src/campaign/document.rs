@@ -73,8 +73,9 @@ fn of_campaigns(report: &CampaignReport<'_>, first: Option<Passage>) -> Vec<Pass
     passages.push(Passage::OnPage(paragraph("", Html::rich(about))));
     passages.extend(report.campaigns.iter().map(|campaign| Passage::Table(measures(report, campaign))));
     passages.push(Passage::Table(campaigns(report)));
-    if let Some(t) = report.judged().and_then(|campaign| campaign.summary.worst.first()) {
-        let again = format!("{} --only {}     # the worst trial alone", report.alone, t.trial);
+    let worst = report.judged().and_then(|campaign| campaign.summary.worst.first());
+    if let (Some(t), Some(alone)) = (worst, &report.alone) {
+        let again = format!("{alone} --only {}     # the worst trial alone", t.trial);
         passages.push(Passage::OnTerminal(again + "\n"));
     }
     passages.push(Passage::Remark(INTERVALS.to_owned()));
@@ -82,8 +83,9 @@ fn of_campaigns(report: &CampaignReport<'_>, first: Option<Passage>) -> Vec<Pass
 }
 
 fn worst_trials(report: &CampaignReport<'_>) -> Vec<Passage> {
+    let Some(alone) = &report.alone else { return vec![Passage::Table(worst(report))] };
     let worst_of = report.judged().into_iter().flat_map(|campaign| &campaign.summary.worst).take(3);
-    let commands = worst_of.map(|t| format!("{} --only {}\n", report.alone, t.trial)).collect();
+    let commands = worst_of.map(|t| format!("{alone} --only {}\n", t.trial)).collect();
     let about = Html::text("Each alone, with its flight log, figure and replay:");
     let about = Passage::OnPage(paragraph("", about));
     vec![Passage::Table(worst(report)), about, Passage::Commands(commands)]
@@ -107,7 +109,10 @@ fn checks(report: &CampaignReport<'_>) -> Vec<Check> {
         });
         checks.extend(s.worst.iter().filter(|trial| trial.failure.is_some()).map(|trial| Check {
             group: campaign.name.clone(),
-            name: format!("trial {}: {} --only {}", trial.trial, report.alone, trial.trial),
+            name: match &report.alone {
+                Some(alone) => format!("trial {}: {alone} --only {}", trial.trial, trial.trial),
+                None => format!("trial {}", trial.trial),
+            },
             failure: trial.failure.clone(),
         }));
     }

@@ -262,8 +262,8 @@ pub struct CampaignReport<'a> {
     pub flown_by: String,
     /// The command that makes the campaigns again.
     pub command: String,
-    /// The command that, with `--only K`, flies trial K alone.
-    pub alone: String,
+    /// The command that, with `--only K`, flies trial K alone; `None`: no command does.
+    pub alone: Option<String>,
     /// What makes a trial fail.
     pub limits: Limits,
     /// J_TPF of the plan.

@@ -202,7 +202,7 @@ mod tests {
             mission: &mission,
             flown_by: String::new(),
             command: String::new(),
-            alone: String::new(),
+            alone: None,
             limits: mission.limits,
             plan_j_tpf: 0.5,
             campaigns: vec![campaign],

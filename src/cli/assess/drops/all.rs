@@ -181,7 +181,7 @@ impl DropCampaign<'_> {
             mission,
             flown_by: format!("{by}, whole drops from the hang to the end, with wind and sensor noise drawn"),
             command: command(self.of, mission)?,
-            alone: alone(self.of, mission)?,
+            alone: Some(alone(self.of, mission)?),
             limits: mission.limits,
             plan_j_tpf: mission.integrated(&self.planned.trajectory).j_tpf,
             campaigns: vec![NamedCampaign {

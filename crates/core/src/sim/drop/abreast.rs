@@ -180,6 +180,16 @@ impl Abreast {
         &self.craft
     }
 
+    /// State of one vehicle (from 0), body and rotors.
+    pub fn state(&self, i: usize) -> PlantState {
+        PlantState::from(&craft_of(&self.craft, i))
+    }
+
+    /// Which vehicles have turned over.
+    pub fn turned_over(&self) -> [bool; LANES] {
+        std::array::from_fn(|i| self.drops[i].has_turned_over())
+    }
+
     /// Bus voltages [V]; `None`: there are no batteries.
     pub fn bus_v(&self) -> Option<Lanes> {
         self.drops[0].battery().map(|_| self.voltages()[1])
@@ -197,7 +207,7 @@ impl Abreast {
         let powered = common.is_some_and(|(_, _, phase)| phase == Phase::Powered);
         let rows = (!powered).then(|| self.drops().iter().map(DropSimulation::row_start).collect());
         let canopy_p_ned = self.canopy.as_ref().map(|(body, _)| [body.p_ned, body.v_ned]);
-        let turned_over = std::array::from_fn(|i| self.drops[i].has_turned_over());
+        let turned_over = self.turned_over();
         let charge = std::array::from_fn(|i| self.drops[i].battery().map_or(0.0, |b| b.charge()));
         Before { rows, craft: self.craft, canopy_p_ned, turned_over, charge, common }
     }
