@@ -352,3 +352,12 @@ pub fn three(text: &str, unit: &str, fits: impl Fn(f64) -> bool, expected: &str)
         text.split(',').map(|part| measured(part, unit, &fits, expected)).collect();
     numbers?.try_into().map_err(|_| expected.to_owned())
 }
+
+/// The arguments of a verb, of words that begin with it.
+pub fn parsed<A: Args>(words: &[String]) -> Result<A, Failure> {
+    let verb = words.first().cloned().unwrap_or_default();
+    let command = super::help::with_negative_values(A::augment_args(clap::Command::new(verb)));
+    let typed = command.try_get_matches_from(words);
+    let args = typed.and_then(|typed| A::from_arg_matches(&typed));
+    args.map_err(|error| Failure::input(error.render().to_string()))
+}

@@ -9,6 +9,7 @@
 //! | [`flown`] | other values in, plan, flight and verdict out |
 //! | [`campaign`] | whole drops of a changed mission, batch after batch |
 //! | [`live`] | a flight while it flies: what it hands over, and what those get who look on |
+//! | [`run`] | a run's folder: its pages, its worst trials flown again |
 //! | [`written`] | a changed mission in files of its own |
 //! | [`server`] | who may ask, what can be asked, and the sockets |
 //!
@@ -19,6 +20,7 @@ pub mod campaign;
 pub mod controls;
 pub mod flown;
 pub mod live;
+pub mod run;
 pub mod server;
 pub mod viewed;
 pub mod written;

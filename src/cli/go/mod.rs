@@ -12,15 +12,14 @@ mod ledger;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Command};
 use serde_json::json;
 
 use super::answer::{Answer, Failure};
+use super::args::parsed;
 use super::assess::{self, AssessArgs};
 use super::card::{self, CardArgs};
 use super::check::{self, CheckArgs};
 use super::drop::{self, DropArgs};
-use super::help::with_negative_values;
 use super::mission::has_a_drop;
 use super::results::{OutputFolder, place_of};
 use super::study::{self, StudyVerbArgs};
@@ -234,15 +233,6 @@ impl Way<'_> {
         ledger.note(step.name, Entry { answer: Some(said.clone()), ..entry }, self.folder)?;
         Ok(Some(Walked { name: step.name, command, kept: false, said }))
     }
-}
-
-/// The arguments of a verb, of words that begin with it.
-fn parsed<A: Args>(words: &[String]) -> Result<A, Failure> {
-    let verb = words.first().cloned().unwrap_or_default();
-    let command = with_negative_values(A::augment_args(Command::new(verb)));
-    let typed = command.try_get_matches_from(words);
-    let args = typed.and_then(|typed| A::from_arg_matches(&typed));
-    args.map_err(|error| Failure::input(error.render().to_string()))
 }
 
 /// Whether a folder has something whose name begins so.

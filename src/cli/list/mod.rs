@@ -5,7 +5,7 @@
 //! | `runs` | results below a folder |
 //! | this one | missions, vehicles and gains; text and JSON of all |
 
-mod runs;
+pub mod runs;
 
 use std::path::{Path, PathBuf};
 

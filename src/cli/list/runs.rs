@@ -112,6 +112,12 @@ pub fn below(folder: &Path) -> Result<Vec<Run>, Failure> {
     Ok(found.into_iter().map(|(_, run)| run).collect())
 }
 
+/// The runs in a folder itself, the newest first.
+pub fn in_folder(folder: &Path) -> Result<Vec<Run>, Failure> {
+    let own = folder.display().to_string();
+    Ok(below(folder)?.into_iter().filter(|run| run.folder == own).collect())
+}
+
 fn run(folder: &Path, manifest: &Path, verb: String, written: String) -> Run {
     let text = text_at_most(manifest, LARGEST).unwrap_or_default();
     let read: Option<RunManifest> = serde_json::from_str(&text).ok();

@@ -8,9 +8,11 @@
 //! | `words` | verdict, numbers and circumstances in words, as HTML |
 //! | [`view`] | what `samara view` shows of a drop, and the files of its page |
 //! | [`live`] | what is shown of a flight while it flies, and the files of that page |
+//! | [`folder`] | the files of the page of a run's folder |
 //! | `page.html`, `page.css` | the page of a drop and its style |
 //! | `view.html`, `view.css` | the page of `samara view`, and what its style has beyond that |
 //! | `live.html`, `live.css` | the page of a flight while it flies, and what its style has beyond a drop's |
+//! | `folder.html`, `folder.css` | the page of a run's folder, and what its style has beyond a drop's |
 //! | `player.html`, `seen.html` | what both have: the view in space with its panels and keys, what is seen |
 //! | `page/` | the pages' scripts in their sources; `npm ci && npm run build` there makes the bundle |
 //! | `beside.js` | hands a drop's page the run that it holds beside its own |
@@ -22,6 +24,7 @@
 mod base64;
 mod channel;
 mod data;
+pub mod folder;
 pub mod live;
 pub mod view;
 mod words;

@@ -9,12 +9,13 @@ use hyper::{Method, Request, StatusCode};
 use serde_json::{Map, Value};
 use tokio::time::{Duration, timeout};
 
-use super::body::{Answer, Answered, TEXT, answered, lines_of, read, refused};
+use super::body::{Answer, Answered, JSON, TEXT, answered, lines_of, page_of_a_run, read, refused};
 use super::guard::{BODY_MOST, Closed, Guard, Token};
 use super::mission::Desk;
 use crate::live::Feed;
+use crate::run::Run;
 use crate::viewed::Viewed;
-use samara_report::replay::{live, view};
+use samara_report::replay::{folder, live, view};
 
 const HTML: &str = "text/html; charset=utf-8";
 const SCRIPT: &str = "text/javascript; charset=utf-8";
@@ -27,6 +28,8 @@ pub enum Shown {
     Mission(Viewed),
     /// A flight while it flies.
     Flight(Feed),
+    /// A run's folder.
+    Run(Arc<dyn Run>),
 }
 
 /// What the server knows: who may ask, and of what.
@@ -41,6 +44,7 @@ pub struct Answers {
 enum Subject {
     Mission(Arc<Desk>),
     Flight(Feed),
+    Run(Arc<dyn Run>),
 }
 
 impl Answers {
@@ -49,6 +53,7 @@ impl Answers {
         let subject = match shown {
             Shown::Mission(viewed) => Subject::Mission(Arc::new(Desk::new(viewed)?)),
             Shown::Flight(feed) => Subject::Flight(feed),
+            Shown::Run(run) => Subject::Run(run),
         };
         Ok(Self { guard: Guard::new(port, token), subject })
     }
@@ -56,7 +61,7 @@ impl Answers {
     /// The flight that is looked at, if it is one.
     pub fn flight(&self) -> Option<&Feed> {
         match &self.subject {
-            Subject::Mission(_) => None,
+            Subject::Mission(_) | Subject::Run(_) => None,
             Subject::Flight(feed) => Some(feed),
         }
     }
@@ -101,7 +106,7 @@ impl Answers {
         match &self.subject {
             _ if path == "/enter" => self.enter(&object),
             Subject::Mission(desk) => desk.clone().post(path, &object).await,
-            Subject::Flight(_) => refused(StatusCode::NOT_FOUND),
+            Subject::Flight(_) | Subject::Run(_) => refused(StatusCode::NOT_FOUND),
         }
     }
 
@@ -114,6 +119,9 @@ impl Answers {
             (Subject::Flight(_), "/") => Some((HTML, live::page())),
             (Subject::Flight(_), "/live.js") => Some((SCRIPT, live::script())),
             (Subject::Flight(_), "/live.css") => Some((STYLE, live::style())),
+            (Subject::Run(_), "/") => Some((HTML, folder::page())),
+            (Subject::Run(_), "/folder.js") => Some((SCRIPT, folder::script())),
+            (Subject::Run(_), "/folder.css") => Some((STYLE, folder::style())),
             _ => None,
         }
     }
@@ -123,6 +131,7 @@ impl Answers {
             Subject::Mission(desk) => desk.clone().get(path).await,
             Subject::Flight(feed) if path == "/flight" => lines_of(Answered::flight(feed.reader())),
             Subject::Flight(_) => refused(StatusCode::NOT_FOUND),
+            Subject::Run(run) => of_run(run.clone(), path.to_owned()).await,
         }
     }
 
@@ -135,5 +144,35 @@ impl Answers {
         let mut answer = answered(StatusCode::NO_CONTENT, TEXT, "");
         answer.headers_mut().insert(SET_COOKIE, cookie);
         answer
+    }
+}
+
+/// What is asked of a run, found or flown beside the thread of the sockets: pages and campaigns by their
+/// places in what is told, `/page/0`, `/trial/0/16`.
+async fn of_run(run: Arc<dyn Run>, path: String) -> Answer {
+    let computed = tokio::task::spawn_blocking(move || of_a_run(&*run, &path));
+    computed.await.unwrap_or_else(|_| refused(StatusCode::INTERNAL_SERVER_ERROR))
+}
+
+fn of_a_run(run: &dyn Run, path: &str) -> Answer {
+    let told = run.told();
+    let place = |text: &str| text.parse::<usize>().ok();
+    match path.split('/').skip(1).collect::<Vec<_>>()[..] {
+        // Numbers, texts and lists of them always serialise.
+        ["run"] => answered(StatusCode::OK, JSON, serde_json::to_string(told).unwrap_or_default()),
+        ["page", at] => {
+            let name = place(at).and_then(|at| told.pages.get(at));
+            let page = name.and_then(|name| run.page(name));
+            page.map_or_else(|| refused(StatusCode::NOT_FOUND), page_of_a_run)
+        }
+        ["trial", at, trial] => {
+            let campaign = place(at).and_then(|at| told.campaigns.get(at));
+            match campaign.zip(trial.parse().ok()).map(|(campaign, trial)| run.trial(&campaign.name, trial)) {
+                Some(Ok(page)) => page_of_a_run(page),
+                Some(Err(why)) => answered(StatusCode::UNPROCESSABLE_ENTITY, TEXT, why),
+                None => refused(StatusCode::NOT_FOUND),
+            }
+        }
+        _ => refused(StatusCode::NOT_FOUND),
     }
 }

@@ -6,7 +6,7 @@ use std::pin::Pin;
 use std::task::{Context, Poll, ready};
 
 use hyper::body::{Body, Bytes, Frame, Incoming, SizeHint};
-use hyper::header::{CONTENT_TYPE, HeaderName, HeaderValue};
+use hyper::header::{CONTENT_SECURITY_POLICY, CONTENT_TYPE, HeaderName, HeaderValue};
 use hyper::{Response, StatusCode};
 use serde_json::Value;
 use tokio::sync::mpsc::UnboundedReceiver;
@@ -127,5 +127,17 @@ pub fn answered(status: StatusCode, kind: &'static str, body: impl Into<Bytes>) 
 pub fn lines_of(lines: Answered) -> Answer {
     let mut answer = answered(StatusCode::OK, LINES, "");
     *answer.body_mut() = lines;
+    answer
+}
+
+/// What a page of a run may do: run its own script and style and nothing else, apart from this server's.
+const OF_A_RUN: &str = "sandbox allow-scripts allow-downloads allow-popups; default-src 'none'; \
+    script-src 'unsafe-inline' blob:; style-src 'unsafe-inline'; img-src data: blob:; font-src data:; \
+    worker-src blob:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
+
+/// A page that a run has written, which stands alone.
+pub fn page_of_a_run(page: String) -> Answer {
+    let mut answer = answered(StatusCode::OK, "text/html; charset=utf-8", page);
+    answer.headers_mut().insert(CONTENT_SECURITY_POLICY, HeaderValue::from_static(OF_A_RUN));
     answer
 }

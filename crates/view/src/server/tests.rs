@@ -308,3 +308,73 @@ async fn four_who_never_read_hold_nobody_up() {
     assert!(answer.contains("{\"end\":{\"text\":\"over\"}}\n"), "{}", &answer[answer.len() - 200..]);
     timeout(Duration::from_secs(10), served).await.unwrap().unwrap();
 }
+
+/// A run of one page and one campaign.
+#[derive(Debug)]
+struct OneRun(crate::run::RunTold);
+
+impl crate::run::Run for OneRun {
+    fn told(&self) -> &crate::run::RunTold {
+        &self.0
+    }
+
+    fn page(&self, name: &str) -> Option<String> {
+        (name == "drop.html").then(|| "<p>the drop".to_owned())
+    }
+
+    fn trial(&self, campaign: &str, trial: u64) -> Result<String, String> {
+        if trial < 3 { Ok(format!("<p>{campaign} {trial}")) } else { Err("there are three".to_owned()) }
+    }
+}
+
+/// Pages and trials are found by their places alone, and stand apart from the server's own page: by a policy
+/// of their own, in a sandbox. A path to anywhere else leads nowhere.
+#[tokio::test]
+async fn a_run_shows_its_pages_and_trials_and_nothing_else() {
+    use crate::run::{CampaignTold, RunTold, TrialTold};
+    let worst = vec![TrialTold { trial: 2, j_tpf: Some(0.9), steady_after_s: None }];
+    let campaign = CampaignTold { name: "drops".to_owned(), worst, ..CampaignTold::default() };
+    let pages = vec!["drop.html".to_owned(), "gone.html".to_owned()];
+    let told = RunTold { pages, campaigns: vec![campaign], ..RunTold::default() };
+    let server = Server::listen(Shown::Run(Arc::new(OneRun(told))), 0).unwrap();
+    let place = (server.address.port(), server.token.to_string());
+    tokio::spawn(server.serve());
+    for path in ["/run", "/page/0", "/trial/0/2"] {
+        let answer = sent(place.0, request(place.0, &format!("GET {path}"), &[], "").as_bytes()).await;
+        assert_eq!((status(&answer), body(&answer)), (403, "Forbidden"), "{path}");
+    }
+    let browser = Browser::of(&place).await;
+    for path in ["/", "/folder.js", "/folder.css", "/run"] {
+        assert_eq!(status(&browser.get(path).await), 200, "{path}");
+    }
+    let told: serde_json::Value = serde_json::from_str(body(&browser.get("/run").await)).unwrap();
+    assert_eq!(
+        told["campaigns"][0]["worst"][0],
+        serde_json::json!({ "trial": 2, "j_tpf": 0.9, "steady_after_s": null })
+    );
+    for (path, expected, text) in [
+        ("/page/0", 200, "<p>the drop"),
+        ("/page/1", 404, "Not Found"),
+        ("/page/2", 404, "Not Found"),
+        ("/page/-1", 404, "Not Found"),
+        ("/page/..%2f..%2fetc%2fpasswd", 404, "Not Found"),
+        ("/page/drop.html", 404, "Not Found"),
+        ("/page/0/", 404, "Not Found"),
+        ("/trial/0/2", 200, "<p>drops 2"),
+        ("/trial/0/3", 422, "there are three"),
+        ("/trial/1/2", 404, "Not Found"),
+        ("/trial/0/18446744073709551616", 404, "Not Found"),
+        ("/trial/0", 404, "Not Found"),
+        ("/mission", 404, "Not Found"),
+        ("/flight", 404, "Not Found"),
+    ] {
+        let answer = browser.get(path).await;
+        assert_eq!((status(&answer), body(&answer)), (expected, text), "{path}");
+        assert_eq!(answer.contains("sandbox allow-scripts"), expected == 200, "{path}");
+        assert!(
+            answer.contains("frame-ancestors 'none'") && answer.contains("cache-control: no-store"),
+            "{path}"
+        );
+    }
+    assert_eq!(status(&browser.post("/run", "{}").await), 404);
+}

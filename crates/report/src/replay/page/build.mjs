@@ -1,6 +1,6 @@
 // Bundles the pages' scripts into ../bundle/: src/main.js with three.js and uPlot as replay.js, the licences of
 // what is bundled beside it; src/view/main.js as view.js and src/live/main.js as live.js, which take what they
-// share with it from there and so follow it on a page. Needs `npm ci` first; scripts/regenerate does both.
+// share with it from there and so follow it on a page; src/folder/main.js as folder.js, which needs none of it. Needs `npm ci` first; scripts/regenerate does both.
 import { build } from "esbuild";
 import { mkdirSync, readFileSync, writeFileSync } from "node:fs";
 
@@ -45,6 +45,7 @@ async function bundle(entry, name, contains, options) {
 await bundle("src/main.js", "replay.js", `Contains ${names} (MIT licence). `, { globalName: SHARED });
 await bundle("src/view/main.js", "view.js", "", { plugins: [shared] });
 await bundle("src/live/main.js", "live.js", "", { plugins: [shared] });
+await bundle("src/folder/main.js", "folder.js", "", {});
 const css = readFileSync(new URL("node_modules/uplot/dist/uPlot.min.css", import.meta.url), "utf8");
 writeFileSync(new URL("uplot.css", out), css.trim() + "\n");
 const texts = licences.map(({ name, version, text }) => `${name} ${version}\n\n${text}\n`);
