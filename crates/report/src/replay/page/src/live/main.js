@@ -86,7 +86,10 @@ class Live {
     this.end = end;
     if (end.drop) this.becomes(Run.fromObject(end.drop));
     else this.grow();
-    this.player?.play(false);
+    if (this.player) {
+      this.player.run.goesOn = false;
+      this.player.play(false);
+    }
     document.body.classList.add("over");
     find("#follow").disabled = true;
     find("#follow").setAttribute("aria-pressed", "false");
@@ -107,7 +110,8 @@ class Live {
     this.player = new Player(run);
     this.player.onFrame = () => this.frame();
     const follow = () => this.player.follow();
-    listen(this.player, null, { l: follow, End: follow });
+    const toEnd = () => (this.end ? this.player.seek(this.player.motion.end) : follow());
+    listen(this.player, null, { l: toEnd, End: toEnd });
     /** For tests: what is shown. */
     window.replay = this.player;
   }
