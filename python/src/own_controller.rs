@@ -22,7 +22,7 @@ const ASKED: usize = 16;
 pub struct Own {
     /// Name, for messages and results.
     pub name: String,
-    /// What it is asked by: the methods, and the objects that they are given.
+    /// Methods that it is asked by, and the objects that they are given.
     reset: Py<PyAny>,
     step: Py<PyAny>,
     measurement: Py<PyAny>,
@@ -59,7 +59,7 @@ struct Broken {
 enum Why {
     /// It raised.
     Raised(PyErr),
-    /// What it returned is refused; in words, what was found.
+    /// Refused is what it returned; in words, what was found.
     Returned(String),
 }
 

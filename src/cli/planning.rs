@@ -192,7 +192,7 @@ pub struct Planned {
 impl Planned {
     /// The trajectory of a file, kept in the folder as it was given.
     pub fn given(path: &Path, mission: &mut Mission, folder: &OutputFolder) -> Result<Self, Failure> {
-        let file = mission.use_trajectory(path).bad_input()?;
+        let file = mission.use_trajectory(path, None).bad_input()?;
         warn_of_nodes(mission, &file.trajectory, "");
         folder.remove_leftovers(&["plan.json", "plan.svg"])?;
         folder.write_text("trajectory.csv", &file.text)?;

@@ -80,7 +80,7 @@ pub fn run(args: &StreamArgs) -> Result<Answer, Failure> {
     narrator.say(&origin(&args.mission, &mission));
     let mut plan = None;
     let trajectory = match &args.trajectory {
-        Some(path) => mission.use_trajectory(path).bad_input()?.trajectory,
+        Some(path) => mission.use_trajectory(path, None).bad_input()?.trajectory,
         None => {
             let timed = plan_and_say(&mission, args.planning.verbose, &narrator)?;
             if timed.plan.status != Status::Converged {

@@ -116,13 +116,14 @@ impl TrajectoryFile {
     }
 }
 
-/// As [`read_trajectory_csv`], for a vehicle with that many rotors.
-pub(super) fn load_trajectory(path: &Path, n_rotors: usize) -> Result<TrajectoryFile, ConfigError> {
-    of_source(Source::read(path, "trajectory file", None)?, n_rotors)
-}
-
-/// The trajectory of a text, for a vehicle with that many rotors.
-pub(super) fn of_source(source: Source, n_rotors: usize) -> Result<TrajectoryFile, ConfigError> {
+/// As [`read_trajectory_csv`], for a vehicle with that many rotors; of the source in place of the file where
+/// there is one.
+pub(super) fn load_trajectory(
+    path: &Path,
+    source: Option<Source>,
+    n_rotors: usize,
+) -> Result<TrajectoryFile, ConfigError> {
+    let source = source.map_or_else(|| Source::read(path, "trajectory file", None), Ok)?;
     let trajectory = parse(&source)?;
     if trajectory.n_rotors() != n_rotors {
         let header = table::lines(&source).next().map_or(1, |(line, _)| line);

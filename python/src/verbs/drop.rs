@@ -128,7 +128,9 @@ struct Choices {
 /// Plans, drops, flies and judges. The trajectory is a file, or the text of one; a controller is asked in
 /// this thread.
 #[pyfunction]
-#[pyo3(signature = (given, *, trajectory=None, trajectory_text=None, on_estimator=false, replan=None, controller=None))]
+#[pyo3(signature = (
+    given, *, trajectory=None, trajectory_text=None, on_estimator=false, replan=None, controller=None
+))]
 pub fn drop(
     py: Python<'_>,
     given: Given,
@@ -195,14 +197,9 @@ impl Ready {
             }
         }
         let mut replan = None;
-        let file = match (trajectory, trajectory_text) {
-            (Some(path), _) => Some(mission.use_trajectory(&path).or_given()?),
-            (None, Some(text)) => {
-                Some(mission.use_trajectory_text(&text, TRAJECTORY_TEXT.as_ref()).or_given()?)
-            }
-            (None, None) => None,
-        };
-        let trajectory = match file {
+        let path = trajectory.or_else(|| trajectory_text.is_some().then(|| TRAJECTORY_TEXT.into()));
+        let file = path.map(|path| mission.use_trajectory(&path, trajectory_text.as_deref())).transpose();
+        let trajectory = match file.or_given()? {
             Some(file) => {
                 let flown = FlownTrajectory { source: "file".to_owned(), sha256: file.sha256.clone() };
                 (file, flown)

@@ -2,14 +2,16 @@
 //! where they may be ([`super::many`]), with the bits of each by itself.
 
 use super::drop::DropSimulation;
-use super::integrator::PlantState;
 use super::limits::{SafetyLimits, StateCost};
 #[cfg(target_arch = "x86_64")]
 use super::watch::ABREAST;
 use crate::model::PerRotor;
 
+pub use self::state::FleetState;
+
 #[cfg(target_arch = "x86_64")]
 mod abreast;
+mod state;
 
 /// Vehicles that are stepped together.
 #[derive(Debug)]
@@ -27,17 +29,6 @@ enum Group {
     Alone(Vec<DropSimulation>),
 }
 
-/// A vehicle of a fleet at an instant.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FleetState {
-    /// State of body and rotors.
-    pub state: PlantState,
-    /// J_state, (47); 180 deg of pitch and more count from where the flight has turned over.
-    pub j_state: f64,
-    /// Voltage of the bus that the motors are on [V], where there is a battery.
-    pub bus_v: Option<f64>,
-}
-
 impl Fleet {
     /// The vehicles as they are.
     pub fn new(vehicles: Vec<DropSimulation>) -> Self {
@@ -45,7 +36,10 @@ impl Fleet {
         let mut groups = Vec::new();
         #[cfg(target_arch = "x86_64")]
         while left.len() > 0 {
-            groups.push(abreast::Eight::of(left.by_ref().take(ABREAST).collect()));
+            groups.push(match abreast::Eight::of(left.by_ref().take(ABREAST).collect()) {
+                Ok(eight) => Group::Abreast(Box::new(eight)),
+                Err(vehicles) => Group::Alone(vehicles),
+            });
         }
         #[cfg(not(target_arch = "x86_64"))]
         groups.push(Group::Alone(left.by_ref().collect()));

@@ -7,7 +7,7 @@ use super::{CaseError, Mission};
 use crate::error::ConfigError;
 use crate::params_file::{self, refuse};
 use crate::source::Source;
-use crate::trajectory_csv::{TrajectoryFile, load_trajectory, of_source};
+use crate::trajectory_csv::{TrajectoryFile, load_trajectory};
 use samara_core::params::compatibility::written_for;
 use samara_core::params::{ParameterFile, import};
 use samara_core::printable::printable;
@@ -106,27 +106,16 @@ impl Mission {
         }
     }
 
-    /// Reads a trajectory for the mission's vehicle, to be flown instead of a plan. The input hash follows.
+    /// Has a trajectory for the mission's vehicle flown instead of a plan: that of a file, or of a text as if
+    /// the file held it. The input hash follows.
     ///
     /// # Errors
     /// [`ConfigError`] when the file is wrong or for another number of rotors; the mission is unchanged then.
-    pub fn use_trajectory(&mut self, path: &Path) -> Result<TrajectoryFile, ConfigError> {
-        let file = load_trajectory(path, self.vehicle.rotors.len())?;
-        Ok(self.flies_along(file))
-    }
-
-    /// As [`Self::use_trajectory`], of a text, as if `file` held it.
-    ///
-    /// # Errors
-    /// [`ConfigError::Content`] when the text holds no trajectory for the vehicle.
-    pub fn use_trajectory_text(&mut self, text: &str, file: &Path) -> Result<TrajectoryFile, ConfigError> {
-        let file = of_source(Source::of_text(text, file), self.vehicle.rotors.len())?;
-        Ok(self.flies_along(file))
-    }
-
-    fn flies_along(&mut self, file: TrajectoryFile) -> TrajectoryFile {
+    pub fn use_trajectory(&mut self, path: &Path, text: Option<&str>) -> Result<TrajectoryFile, ConfigError> {
+        let source = text.map(|text| Source::of_text(text, path));
+        let file = load_trajectory(path, source, self.vehicle.rotors.len())?;
         self.note_choice("trajectory sha256", &file.sha256);
-        file
+        Ok(file)
     }
 
     /// Hash of mission, vehicle and tables without the gains: the inputs of a search for gains.

@@ -164,9 +164,10 @@ fn a_text_is_taken_as_the_file_that_holds_it() {
     std::fs::write(&path, &text).unwrap();
     let mission = Mission::shipped("x500_drop").unwrap();
     let (mut by_file, mut by_text) = (mission.clone(), mission.clone());
-    assert_eq!(by_text.use_trajectory_text(&text, &path).unwrap(), by_file.use_trajectory(&path).unwrap());
+    let taken = by_text.use_trajectory(&path, Some(&text)).unwrap();
+    assert_eq!(taken, by_file.use_trajectory(&path, None).unwrap());
     assert_eq!(by_text.inputs.hash, by_file.inputs.hash);
     assert_ne!(by_text.inputs.hash, mission.inputs.hash);
-    let refused = by_text.use_trajectory_text(&text.replace(",t4_n", ""), "<table>".as_ref());
+    let refused = by_text.use_trajectory("<table>".as_ref(), Some(&text.replace(",t4_n", "")));
     assert!(refused.unwrap_err().to_string().starts_with("<table>:4:"));
 }

@@ -4,7 +4,7 @@ use super::super::drop::DropSimulation;
 use super::super::drop::abreast::Abreast;
 use super::super::integrator::Craft;
 use super::super::limits::{SafetyLimits, shares};
-use super::{FleetState, Group};
+use super::state::FleetState;
 use crate::frames::pitch_and_bank;
 use crate::model::{MAX_ROTORS, PerRotor};
 use crate::real::Real as _;
@@ -23,11 +23,11 @@ pub(super) struct Eight {
 }
 
 impl Eight {
-    /// Eight vehicles or fewer, side by side where they may be.
-    pub(super) fn of(mut vehicles: Vec<DropSimulation>) -> Group {
+    /// Eight vehicles or fewer side by side; given back where they may not be so.
+    pub(super) fn of(mut vehicles: Vec<DropSimulation>) -> Result<Self, Vec<DropSimulation>> {
         let count = vehicles.len();
         if count < LEAST {
-            return Group::Alone(vehicles);
+            return Err(vehicles);
         }
         // Lanes that are left over fly the first vehicle, which nobody looks at.
         while vehicles.len() < LANES {
@@ -36,11 +36,11 @@ impl Eight {
         match Abreast::of(vehicles) {
             Ok(abreast) => {
                 let throttle = [abreast.zero(); MAX_ROTORS];
-                Group::Abreast(Box::new(Self { abreast, count, throttle }))
+                Ok(Self { abreast, count, throttle })
             }
             Err(mut vehicles) => {
                 vehicles.truncate(count);
-                Group::Alone(vehicles)
+                Err(vehicles)
             }
         }
     }
