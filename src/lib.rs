@@ -35,8 +35,8 @@
 //! | [`autopilot`] | modes, arming, OFFBOARD: PX4's manners around the control law |
 #![cfg_attr(feature = "link", doc = "| [`link`] | MAVLink: the sessions on the wire |")]
 //!
-//! The command line (`src/cli`) is the program's, which the wheel for Python is too, and no part of what a user
-//! of this library is promised.
+//! The command line (`src/cli`) is the program's, which the wheel for Python is too, and no part of what a
+//! user of this library is promised.
 
 #[cfg(feature = "cli")]
 extern crate self as samara;

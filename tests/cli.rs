@@ -137,8 +137,8 @@ fn regress_the_c_librarys_mathematics_change_no_byte() {
     assert!(fly("") == fly("glibc.cpu.hwcaps=-AVX2,-FMA,-FMA4,-AVX512F,-AVX"));
 }
 
-/// The figure of the README's campaign is of the mission, the vehicle and the gains that there are, by its hash;
-/// 3000 drops are too many to be flown here.
+/// The figure of the README's campaign is of the mission, the vehicle and the gains that there are, by its
+/// hash; 3000 drops are too many to be flown here.
 #[test]
 fn regress_the_campaign_of_the_readme_is_of_todays_inputs() {
     let checked = json(&samara(&["check", "mission/x500_drop.json", "--seed", "771177", "--json"]));

@@ -28,7 +28,7 @@ pub struct RunTold {
     pub lines: Vec<String>,
     /// Names of its pages, the first to look at first.
     pub pages: Vec<String>,
-    /// Its campaigns.
+    /// Campaigns in the folder.
     pub campaigns: Vec<CampaignTold>,
 }
 
