@@ -25,6 +25,7 @@ enum Voice {
 pub enum Weight {
     /// Not worth a word: somebody else says it.
     Silent,
+    /// Something that one may want to know.
     Said,
     /// Something is wrong, or waited for.
     Warned,

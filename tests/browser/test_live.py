@@ -41,7 +41,8 @@ def flying(folder, *options):
 @contextlib.contextmanager
 def opened(browser, address, **settings):
     """The page; fails on any error in it, and on a request to anywhere else."""
-    page, faults = browser.new_page(viewport={"width": 1280, "height": 800}, **settings), []
+    settings.setdefault("viewport", {"width": 1280, "height": 800})
+    page, faults = browser.new_page(**settings), []
     page.set_default_timeout(60_000)
     page.on("pageerror", lambda error: faults.append(str(error)))
     own = address.split("#")[0]
@@ -127,14 +128,15 @@ def test_a_program_that_is_gone_is_told_and_a_reloaded_page_has_all(browser, tmp
         wait(page, "!document.querySelector('#trouble').hidden")
         assert "does not answer" in text(page, "#trouble")
         count = page.evaluate("replay.motion.count")
+        page.keyboard.press("Space")
         page.keyboard.press("Home")
         assert page.evaluate("replay.time") == page.evaluate("replay.motion.start") and count > 60
 
 
 def test_it_fits_a_telephone_and_a_dark_room(browser, tmp_path):
     with flying(tmp_path, "--speed", "4") as (_, address):
-        with opened(browser, address, color_scheme="dark") as page:
-            page.set_viewport_size({"width": 390, "height": 800})
+        narrow = {"width": 390, "height": 800}
+        with opened(browser, address, color_scheme="dark", viewport=narrow) as page:
             wait(page, "live.flight.count > 60")
             assert page.evaluate("document.documentElement.scrollWidth") <= 390
             assert page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(20, 23, 27)"

@@ -334,4 +334,4 @@ def test_a_logged_flight_is_the_ghost_of_its_prediction(opened, tmp_path):
     page = opened(out / "drop.html")
     wait(page, "!document.querySelector('#comparison').hidden")
     assert "compared with flight.ulg (x500_drop): J_TPF" in page.locator("#comparison-text").inner_text()
-    assert page.evaluate("replay.parts.scene.otherGhost !== null")
+    assert page.evaluate("replay.scene.otherGhost !== null")

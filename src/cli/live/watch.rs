@@ -13,8 +13,9 @@ use samara::sim::Sample;
 use samara::trajectory::Trajectory;
 use samara::view::live::Source;
 
-/// An instant of the flight is told so often, in simulated time: 30 a second.
-const ROW_EVERY_US: TimeUs = 33_000;
+/// An instant of the flight is told so often, in simulated time: some 30 a second, eight steps of the
+/// simulator each.
+const ROW_EVERY_US: TimeUs = 32_000;
 /// What is known on the link is told so often, in simulated time.
 const STATE_EVERY_US: TimeUs = 100_000;
 

@@ -175,7 +175,9 @@ impl Seen {
                 if ignores(PositionTargetTypemask::POSITION_TARGET_TYPEMASK_VX_IGNORE) {
                     return Some("position".to_owned());
                 }
-                let [n, e, d] = [m.vx, m.vy, m.vz].map(|v| f64::from(v) / self.k());
+                // To what is shown of them: -0.00 is 0.00.
+                let shown = |v: f32| (100.0 * f64::from(v) / self.k()).round() / 100.0 + 0.0;
+                let [n, e, d] = [m.vx, m.vy, m.vz].map(shown);
                 Some(format!("velocity {n:.2} {e:.2} {d:.2} m/s"))
             }
             (Some(MavMessage::SET_ATTITUDE_TARGET(m)), ..) => {
@@ -276,7 +278,7 @@ mod tests {
         seen.take(1_000_000, &vehicle.encode(&MavMessage::HEARTBEAT(heartbeat.clone())));
         seen.take(1_500_000, &script.encode(&MavMessage::HEARTBEAT(HEARTBEAT_DATA::default())));
         let setpoint = |vx| {
-            let (vy, vz) = (0.0, -2.5);
+            let (vy, vz) = (-0.001, -2.5);
             MavMessage::SET_POSITION_TARGET_LOCAL_NED(SET_POSITION_TARGET_LOCAL_NED_DATA {
                 vx,
                 vy,
