@@ -16,6 +16,7 @@ from ._errors import MissionError
 
 if TYPE_CHECKING:
     import pandas
+    import pyarrow
 
 MissionLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 """A mission: the name of a built-in one or of a file in ``./mission``, a path, or the document itself."""
@@ -23,8 +24,10 @@ MissionLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 GainsLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
 """Gains: a name, a path, or the document of a gains file."""
 
-TrajectoryLike: TypeAlias = "str | os.PathLike[str] | Mapping[str, Any] | npt.NDArray[Any] | pandas.DataFrame"
-"""A trajectory: a path, or a table with the columns of ``trajectory.csv``, such as a dict of arrays or a data frame."""
+TrajectoryLike: TypeAlias = "str | os.PathLike[str] | Mapping[str, Any] | npt.NDArray[Any] | pandas.DataFrame | pyarrow.Table"
+"""A trajectory: a path, or a table with the columns of ``trajectory.csv``: a dict of arrays, a data frame, a structured
+array, Arrow's.
+"""
 
 _BUILT_IN = "built-in:"
 _BEFORE_THRUSTS = ("t_s", "q0", "q1", "q2", "q3", "vn_m_s", "ve_m_s", "vd_m_s", "p_rad_s", "q_rad_s", "r_rad_s")
@@ -132,11 +135,23 @@ def given(
     return chosen
 
 
-def trajectory_text(table: Mapping[str, Any] | npt.NDArray[Any] | pandas.DataFrame) -> str:
+def _names(table: Any) -> list[str] | None:
+    """Names of a table's columns; ``None``: it has none."""
+    if isinstance(table, np.ndarray):
+        return None if table.dtype.names is None else list(table.dtype.names)
+    # Of Arrow, of pandas and Polars.
+    for attribute in ("column_names", "columns"):
+        if (names := getattr(table, attribute, None)) is not None:
+            return list(names)
+    return list(table) if isinstance(table, Mapping) else None
+
+
+def trajectory_text(table: Any) -> str:
     """The text of a ``trajectory.csv`` with the columns of a table."""
-    names = table.dtype.names if isinstance(table, np.ndarray) else list(table)
+    names = _names(table)
     if names is None:
-        raise MissionError("trajectory: an array with named columns (a structured one) is expected, found one without")
+        found = type(table).__name__
+        raise MissionError(f"trajectory: a path or a table with named columns is expected, found {found}")
     rotors = [name for name in _THRUSTS if name in names]
     wanted = [*_BEFORE_THRUSTS, *(rotors or ["t1_n"]), *_AFTER_THRUSTS]
     if missing := [name for name in wanted if name not in names]:

@@ -88,7 +88,7 @@ def drop(
 
     ``gains``: a name, a file or the document of one; ``params``: gains and limits from a PX4 parameter file;
     ``seed``: of everything random; ``case``: the release case to swing to; ``trajectory``: a ``trajectory.csv`` to
-    fly instead of a plan, or a table with its columns: a ``dict`` of arrays, a data frame, a structured array;
+    fly instead of a plan, or a table with its columns: a ``dict`` of arrays, a data frame, a structured array, Arrow's;
     ``controller``: one of your own (:class:`Controller`) in the place of the cascade, asked each 4 ms in this thread;
     ``estimator``: the simulator's truth, or the autopilot's own Kalman filter; ``replan``: renew the plan during the
     drop, at the ``release`` or from it on at a rate in Hz.

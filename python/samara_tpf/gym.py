@@ -87,8 +87,8 @@ class _Episodes:
     def fly(self, actions: npt.ArrayLike) -> tuple[Numbers, bool]:
         """A step: what is observed after it, and whether it was the last."""
         actions = np.ascontiguousarray(actions, np.float32)
-        if actions.size != self.count * self.flights.actions:
-            shape = (self.count, self.flights.actions)
+        shape = (self.count, self.flights.actions)
+        if actions.shape != shape and not (self.count == 1 and actions.shape == shape[1:]):
             raise ValueError(f"actions: an array of shape {shape} is expected, found {actions.shape}")
         observed = np.empty((self.count, self.flights.observations), np.float32)
         self.flights.step(actions, observed, self.rewards)

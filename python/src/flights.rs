@@ -1,7 +1,7 @@
 //! Flights from t = 0 in steps, many at once: what `samara_tpf.gym` is made of.
 
 use pyo3::buffer::PyBuffer;
-use pyo3::exceptions::PyValueError;
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use samara::assess::{ReleaseDistribution, SafetyStudy};
 use samara::control::{Airframe, Cascade, ControlLimits, ControlOutput, Controller, Measurement, Setpoint};
@@ -157,6 +157,9 @@ impl Flights {
         observations: PyBuffer<f32>,
         rewards: PyBuffer<f64>,
     ) -> PyResult<()> {
+        if self.flown.states.len() != self.count {
+            return Err(PyRuntimeError::new_err("`reset` comes before the first step"));
+        }
         actions.copy_to_slice(py, &mut self.flown.actions)?;
         if let Some(place) = self.flown.actions.iter().position(|number| !number.is_finite()) {
             let (n, found) = (self.actions(), self.flown.actions[place]);

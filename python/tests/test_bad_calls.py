@@ -84,7 +84,8 @@ CALLS: list[tuple[Callable[[], Any], type[Exception], str]] = [
         "trajectory: the column t1_n is expected",
     ),
     (lambda: samara.drop(X500, trajectory=table(t4_n=None)), ValueError, "a thrust column for each of the vehicle's 4 rotors, found 3"),
-    (lambda: samara.drop(X500, trajectory=np.zeros((3, 18))), ValueError, "an array with named columns"),
+    (lambda: samara.drop(X500, trajectory=np.zeros((3, 18))), ValueError, "a table with named columns is expected, found ndarray"),
+    (lambda: samara.drop(X500, trajectory=3), ValueError, "a path or a table with named columns is expected, found int"),
     (lambda: samara.drop(X500, trajectory=put("vn_m_s", 3, math.nan)), ValueError, "column vn_m_s, row 3: a finite number .* found nan"),
     (lambda: samara.drop(X500, trajectory=put("t_s", 5, 0.0)), ValueError, "trajectory: row 5: t_s must increase"),
     (lambda: samara.drop(X500, trajectory=put("t_s", 0, 0.01)), ValueError, "trajectory: row 0: t_s: .* at t = 0"),
@@ -120,6 +121,8 @@ CALLS: list[tuple[Callable[[], Any], type[Exception], str]] = [
     (lambda: DropEnv(X500, duration_s=900.0), ValueError, "duration_s: from 0.004 to 14.5.* s are expected, found 900.0"),
     (lambda: DropEnv(X500, velocity_cost_s_m=-1.0), ValueError, "velocity_cost_s_m: a number of at least 0"),
     (lambda: DropVectorEnv(0, X500), ValueError, "num_envs: a whole number from 1 to 100000 is expected, found 0"),
+    (lambda: DropEnv(X500, action="rate").step(np.zeros(4)), RuntimeError, "`reset` comes before the first step"),
+    (lambda: acts(np.zeros((4, 2)), 2), ValueError, r"actions: an array of shape \(2, 4\) is expected, found \(4, 2\)"),
     (lambda: acts(np.zeros(3)), ValueError, r"actions: an array of shape \(1, 4\) is expected, found \(3,\)"),
     (lambda: acts(np.full((2, 4), math.nan), 2), ValueError, "action 0 of flight 0: a number from -1 to 1 is expected, found NaN"),
 ]

@@ -139,7 +139,7 @@ def test_a_trajectory_may_be_any_table() -> None:
     planned = samara.plan("x500_drop")
     frame = planned.table.to_pandas()
     wanted = samara.drop("x500_drop").flight
-    tables: list[Any] = [planned.table, dict(planned.table), frame, frame.to_records(index=False), frame[frame.columns[::-1]]]
+    tables: list[Any] = [planned.table, dict(planned.table), frame, frame.to_records(index=False), frame[frame.columns[::-1]], planned.table.to_arrow()]
     for table in tables:
         drop = samara.drop("x500_drop", trajectory=table)
         assert same(drop.flight, wanted) and same(drop.trajectory, planned.table)
