@@ -169,5 +169,5 @@ fn a_text_is_taken_as_the_file_that_holds_it() {
     assert_eq!(by_text.inputs.hash, by_file.inputs.hash);
     assert_ne!(by_text.inputs.hash, mission.inputs.hash);
     let refused = by_text.use_trajectory("<table>".as_ref(), Some(&text.replace(",t4_n", "")));
-    assert!(refused.unwrap_err().to_string().starts_with("<table>:4:"));
+    assert!(refused.unwrap_err().to_string().starts_with("<table>:5:"));
 }
