@@ -153,8 +153,8 @@ fn closed_form_more_rotors_of_the_same_total_fly_the_same_plan() {
     assert!((eight.objective / four.objective - 1.0).abs() < 1e-7, "{} {}", eight.objective, four.objective);
 }
 
-/// The envelope theorem: a bound costs the plan the sum of its multipliers. By plans whose bound on thrusts is
-/// a thousandth more, and less.
+/// The envelope theorem: a bound costs the plan the sum of its multipliers. By plans whose bound on thrusts
+/// is a thousandth more, and less.
 #[test]
 fn closed_form_multipliers_are_what_a_bound_costs() {
     let (vehicle, environment) = x500();

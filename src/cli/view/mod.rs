@@ -23,8 +23,8 @@ use samara::view::viewed::Viewed;
 /// `samara view`.
 #[derive(Args, Debug)]
 pub struct ViewArgs {
-    /// A run's folder, or the mission: a file, or a name - of a file in ./mission, or of a mission that samara
-    /// brings along.
+    /// A run's folder, or the mission: a file, or a name - of a file in ./mission, or of a mission that
+    /// samara brings along.
     #[arg(value_name = "NAME|FILE|RUN", default_value = DEFAULT_MISSION)]
     subject: PathBuf,
     /// The mission of a run's folder, where it is not found by its name.
