@@ -70,7 +70,9 @@ pub fn study(
         None => Ok(()),
         Some(progress) => {
             let now = seen.now();
-            if last.as_ref() != Some(&now) {
+            // Nothing is flown while the mission is planned.
+            let begun = !now.0.is_empty();
+            if begun && last.as_ref() != Some(&now) {
                 progress.call1(py, now.clone())?;
                 last = Some(now);
             }
