@@ -205,9 +205,12 @@ fn the_answer_is_whether_the_gains_are_better_than_the_missions_own() {
     let random = search(&["--method", "pso", "--particles", "4", "--iterations", "1"]);
     let text = String::from_utf8(random.stdout).unwrap();
     assert_eq!(random.status.code(), Some(1), "{text}");
-    let last = text.lines().last().unwrap();
-    assert!(last.starts_with("tuned is not better than x500 (worst tracking RMS "), "{last}");
-    assert!(last.ends_with(" on 8 unseen flights): keep x500"), "{last}");
+    // The answer, and behind it what there is to do.
+    let last: Vec<&str> = text.lines().rev().take(3).collect();
+    let (answer, cause, command) = (last[2], last[1], last[0]);
+    assert!(answer.starts_with("tuned is not better than x500 (worst tracking RMS "), "{text}");
+    assert!(answer.ends_with(" on 8 unseen flights): keep x500"), "{text}");
+    assert!(cause.starts_with("  cause: ") && command.starts_with("  samara design "), "{text}");
     assert!(folder.path().join("gains.json").exists());
 }
 

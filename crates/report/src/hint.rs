@@ -32,8 +32,8 @@ impl Hint {
         format!("  cause: {}\n  {}\n", self.cause, self.command)
     }
 
-    /// The hint in a line.
+    /// The hint in a line, for a page, without the marks about its keys.
     pub fn sentence(&self) -> String {
-        format!("Cause: {}. Then: {}", self.cause, self.command)
+        format!("Cause: {}. Then: {}", self.cause.replace('`', ""), self.command)
     }
 }

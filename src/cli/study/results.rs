@@ -57,7 +57,9 @@ pub fn report(
         let only = ["--only".to_owned(), place.join(file).display().to_string()];
         format!("again: {}\n", asked.command(&["study", &about.name.replace('_', "-")], only))
     });
-    let hints: String = results.noes.iter().map(|no| Hint::of(*no, mission).lines()).collect();
+    // A search that has found something better says which numbers stand at a wall, and nothing is mended.
+    let noes = results.noes.iter().filter(|_| !results.holds);
+    let hints: String = noes.map(|no| Hint::of(*no, mission).lines()).collect();
     let text = || format!("\n{}\n{again}results in {}\n{sentence}{hints}", document.text(), place.display());
     print(&if of.args.mission.json { json.clone() } else { text() })?;
     Ok(Answer::from(results.holds))
