@@ -321,10 +321,10 @@ fn searches() {
     place.says(
         "tune_px4",
         1,
-        "tune x500_drop --for px4 --particles 4 --iterations 1 --unseen 10 --out OUT/c",
+        "tune x500_drop --for px4 --particles 4 --iterations 1 --unseen 4 --out OUT/c",
     );
     place.wrote("tune_px4_params", "c/gains.params");
-    place.says("design", 1, "design x500_drop --budget 20 --finalists 2 --unseen 50 --out OUT/d");
+    place.says("design", 1, "design x500_drop --budget 8 --finalists 1 --unseen 16 --out OUT/d");
     place.wrote("design_json", "d/design.json");
 }
 
