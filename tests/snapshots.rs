@@ -318,11 +318,7 @@ fn searches() {
         1,
         "tune titan_drop --seed 4 --method cma-es --start safety --iterations 2 --unseen 20 --out OUT/a",
     );
-    place.says(
-        "tune_px4",
-        1,
-        "tune x500_drop --for px4 --particles 4 --iterations 1 --unseen 4 --out OUT/c",
-    );
+    place.says("tune_px4", 1, "tune x500_drop --for px4 --particles 4 --iterations 1 --unseen 4 --out OUT/c");
     place.wrote("tune_px4_params", "c/gains.params");
     place.says("design", 1, "design x500_drop --budget 8 --finalists 1 --unseen 16 --out OUT/d");
     place.wrote("design_json", "d/design.json");

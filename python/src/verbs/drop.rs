@@ -17,6 +17,7 @@ use samara::report::{
     flight_arrays, judge_drop,
 };
 use samara::sim::{FlightRecord, Sample};
+use samara::study::hinted;
 use samara::time::seconds;
 
 use super::plan::converged;
@@ -109,8 +110,11 @@ impl Dropped {
             by: by.as_ref(),
             trouble: None,
         };
+        // What `check` finds is about the cascade: a controller of the caller's is not hinted at.
+        let by_cascade = by.as_ref().is_some_and(|by| by.name.starts_with("reference"));
         let (verdict, run) = judge_drop(&mission, &over);
-        let run = DropRun { trajectory: flown, replans, ..run };
+        let hint = by_cascade.then(|| hinted::of_drop(&mission, verdict.as_ref(), &run)).flatten();
+        let run = DropRun { trajectory: flown, replans, hint, ..run };
         Self { mission, trajectory: file, log, verdict, run }
     }
 }
