@@ -1,5 +1,6 @@
 //! A run's folder as it is looked at: what it holds, and its trials flown again by `samara assess --only`.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -14,7 +15,7 @@ use crate::cli::list::runs;
 use crate::cli::terminal::held;
 use samara::config::bounded::text_at_most;
 use samara::config::{load_mission, mission_path};
-use samara::study::card::command::{CHOICES, sets};
+use samara::study::card::command::{choice_words, sets};
 use samara::study::card::manifest::{MANIFEST, RunManifest};
 use samara::view::run::{CampaignTold, Run, RunTold, TrialTold};
 
@@ -143,56 +144,49 @@ impl Run for Folder {
         let at = self.told.campaigns.iter().position(|known| known.name == campaign);
         let manifest = at.and_then(|at| self.manifests.get(at)).ok_or("there is no such campaign")?;
         let place = self.place.lock().map_err(|_| "an earlier flight has failed".to_owned())?;
-        let named = self.mission.clone().unwrap_or_else(|| PathBuf::from(&manifest.mission));
-        let found = again(manifest, &named, trial, &place).and_then(|()| page_of(&place, campaign, manifest));
+        let found =
+            self.fly_again(manifest, trial, &place).and_then(|()| page_of(&place, campaign, manifest));
         // What was flown is on the page; what is left is no result that anybody asked for.
         let _ = fs::remove_dir_all(&*place);
         found
     }
 }
 
-/// Flies a trial of the campaign of a manifest into a folder.
-fn again(manifest: &RunManifest, mission: &Path, trial: u64, place: &Path) -> Result<(), String> {
-    let autopilot = manifest.circumstances.get("autopilot");
-    if autopilot.is_some_and(|autopilot| autopilot == "px4") {
-        return Err(format!(
-            "PX4 flew it: samara assess {} --autopilot px4=DIR --only {trial}",
-            manifest.mission
-        ));
-    }
-    let words = words_of(manifest, mission, trial, place)?;
-    let args = parsed::<AssessArgs>(&words).map_err(|failure| failure.text())?;
-    let (answer, _) = held(|| assess::run(args));
-    answer.map(|_| ()).map_err(|failure| failure.text())
-}
-
-/// What is typed after `samara` to fly a trial again.
-fn words_of(manifest: &RunManifest, mission: &Path, trial: u64, place: &Path) -> Result<Vec<String>, String> {
-    let path = mission_path(mission).map_err(|error| format!("{error}; --mission names it"))?;
-    let own = load_mission(&path).map_err(|error| error.to_string())?.control.gains_name;
-    let mut words = vec!["assess".to_owned(), mission.display().to_string()];
-    words.extend(sets(&manifest.choices).flat_map(|set| ["--set".to_owned(), set]));
-    let mut add = |option: &str, value: &str| words.extend([option.to_owned(), value.to_owned()]);
-    if manifest.gains != own {
-        add("--gains", &manifest.gains);
-    }
-    for (choice, option) in CHOICES {
-        match manifest.choices.get(choice) {
-            Some(_) if choice == "feed forward" => words.push(option.to_owned()),
-            Some(value) if choice != "seed" => words.extend([option.to_owned(), value.clone()]),
-            _ => {}
+impl Folder {
+    /// Flies a trial of the campaign of a manifest into a folder.
+    fn fly_again(&self, manifest: &RunManifest, trial: u64, place: &Path) -> Result<(), String> {
+        let by = |of: &BTreeMap<String, String>| of.get("autopilot").is_some_and(|by| by == "px4");
+        if by(&manifest.choices) || by(&manifest.circumstances) {
+            let mission = &manifest.mission;
+            return Err(format!("PX4 flew it: samara assess {mission} --autopilot px4=DIR --only {trial}"));
         }
+        let words = self.words(manifest, trial, place)?;
+        let args = parsed::<AssessArgs>(&words).map_err(|failure| failure.text())?;
+        let (answer, _) = held(|| assess::run(args));
+        answer.map(|_| ()).map_err(|failure| failure.text())
     }
-    let mut add = |option: &str, value: &str| words.extend([option.to_owned(), value.to_owned()]);
-    if let (Some(autopilot), None) =
-        (manifest.circumstances.get("autopilot"), manifest.choices.get("autopilot"))
-    {
-        add("--autopilot", autopilot);
+
+    /// What is typed after `samara` to fly a trial again.
+    fn words(&self, manifest: &RunManifest, trial: u64, place: &Path) -> Result<Vec<String>, String> {
+        let mission = self.mission.as_deref().unwrap_or_else(|| Path::new(&manifest.mission));
+        let path = mission_path(mission).map_err(|error| format!("{error}; --mission names it"))?;
+        let own = load_mission(&path).map_err(|error| error.to_string())?.control.gains_name;
+        let mut words = vec!["assess".to_owned(), mission.display().to_string()];
+        words.extend(sets(&manifest.choices).flat_map(|set| ["--set".to_owned(), set]));
+        words.extend(choice_words(manifest, &self.path));
+        let mut add = |option: &str, value: &str| words.extend([option.to_owned(), value.to_owned()]);
+        if manifest.gains != own {
+            add("--gains", &manifest.gains);
+        }
+        // The reference autopilot is a circumstance, any other one a choice.
+        let autopilot = manifest.circumstances.get("autopilot");
+        if let Some(autopilot) = autopilot.filter(|_| !manifest.choices.contains_key("autopilot")) {
+            add("--autopilot", autopilot);
+        }
+        add("--only", &trial.to_string());
+        add("--out", &place.display().to_string());
+        Ok(words)
     }
-    add("--seed", &manifest.seed.to_string());
-    add("--only", &trial.to_string());
-    add("--out", &place.display().to_string());
-    Ok(words)
 }
 
 /// The page of what was flown into a folder, if it is a trial of that campaign.

@@ -34,6 +34,26 @@ pub fn sets(choices: &BTreeMap<String, String>) -> impl Iterator<Item = String> 
     choices.iter().filter_map(|(name, value)| Some(format!("{}={value}", name.strip_prefix(SET)?)))
 }
 
+/// The options that make a run's choices beside values of keys and gains; `folder` is where its files are.
+pub fn choice_words(run: &RunManifest, folder: &Path) -> Vec<String> {
+    let mut words: Vec<String> = Vec::new();
+    for (choice, option) in CHOICES {
+        let Some(value) = run.choices.get(choice) else { continue };
+        words.extend(match choice {
+            "feed forward" => vec![option.to_owned()],
+            "replan" => vec![format!("{option}={value}")],
+            // A run keeps a copy of what it was given.
+            "trajectory sha256" => {
+                vec![option.to_owned(), folder.join("trajectory.csv").display().to_string()]
+            }
+            // Where its build folder is does not decide the flight.
+            "autopilot" if value == "px4" => vec![option.to_owned(), "px4=DIR".to_owned()],
+            _ => vec![option.to_owned(), value.clone()],
+        });
+    }
+    words
+}
+
 /// The command that makes a run again, quoted for a shell: `mission` and `options` are how mission and gains
 /// were named, `folder` is where its files are. `None` for searches, whose options are the circumstances of
 /// their manifest.
@@ -64,20 +84,7 @@ pub fn command(
     if kind != Kind::Plan {
         words.extend_from_slice(options);
     }
-    for (choice, option) in CHOICES {
-        let Some(value) = run.choices.get(choice) else { continue };
-        words.extend(match choice {
-            "feed forward" => vec![option.to_owned()],
-            "replan" => vec![format!("{option}={value}")],
-            // A run keeps a copy of what it was given.
-            "trajectory sha256" => {
-                vec![option.to_owned(), folder.join("trajectory.csv").display().to_string()]
-            }
-            // Where its build folder is does not decide the flight.
-            "autopilot" if value == "px4" => vec![option.to_owned(), "px4=DIR".to_owned()],
-            _ => vec![option.to_owned(), value.clone()],
-        });
-    }
+    words.extend(choice_words(run, folder));
     if kind == Kind::Cases {
         words.push("--cases".to_owned());
     }
