@@ -11,6 +11,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
+from playwright.sync_api import sync_playwright
 
 ROOT = Path(__file__).parents[2]
 SAMARA = os.environ.get("SAMARA", str(ROOT / "target/release/samara"))
@@ -89,6 +90,18 @@ def test_each_piece_of_evidence_more_is_one_sheet(evidence, tmp_path):
     card = json.loads((out / "card.json").read_text())
     assert len(card["evidence"]) > len(folders)
     assert "more in card.json" in (out / "card.html").read_text()
+
+
+def test_a_card_is_whole_on_a_phone(evidence, tmp_path):
+    run("card", MISSION, "--accept-estimates", "--evidence", evidence, "--out", tmp_path)
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 390, "height": 844})
+        page.goto((tmp_path / "card.html").as_uri())
+        wide = "[...document.querySelectorAll('*')].filter(e => e.scrollWidth > e.clientWidth + 1 && e.clientWidth > 0)"
+        assert page.evaluate(f"{wide}.map(e => e.tagName + ' ' + e.className)") == []
+        assert page.evaluate("document.documentElement.scrollWidth") == 390
+        browser.close()
 
 
 def test_a_no_go_with_many_reasons_is_one_sheet(evidence, tmp_path):
