@@ -1029,6 +1029,7 @@ const LINES: &[(&str, &[&str])] = &[
         &["cannot read mission file here/x500_drop.json", "the built-in mission of that name is `x500_drop`"],
     ),
     ("drop params", &["there is a ./params here"]),
+    ("drop empty", &["there is a ./empty.json here"]),
     ("drop mission/", &["cannot read mission file", "directory"]),
     ("drop params/vehicles/x500.json", &["x500.json:5:3: mass_kg: unknown field `mass_kg`"]),
     ("drop params/gains/x500.json", &["x500.json:5:3: k_pq_per_s: unknown field"]),

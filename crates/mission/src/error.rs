@@ -28,7 +28,7 @@ pub enum ConfigError {
         shown(tried),
         did_you_mean(near.as_deref()),
         known.join(", "),
-        if *is_here { format!(": there is a ./{} here", printable(name)) } else { String::new() }
+        as_a_path(name, *is_here, *is_here_as_json)
     )]
     Unknown {
         /// Role of the file ("mission file").
@@ -43,6 +43,8 @@ pub enum ConfigError {
         known: Vec<String>,
         /// Whether something of that very path is in the current directory.
         is_here: bool,
+        /// Whether a file of that name, and `.json`, is.
+        is_here_as_json: bool,
     },
     /// The text is not the JSON or the table that was expected.
     #[error("{}:{line}:{column}: {}{message}", shown(file), at(json_path))]
@@ -94,6 +96,15 @@ fn starts_with_line(error: &ParamsError) -> bool {
 /// A hint at what was probably meant, to stand between what was found and what was expected.
 pub(super) fn did_you_mean(near: Option<&str>) -> String {
     near.map_or_else(|| ";".to_owned(), |near| format!(", did you mean `{near}`?"))
+}
+
+/// Where a name would have been a path.
+fn as_a_path(name: &str, is_here: bool, is_here_as_json: bool) -> String {
+    match (is_here, is_here_as_json) {
+        (true, _) => format!(": there is a ./{} here", printable(name)),
+        (false, true) => format!(": there is a ./{}.json here", printable(name)),
+        (false, false) => String::new(),
+    }
 }
 
 fn at(json_path: &str) -> String {

@@ -64,7 +64,16 @@ fn find(
     known.dedup();
     let near = nearest(name, known.iter().map(String::as_str)).map(str::to_owned);
     let is_here = Path::new(name).exists();
-    Err(ConfigError::Unknown { role, name: name.to_owned(), tried: here, near, known, is_here })
+    let is_here_as_json = Path::new(&format!("{name}.json")).exists();
+    Err(ConfigError::Unknown {
+        role,
+        name: name.to_owned(),
+        tried: here,
+        near,
+        known,
+        is_here,
+        is_here_as_json,
+    })
 }
 
 /// The names of the JSON files of a directory, on disk or built in, in order; none if it cannot be read.
