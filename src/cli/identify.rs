@@ -32,7 +32,7 @@ const STRONGEST_M_S2: f64 = 100.0;
 /// `samara identify`.
 #[derive(Args, Debug)]
 pub struct IdentifyArgs {
-    /// Flight logs of one vehicle: PX4's or samara's own (.ulg), or tables (.csv).
+    /// Flight logs of one vehicle: PX4's or samara's own (.ulg), or tables (CSV, Parquet).
     #[arg(value_name = "LOG", required_unless_present = "manoeuvre", conflicts_with = "manoeuvre")]
     pub logs: Vec<PathBuf>,
     /// The vehicle as it is known: a file, or a name of one.
@@ -212,10 +212,29 @@ fn tell(args: &IdentifyArgs, json: &str, document: &Document, written: &[PathBuf
 fn flight(path: &Path) -> Result<LoggedFlight, Failure> {
     let shown = path.display().to_string();
     let bytes = bytes_at_most(path, LARGEST).with_context(|| format!("cannot read {shown}")).bad_input()?;
+    if bytes.starts_with(b"PAR1") {
+        return parquet(path, bytes);
+    }
     if Ulog::is_one(&bytes) || path.extension().is_none_or(|kind| !kind.eq_ignore_ascii_case("csv")) {
         let log = Ulog::read(&bytes).with_context(|| shown).bad_input()?;
         return Ok(LoggedFlight::of_ulog(&log));
     }
     let text = String::from_utf8(bytes).with_context(|| format!("{shown}: expected text")).bad_input()?;
     read_flight_table(&text, path).bad_input()
+}
+
+/// The flight of a table in Parquet.
+#[cfg(feature = "shards")]
+fn parquet(path: &Path, bytes: Vec<u8>) -> Result<LoggedFlight, Failure> {
+    let shown = path.display().to_string();
+    samara::study::flight_parquet::read_flight_parquet(bytes).with_context(|| shown).bad_input()
+}
+
+/// The flight of a table in Parquet.
+#[cfg(not(feature = "shards"))]
+fn parquet(path: &Path, _: Vec<u8>) -> Result<LoggedFlight, Failure> {
+    let shown = path.display();
+    Err(Failure::input(format!(
+        "{shown}: this samara was built without the feature `shards`, which reads Parquet"
+    )))
 }

@@ -95,3 +95,28 @@ def test_pandas(folder, monkeypatch, capsys):
         assert j_tpf.mean() == pytest.approx(campaign["mean"], rel=1e-12)
         assert j_tpf.quantile(0.5, interpolation="lower") == campaign["measures"][0]["p50"]
     assert isinstance(rows, pandas.DataFrame)
+
+
+def test_a_flight_s_table_of_pandas_polars_or_duckdb_is_its_csv(tmp_path):
+    """`samara identify` finds the same in a flight's table, whatever wrote it."""
+    def samara(*words, expected=0):
+        done = subprocess.run([SAMARA, *words], cwd=tmp_path, capture_output=True, text=True)
+        assert done.returncode == expected, done.stderr
+        return done
+
+    samara("drop", "x500_drop", "--no-html", "--out", "flown")
+    flight = tmp_path / "flown/flight.csv"
+    rows = pandas.read_csv(flight, comment="#")
+    rows.to_parquet(tmp_path / "pandas.parquet")
+    polars.from_pandas(rows).write_parquet(tmp_path / "polars.parquet", compression="snappy")
+    duckdb.sql(f"COPY (SELECT * FROM read_csv('{flight}', comment='#')) TO '{tmp_path}/duckdb.parquet' (FORMAT parquet)")
+
+    def found(table):
+        told = json.loads(samara("identify", table, "--vehicle", "x500", "--json").stdout)
+        return json.dumps(told).replace(str(table), "TABLE")
+
+    of_csv = found("flown/flight.csv")
+    for table in ("pandas.parquet", "polars.parquet", "duckdb.parquet"):
+        assert found(table) == of_csv, table
+    polars.from_pandas(rows).write_parquet(tmp_path / "zstd.parquet", compression="zstd")
+    assert "zstd" in samara("identify", "zstd.parquet", "--vehicle", "x500", expected=2).stderr

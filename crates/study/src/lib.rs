@@ -31,6 +31,7 @@
 //! | [`tuning`] | how gains are tuned |
 //! | [`designing`] | how plan and gains are designed together |
 //! | [`range_ends`] | numbers at an end of their range |
+//! | `flight_parquet` | a flight's table as Parquet, read (feature `shards`) |
 //! | [`cut`], `shard` | parts that are flown apart: rows as Parquet (feature `shards`) |
 //! | [`card`] | the release card: all evidence on one page |
 //! | [`schema`] | schemas of the results' objects |
@@ -50,6 +51,8 @@ pub mod envelope;
 pub mod feature;
 pub mod fidelity;
 pub mod first_gains;
+#[cfg(feature = "shards")]
+pub mod flight_parquet;
 pub mod free_fall;
 pub mod hinted;
 pub mod jobs;

@@ -22,6 +22,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::asked::{Asked, sha256_hex};
 use crate::campaign::settings::CampaignSettings;
+pub(crate) use table::undamaged;
 pub use table::{ShardReader, ShardWriter, Table, Values};
 
 /// What a part belongs to.

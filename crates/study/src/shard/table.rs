@@ -215,7 +215,7 @@ impl ShardReader {
     /// # Errors
     /// [`ShardError`] where it is no part of a campaign.
     pub fn new(file: File) -> Result<Self, ShardError> {
-        let file = undamaged(|| Ok(SerializedFileReader::new(file)?))?;
+        let file = undamaged(ShardError::Damaged, || Ok(SerializedFileReader::new(file)?))?;
         let head: ShardHead = serde_json::from_str(metadata(&file, HEAD)?)?;
         if head.first > head.end || head.end > head.settings()?.trials {
             return Err(ShardError::NotAShard("trials of the campaign".into()));
@@ -238,7 +238,7 @@ impl ShardReader {
 
     /// The rows, a row group at a time, in their order.
     pub fn tables(&self) -> impl Iterator<Item = Result<Table, ShardError>> {
-        (0..self.file.num_row_groups()).map(|group| undamaged(|| self.table(group)))
+        (0..self.file.num_row_groups()).map(|group| undamaged(ShardError::Damaged, || self.table(group)))
     }
 
     fn table(&self, group: usize) -> Result<Table, ShardError> {
@@ -279,8 +279,8 @@ impl ShardReader {
 }
 
 /// What is read of a file; the reader panics at some files whose bytes are not those that were written.
-fn undamaged<T>(read: impl FnOnce() -> Result<T, ShardError>) -> Result<T, ShardError> {
-    catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err(ShardError::Damaged))
+pub(crate) fn undamaged<T, E>(damaged: E, read: impl FnOnce() -> Result<T, E>) -> Result<T, E> {
+    catch_unwind(AssertUnwindSafe(read)).unwrap_or(Err(damaged))
 }
 
 fn metadata<'a>(file: &'a SerializedFileReader<File>, key: &'static str) -> Result<&'a str, ShardError> {
