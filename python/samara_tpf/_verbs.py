@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable, Sequence
-from typing import Literal, TypeAlias, overload
+from typing import Any, Literal, TypeAlias, overload
 
 from . import _samara
 from ._columns import Columns
-from ._control import Controller, Measurement, Setpoint, own
+from ._control import Controller, Measurement, Own, Setpoint, own
 from ._errors import ControllerError, MissionError, PlanError, TuneError
 from ._given import (
     Asked,
@@ -147,6 +147,7 @@ def assess(
     seed: int | None = None,
     gains: GainsLike | None = None,
     params: str | os.PathLike[str] | None = None,
+    controller: Controller | None = None,
     replan: Sequence[Cadence],
     threads: int | None = None,
     base: str | os.PathLike[str] | None = None,
@@ -175,22 +176,16 @@ def assess(
 
     ``MissionError``, ``PlanError`` and ``ControllerError`` as for ``drop``.
     """
-    _in_range("threads", threads, 1, 256)
-    asked_of = own(controller)
-    if asked_of is not None:
-        for key, value in (("gains", gains), ("params", params), ("replan", replan)):
-            if value is not None:
-                raise MissionError(f"{key}: campaigns of the cascade are expected with it, not a controller of your own")
-        if threads not in (None, 1):
-            raise MissionError(f"threads: 1 is expected with a controller of your own, found {threads}")
+    asked_of = _own_alone(controller, threads, gains=gains, params=params)
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
     if replan is not None:
         if bound != 1.0:
             raise MissionError("bound: campaigns without replan are expected with it")
         if not replan or isinstance(replan, str):
             raise MissionError(f"replan: a list of `release` and rates is expected, found {replan!r}")
-        asked = {"seed": seed, "gains": gains, "params": params, "threads": threads, "base": base}
-        found = study("replan", mission, when=list(replan), trials=trials or 300, **asked)  # type: ignore[arg-type]
+        asked: dict[str, Any] = {"seed": seed, "gains": gains, "params": params, "threads": threads, "base": base}
+        asked |= {"when": list(replan), "trials": trials or 300, "controller": controller}
+        found = study("replan", mission, **asked)
         assert isinstance(found, Renewals)
         return found
     settings = [("bound", _text(bound)), *([] if trials is None else [("trials", _text(trials))])]
@@ -209,6 +204,7 @@ def study(
     seed: int | None = None,
     gains: GainsLike | None = None,
     params: str | os.PathLike[str] | None = None,
+    controller: Controller | None = None,
     base: str | os.PathLike[str] | None = None,
     threads: int | None = None,
     progress: Callable[[str, int, int], object] | None = None,
@@ -224,16 +220,40 @@ def study(
     it raises ends the study. ``rows`` is a file that keeps what was flown: after Ctrl-C, or a process that was killed,
     the same call goes on from it and comes to the same results.
 
-    ``MissionError`` and ``PlanError`` as for ``drop``; ``MissionError`` too where a setting is refused.
+    ``controller``: one of your own in the place of the cascade, asked in one thread, one flight after the other;
+    searches of gains and free falls have none.
+
+    ``MissionError``, ``PlanError`` and ``ControllerError`` as for ``drop``; ``MissionError`` too where a setting is
+    refused.
     """
-    _in_range("threads", threads, 1, 256)
+    asked = _own_alone(controller, threads, gains=gains, params=params, rows=rows)
     chosen = given(mission, base=base, gains=gains, params=params, seed=seed)
     texts = [(name, _text(value)) for name, value in settings.items()]
     kind = kind.replace("-", "_")
     studied = _samara.study(
-        chosen, kind, texts, threads=threads, rows=None if rows is None else os.fspath(rows), progress=progress
+        chosen,
+        kind,
+        texts,
+        threads=threads if asked is None else 1,
+        rows=None if rows is None else os.fspath(rows),
+        progress=progress,
+        controller=asked,
     )
     return {"rare": RareFailures, "sobol": Sensitivities, "replan": Renewals}.get(kind, Study)(studied)
+
+
+def _own_alone(controller: Controller | None, threads: int | None, **of_the_cascade: object) -> Own | None:
+    """What the extension module takes for a controller of many flights."""
+    _in_range("threads", threads, 1, 256)
+    asked = own(controller)
+    if asked is None:
+        return None
+    for key, value in of_the_cascade.items():
+        if value is not None:
+            raise MissionError(f"{key}: flights of the cascade are expected with it, not a controller of your own")
+    if threads not in (None, 1):
+        raise MissionError(f"threads: 1 is expected with a controller of your own, found {threads}")
+    return asked
 
 
 def _text(value: object) -> str:

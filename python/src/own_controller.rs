@@ -1,7 +1,6 @@
 //! A controller that is written in Python, flown as any other.
 //!
-//! It is asked under the interpreter's lock, by the thread that called the verb: one object flies all flights
-//! one after the other. Where it fails, the flight goes on without thrust until the verb sees it.
+//! It is asked under the interpreter's lock, by one thread: one object flies all flights one after the other. Where it fails, the flight goes on without thrust until the verb sees it.
 
 use std::sync::{Arc, OnceLock};
 
@@ -148,6 +147,10 @@ impl Controller for OwnController {
         });
         self.since_reset_s += dt_s;
         output
+    }
+
+    fn is_shared(&self) -> bool {
+        true
     }
 }
 

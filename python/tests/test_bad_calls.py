@@ -60,9 +60,14 @@ CALLS: list[tuple[Callable[[], Any], type[Exception], str]] = [
     ),
     (lambda: flies(Pid(), gains="x500"), ValueError, "controller: gains and parameters are the cascade's"),
     (lambda: flies(Pid(), params="own.params"), ValueError, "controller: gains and parameters are the cascade's"),
-    (lambda: samara.assess(X500, controller=Pid(), gains="x500"), ValueError, "gains: campaigns of the cascade"),
+    (lambda: samara.assess(X500, controller=Pid(), gains="x500"), ValueError, "gains: flights of the cascade"),
     (lambda: samara.assess(X500, controller=Pid(), threads=4), ValueError, "threads: 1 is expected .*, found 4"),
-    (lambda: samara.assess(X500, controller=Pid(), replan=[1]), ValueError, "replan: campaigns of the cascade"),  # type: ignore[call-overload]
+    (lambda: samara.study("sobol", X500, controller=Pid(), params="x.params"), ValueError, "params: flights of the cascade"),
+    (lambda: samara.study("sobol", X500, controller=Pid(), rows="x"), ValueError, "rows: flights of the cascade"),
+    (lambda: samara.study("sobol", X500, controller=Pid(), threads=2), ValueError, "threads: 1 is expected with"),
+    (lambda: samara.study("sobol", X500, controller=Pid), ValueError, "controller: an object is expected, found the class"),  # type: ignore[arg-type]
+    (lambda: samara.study("tune", X500, controller=Pid()), ValueError, "controller: it searches the gains of the cascade"),
+    (lambda: samara.study("free_fall", X500, controller=Pid()), ValueError, "controller: it flies no controller"),
     # Controllers: what they return.
     (lambda: flies(Returns(None)), ValueError, "controller Returns at .* 4 finite thrusts .* are expected, found None"),
     (lambda: flies(Returns(1.0)), ValueError, "4 finite thrusts .* are expected, found float 1.0"),

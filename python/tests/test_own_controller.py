@@ -34,6 +34,48 @@ def test_a_pid_flies_a_drop_and_a_campaign_and_is_judged_like_any_other() -> Non
     assert same(again.optimal, campaign.optimal) and same(again.step, campaign.step)
 
 
+class Enough(Exception):
+    """Twenty flights have begun."""
+
+
+class Alone(Pid):
+    """A PID that sees to it that each flight goes from its reset to its end before the next, for twenty flights."""
+
+    flights = 0
+
+    def reset(self) -> None:
+        super().reset()
+        self.flights += 1
+        self.next_s = 0.0
+        if self.flights > 20:
+            raise Enough
+
+    def step(self, measurement: samara.Measurement, setpoint: samara.Setpoint, dt_s: float) -> tuple[float, ...]:
+        assert measurement.time_s == pytest.approx(self.next_s, abs=1e-9)
+        self.next_s += dt_s
+        return super().step(measurement, setpoint, dt_s)
+
+
+@pytest.mark.parametrize("kind", ["effects", "envelope", "rare", "sobol", "replan"])
+def test_prop_a_controller_flies_each_kind_of_study_one_flight_after_the_other(kind: str) -> None:
+    with pytest.raises(Enough) as raised:
+        samara.study(kind, "x500_drop", controller=Alone())
+    assert "raised by the controller Alone in a flight of the study, 0.000 s after" in raised.value.__notes__[0]
+
+
+def test_reference_a_trial_of_a_study_is_that_of_the_campaign() -> None:
+    """The drops along one plan of the study of renewed plans are the drops of effects with all that the mission has."""
+    renewed = samara.assess("x500_drop", trials=3, replan=["release"], controller=Pid())
+    effects = samara.study("effects", "x500_drop", trials=3, controller=Pid())
+    assert np.isin(renewed.drops["j_tpf"][:3], effects.tables["effects"]["j_tpf"]).all()
+    assert "Pid" in renewed.page and "Pid" in effects.page
+
+
+def test_what_a_controller_returns_in_a_study_is_refused() -> None:
+    with pytest.raises(samara.ControllerError, match="controller Returns in a flight of the study"):
+        samara.study("sobol", "x500_drop", controller=Returns((1, math.nan, 1, 1)))
+
+
 def test_closed_form_thrusts_and_throttles_are_two_ways_to_say_one_thing() -> None:
     limit_n = samara.mission("x500_drop")["plan"]["thrust_max_n"]
 

@@ -5,13 +5,24 @@ pub use samara_core::control::KeepsHeading;
 use samara_core::control::{Airframe, Cascade, ControlError, Controller, Gains};
 use samara_mission::Mission;
 
-/// The controller of a mission, with the mission's own gains: campaigns, effects, the envelope and grids of
-/// plans fly it. A controller of another kind is put here.
+/// The controller of a mission: the cascade with the mission's own gains, or what was put in its place.
+/// Campaigns, effects, the envelope and grids of plans fly it. A controller of another kind is put here.
 ///
 /// # Errors
 /// [`ControlError`] for a vehicle that cannot be controlled.
 pub fn controller(mission: &Mission) -> Result<Box<dyn Controller>, ControlError> {
-    Ok(Box::new(controller_with(mission, &mission.control.gains)?))
+    controller_or(mission, &mission.control.gains)
+}
+
+/// What was put in the cascade's place, or else the cascade with these gains.
+///
+/// # Errors
+/// [`ControlError`] for a vehicle that cannot be controlled.
+pub fn controller_or(mission: &Mission, gains: &Gains) -> Result<Box<dyn Controller>, ControlError> {
+    match &mission.control.own {
+        Some(own) => Ok(own.clone()),
+        None => Ok(Box::new(controller_with(mission, gains)?)),
+    }
 }
 
 /// The cascade of a mission with other gains.

@@ -171,6 +171,14 @@ pub trait Kind: Sync {
         self.about().suits(mission)
     }
 
+    /// Why it does not fly what was put in the cascade's place; `None` where it does.
+    fn flies_only(&self) -> Option<&'static str> {
+        match self.about().flies {
+            Flies::FromT0 | Flies::WholeDrops => None,
+            Flies::WithoutAPlan => Some("it flies no controller"),
+        }
+    }
+
     /// What of a mission its flights do not have, in sentences.
     fn remarks(&self, mission: &Mission) -> Vec<String> {
         match self.about().flies {

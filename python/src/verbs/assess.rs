@@ -124,7 +124,6 @@ impl Campaigns {
         let (settings, values) = CampaignSettings::of_mission(&values, &mission).map_err(Fault::in_words)?;
         mission.faults.check_from_t0().or_given()?;
         let plan = converged(&mission, stop)?.trajectory;
-        let mut entries = own_entries(&mission).or_given()?;
         let limits = Limits { j_tpf_below: settings.bound, ..mission.limits };
         let mut asked = given.asked(&mission, &values);
         let command = asked.command(&["assess"], options(OWN, &asked));
@@ -134,7 +133,6 @@ impl Campaigns {
         let mut controller = None;
         if let Some(own) = own {
             let (name, trials, seed) = (own.name.clone(), settings.trials, mission.seed);
-            mission.note_choice("controller", &name);
             flown_by = format!("the controller {name} at 100 Hz from t = 0, on the plant of the cascade");
             command = format!(
                 "samara_tpf.assess({:?}, trials={trials}, seed={seed}, bound={}, controller={name}(..))",
@@ -142,11 +140,10 @@ impl Campaigns {
             );
             alone = None;
             let own = OwnController::new(own, &mission.vehicle, &mission.site.environment);
-            for entry in &mut entries {
-                (entry.gains_name, entry.controller) = (name.clone(), Box::new(own.clone()));
-            }
+            mission.fly_by(&name, Box::new(own.clone()));
             controller = Some(own);
         }
+        let entries = own_entries(&mission).or_given()?;
         let distribution = mission.releases();
         let releases = (0..settings.trials).map(|trial| distribution.draw(mission.seed, trial)).collect();
         let study = mission.safety_study(&plan);

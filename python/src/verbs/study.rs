@@ -3,7 +3,7 @@
 use std::fs::OpenOptions;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use pyo3::prelude::*;
 use samara::config::Mission;
@@ -16,6 +16,7 @@ use samara::study::settings::Values;
 use super::plan::converged;
 use crate::fault::{Fault, OrGiven as _};
 use crate::given::Given;
+use crate::own_controller::{Own, OwnController};
 use crate::pool::pool;
 use crate::work::{Stop, work_watched};
 
@@ -52,9 +53,10 @@ pub fn studies() -> Vec<(&'static str, &'static str, Vec<[&'static str; 4]>)> {
 
 /// Flies a study of this kind with these settings, names and texts. `progress` is called with what is flown,
 /// how many jobs are done and how many there may be; `rows` is a file that keeps rows, from which an earlier
-/// call with the same arguments goes on.
+/// call with the same arguments goes on. A controller is asked in one thread, for one flight after the other.
 #[pyfunction]
-#[pyo3(signature = (given, name, settings, *, threads=None, rows=None, progress=None))]
+#[pyo3(signature = (given, name, settings, *, threads=None, rows=None, progress=None, controller=None))]
+#[allow(clippy::too_many_arguments, reason = "keywords of Python")]
 pub fn study(
     py: Python<'_>,
     given: Given,
@@ -63,8 +65,10 @@ pub fn study(
     threads: Option<usize>,
     rows: Option<PathBuf>,
     progress: Option<Py<PyAny>>,
+    controller: Option<Own>,
 ) -> PyResult<Studied> {
-    let told = Told::default();
+    let asked = Arc::new(OnceLock::new());
+    let (flown, told) = (asked.clone(), Told::default());
     let (seen, mut last) = (told.clone(), None);
     let watch = move |py: Python<'_>| match &progress {
         None => Ok(()),
@@ -79,9 +83,14 @@ pub fn study(
             Ok(())
         }
     };
-    work_watched(py, watch, move |stop| {
-        fly(&given, &name, &settings, (threads, rows.as_deref()), (&told, stop))
-    })
+    let found = work_watched(py, watch, move |stop| {
+        let by = (controller, &*flown);
+        fly(&given, &name, &settings, (threads, rows.as_deref()), by, (&told, stop))
+    });
+    asked
+        .get()
+        .map_or(Ok(()), |own: &OwnController| own.check(py, || "in a flight of the study".to_owned()))?;
+    found
 }
 
 fn fly(
@@ -89,6 +98,7 @@ fn fly(
     name: &str,
     settings: &[(String, String)],
     (threads, rows): (Option<usize>, Option<&Path>),
+    (controller, flown): (Option<Own>, &OnceLock<OwnController>),
     (told, stop): (&Told, &Stop),
 ) -> Result<Studied, Fault> {
     let kind = kind(name).map_err(|e| Fault::in_words(format!("kind: {e}")))?;
@@ -97,8 +107,17 @@ fn fly(
     for (name, text) in settings {
         values.put(about.settings, name, text).map_err(|e| Fault::in_words(format!("{name}: {e}")))?;
     }
-    let mission = given.mission()?;
+    let mut mission = given.mission()?;
     kind.suits(&mission).map_err(|e| Fault::in_words(format!("{}: {e}", mission.file.display())))?;
+    if let Some(own) = controller {
+        if let Some(why) = kind.flies_only() {
+            return Err(Fault::in_words(format!("controller: {why}")));
+        }
+        let (name, own) =
+            (own.name.clone(), OwnController::new(own, &mission.vehicle, &mission.site.environment));
+        mission.fly_by(&name, Box::new(own.clone()));
+        let _ = flown.set(own);
+    }
     let own = given.has_gains().then(|| given.without_choices().mission()).transpose()?;
     let plan = match about.flies {
         Flies::WithoutAPlan => None,
@@ -113,17 +132,18 @@ fn fly(
         None => KeptRows::nowhere(),
         Some(path) => kept(path, &head)?,
     };
-    run((&*study, &about, &values), &mission, (threads, kept), (told, stop))
+    let is_stopped = || stop.raised() || flown.get().is_some_and(OwnController::is_broken);
+    run((&*study, &about, &values), &mission, (threads, kept), (told, stop, &is_stopped))
 }
 
 fn run(
     (study, about, values): (&dyn Study, &About, &Values),
     mission: &Mission,
     (threads, kept): (Option<usize>, KeptRows),
-    (told, stop): (&Told, &Stop),
+    (told, stop, is_stopped): (&Told, &Stop, &(dyn Fn() -> bool + Sync)),
 ) -> Result<Studied, Fault> {
-    let (pool, is_stopped) = (pool(threads)?, || stop.raised());
-    let mut host = Host::new(&pool, &is_stopped, told, kept);
+    let pool = pool(threads)?;
+    let mut host = Host::new(&pool, is_stopped, told, kept);
     let found = match (study.run(&mut host), host.failure()) {
         (Ok(found), _) if found.stopped && stop.raised() => return Err(Fault::stopped()),
         (Ok(found), _) => found,

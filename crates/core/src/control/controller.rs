@@ -171,6 +171,12 @@ pub trait Controller: CloneController + std::fmt::Debug + Send + Sync {
     fn as_cascade(&self) -> Option<AsCascade<'_>> {
         None
     }
+
+    /// Whether one thing is behind all copies: flights under it are then flown one after the other, each from
+    /// a reset to its end.
+    fn is_shared(&self) -> bool {
+        false
+    }
 }
 
 /// A cascade in the place of a controller.
@@ -223,6 +229,10 @@ impl Controller for WithVelocityError {
     fn configure(&mut self, settings: &ControlSettings) {
         self.controller.configure(settings);
     }
+
+    fn is_shared(&self) -> bool {
+        self.controller.is_shared()
+    }
 }
 
 /// A controller as the autopilot has it for setpoints without a heading: it keeps the one at which velocity
@@ -256,5 +266,9 @@ impl Controller for KeepsHeading {
 
     fn as_cascade(&self) -> Option<AsCascade<'_>> {
         Some(AsCascade { keeps_heading: true, ..self.controller.as_cascade()? })
+    }
+
+    fn is_shared(&self) -> bool {
+        self.controller.is_shared()
     }
 }

@@ -2,10 +2,12 @@
 //!
 //! Side by side fly drops of one vehicle at one site without faults ([`super::drop::abreast`]), along equal
 //! steps, by controllers that are cascades ([`as_cascade`]); under other controllers the vehicles
-//! move side by side, and each controller is asked by itself. All others fly one after the other. What
+//! move side by side, and each controller is asked by itself, but for shared ones ([`is_shared`]). All others
+//! fly one after the other. What
 //! watches them may look at eight at once.
 //!
 //! [`as_cascade`]: crate::control::Controller::as_cascade
+//! [`is_shared`]: crate::control::Controller::is_shared
 
 use super::flight::fly;
 use super::watch::{ABREAST, Flight, Watch};

@@ -5,7 +5,7 @@ use serde::Deserialize;
 
 use crate::gains_file::GainsFile;
 use crate::number::{NonNegative, Positive, TiltDeg};
-use samara_core::control::{ControlLimits, Gains, ThrustCurve, TiltFrom};
+use samara_core::control::{ControlLimits, Controller, Gains, ThrustCurve, TiltFrom};
 use samara_core::model::supply::Throttle;
 use samara_core::sim::ElectricBattery;
 use samara_core::units::RAD_PER_DEG;
@@ -64,7 +64,7 @@ enum ThrustCurveJson {
     Linear,
 }
 
-/// Gains and limits of the cascade that flies the mission.
+/// Gains and limits of the cascade that flies the mission, or what flies it in its place.
 #[derive(Clone, Debug)]
 pub struct Control {
     /// Limits of the cascade.
@@ -77,6 +77,8 @@ pub struct Control {
     pub feed_forward: bool,
     /// Whether the mission says what the tilt comes from: PX4 is then asked for the same.
     pub says_tilt_from: bool,
+    /// What flies in the cascade's place; no file has it.
+    pub own: Option<Box<dyn Controller>>,
 }
 
 impl From<TiltFromJson> for TiltFrom {
@@ -124,6 +126,7 @@ impl Control {
             gains_name: gains.name,
             feed_forward: json.feed_forward.unwrap_or(false),
             says_tilt_from: json.tilt_from.is_some(),
+            own: None,
         }
     }
 }

@@ -112,6 +112,10 @@ impl Kind for Designs {
         Ok(Vec::new())
     }
 
+    fn flies_only(&self) -> Option<&'static str> {
+        Some("it searches the gains of the cascade")
+    }
+
     fn begin<'a>(&self, given: Given<'a>, values: &Values) -> Result<Box<dyn Study + 'a>, Refused> {
         let asked = DesignAsked::of(values).map_err(Refused)?;
         Ok(Box::new(Designing::new(given.mission, given.folder, asked)?))

@@ -10,7 +10,7 @@ use std::sync::Arc;
 
 use nalgebra::Vector3;
 
-use crate::controller::{KeepsHeading, controller_with};
+use crate::controller::{KeepsHeading, controller_or};
 use crate::effects::JudgedDrop;
 use crate::jobs::row_of;
 use samara_core::assess::{Verdict, VerdictBuilder};
@@ -128,7 +128,7 @@ impl ReplanFlights {
             mission: mission.clone(),
             row: row.clone(),
             renewal: Renewal::new(mission.clone(), plan.clone(), mission.replan.settings),
-            controller: KeepsHeading::new(Box::new(controller_with(mission, &row.gains)?)),
+            controller: KeepsHeading::new(controller_or(mission, &row.gains)?),
         })
     }
 

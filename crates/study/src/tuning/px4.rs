@@ -112,6 +112,10 @@ impl Kind for TunePx4 {
         Ok(settings)
     }
 
+    fn flies_only(&self) -> Option<&'static str> {
+        Some("it searches PX4's parameters")
+    }
+
     fn begin<'a>(&self, given: Given<'a>, values: &Values) -> Result<Box<dyn Study + 'a>, Refused> {
         let asked = TunePx4Asked::of(values).map_err(Refused)?;
         Ok(Box::new(TunedPx4::new(given.mission, &given.plan()?.trajectory, asked)?))

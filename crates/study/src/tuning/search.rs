@@ -162,6 +162,10 @@ impl Kind for Tune {
         Ok(settings)
     }
 
+    fn flies_only(&self) -> Option<&'static str> {
+        Some("it searches the gains of the cascade")
+    }
+
     fn begin<'a>(&self, given: Given<'a>, values: &Values) -> Result<Box<dyn Study + 'a>, Refused> {
         let asked = TuneAsked::of(values).map_err(Refused)?;
         if asked.draws.0.is_some() && !asked.robust {

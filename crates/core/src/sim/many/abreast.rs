@@ -85,7 +85,9 @@ struct Heading {
 pub(super) fn fly<'a>(mut flights: Vec<Flight<'a>>, begin: usize, watch: &mut impl Watch) -> Vec<Flight<'a>> {
     let count = flights.len();
     let in_step = |flight: &Flight<'_>| (flight.plan.control_period_s, flight.plan.steps());
-    if count < LEAST || flights.iter().any(|flight| in_step(flight) != in_step(&flights[0])) {
+    let alone =
+        |flight: &Flight<'_>| flight.controller.is_shared() || in_step(flight) != in_step(&flights[0]);
+    if count < LEAST || flights.iter().any(alone) {
         return flights;
     }
     // Lanes that are left over fly the first flight, which nobody looks at.
