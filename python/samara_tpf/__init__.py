@@ -26,18 +26,18 @@ if TYPE_CHECKING:
     from ._errors import ControllerError, MissionError, PlanError, TuneError
     from ._given import GainsLike, MissionLike, TrajectoryLike, mission
     from ._judge import Judge
-    from ._results import (
-        Assessment,
-        Campaign,
-        Check,
-        Design,
-        Drop,
-        Plan,
+    from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Tuning
+    from ._studies import (
+        DesignStudy,
+        Effects,
+        Envelope,
+        FreeFall,
+        Px4TuningStudy,
         RareFailures,
         Renewals,
         Sensitivities,
         Study,
-        Tuning,
+        TuningStudy,
     )
     from ._vehicle import State, Vehicle
     from ._verbs import assess, check, design, drop, missions, plan, rare, sobol, studies, study, tune
@@ -52,7 +52,11 @@ __all__ = [
     "Controller",
     "ControllerError",
     "Design",
+    "DesignStudy",
     "Drop",
+    "Effects",
+    "Envelope",
+    "FreeFall",
     "GainsLike",
     "Judge",
     "Measurement",
@@ -60,6 +64,7 @@ __all__ = [
     "MissionLike",
     "Plan",
     "PlanError",
+    "Px4TuningStudy",
     "RareFailures",
     "Renewals",
     "Sensitivities",
@@ -69,6 +74,7 @@ __all__ = [
     "TrajectoryLike",
     "TuneError",
     "Tuning",
+    "TuningStudy",
     "Vehicle",
     "assess",
     "check",

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import samara_tpf as samara
-from conftest import assert_same, columns_of, run
+from conftest import assert_converts, assert_same, assert_shows, columns_of, run
+from samara_tpf._studies import KINDS
 
 DROPS = ["balloon_drop", "dragonfly_drop", "titan_drop", "x500_drop"]
 
@@ -31,6 +32,7 @@ def test_reference_a_plan_is_the_programs(name: str, tmp_path: Path) -> None:
     assert plan.velocity_ned_m_s.shape == plan.acceleration_ned_m_s2.shape == plan.rate_body_rad_s.shape == (rows, 3)
     assert plan.q_ned_from_body.shape == (rows, 4) and plan.thrust_n.shape[0] == rows
     assert plan.converged and plan.diagnosis is None
+    assert_shows(plan, f"Plan of {name}", "converged")
 
 
 @pytest.mark.parametrize(
@@ -53,6 +55,7 @@ def test_reference_a_drop_is_the_programs(
     assert done.svg == (tmp_path / "drop.svg").read_text(encoding="utf-8")
     assert done.html == (tmp_path / "drop.html").read_text(encoding="utf-8")
     assert done.sentence is not None and done.sentence in printed
+    assert_shows(done, f"Drop of {name}", done.sentence)
 
 
 def test_reference_a_trajectory_of_ones_own_is_flown(tmp_path: Path) -> None:
@@ -73,6 +76,9 @@ def test_reference_campaigns_are_the_programs(tmp_path: Path) -> None:
     assert text == f"{done.text}\n{done.sentence}\n"
     share = (done.j_tpf < 1.0).mean()
     assert done.p_safe[0] == share and done.p_safe[1] <= share <= done.p_safe[2]
+    assert_shows(done, "Assessment of titan_drop", done.sentence, "optimal solid, step dashed")
+    assert list(done.table["name"]) == ["optimal", "step"] and done.table["max"][0] == done.j_tpf.max()
+    assert_converts(done.table)
 
 
 @pytest.mark.parametrize(("method", "code"), [("pso-cma", 1), ("cma-es", 0)])
@@ -86,6 +92,7 @@ def test_reference_a_search_is_the_programs(method: Any, code: int, tmp_path: Pa
     assert_same(found.history, tmp_path / "convergence.csv")
     assert_same(found.front, tmp_path / "front.csv")
     assert found.cost == found.rms and found.allowed and found.rms_bound is None and found.evaluations >= 12
+    assert_shows(found, "Tuning", found.sentence, "k_pq_per_s", has_figure=False)
 
 
 def test_reference_a_design_is_the_programs(tmp_path: Path) -> None:
@@ -102,6 +109,7 @@ def test_reference_a_design_is_the_programs(tmp_path: Path) -> None:
     # The mission that was made is one: the plan of the program's file, and the numbers of its flight.
     by_file, by_dict = samara.drop(tmp_path / "design_mission.json"), samara.drop(found.mission)
     assert by_dict.j_tpf == by_file.j_tpf and found.sentence in repr(found)
+    assert_shows(found, "Design of titan_drop", found.sentence, "still_air", has_figure=False)
 
 
 def test_arrays_and_numbers_of_numpy_stand_in_a_mission() -> None:
@@ -152,6 +160,9 @@ def test_reference_a_study_of_any_kind_is_the_programs(kind: str, tmp_path: Path
         assert file.read_bytes() == (tmp_path / "program" / file.name).read_bytes(), file.name
     assert f"{kind}.json" in {file.name for file in (tmp_path / "saved").iterdir()} and found.kind == kind
     assert found.tables or kind == "tune_px4"
+    assert type(found) is KINDS[kind] and len(set(KINDS.values())) == len(STUDIES)
+    assert_shows(found, f"{type(found).__name__} of {mission}", found.sentence)
+    assert_converts(found.table)
     assert all(done <= whole for _, done, whole in told)
 
 
@@ -209,6 +220,7 @@ def test_reference_a_check_is_the_programs() -> None:
         assert checked.report == json.loads(run(*words, "--json", expected=code))
         assert str(checked) in run(*words, expected=code)
         assert checked.ok == (checked.odd == [])
+        assert_shows(checked, f"Check of {name}", *(checked.odd or ["nothing odd"]), has_figure=False)
 
 
 def test_a_dict_is_the_mission() -> None:
