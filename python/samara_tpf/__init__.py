@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from ._errors import ControllerError, MissionError, PlanError, TuneError
     from ._given import GainsLike, MissionLike, TrajectoryLike, mission
     from ._judge import Judge
+    from ._logs import Comparison, FlightLog, Identification, Manoeuvre, compare, identify, log, manoeuvre
+    from ._new import VehicleDraft, new_vehicle
     from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Tuning
     from ._studies import (
         DesignStudy,
@@ -49,6 +51,7 @@ __all__ = [
     "Campaign",
     "Check",
     "Columns",
+    "Comparison",
     "Controller",
     "ControllerError",
     "Design",
@@ -56,9 +59,12 @@ __all__ = [
     "Drop",
     "Effects",
     "Envelope",
+    "FlightLog",
     "FreeFall",
     "GainsLike",
+    "Identification",
     "Judge",
+    "Manoeuvre",
     "Measurement",
     "MissionError",
     "MissionLike",
@@ -76,12 +82,18 @@ __all__ = [
     "Tuning",
     "TuningStudy",
     "Vehicle",
+    "VehicleDraft",
     "assess",
     "check",
+    "compare",
     "design",
     "drop",
+    "identify",
+    "log",
+    "manoeuvre",
     "mission",
     "missions",
+    "new_vehicle",
     "plan",
     "rare",
     "sobol",

@@ -23,6 +23,8 @@ from ._given import (
     trajectory_text,
 )
 from ._judge import Judge
+from ._logs import Comparison, FlightLog, Identification, Manoeuvre, compare, identify, log, manoeuvre
+from ._new import VehicleDraft, new_vehicle
 from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Tuning
 from ._settings import (
     Cadence,

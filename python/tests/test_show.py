@@ -94,6 +94,23 @@ def test_texts_of_what_is_odd_and_of_a_design_are_escaped() -> None:
     assert_harmless(samara.Design(cast(Any, Designed), "titan_drop"))
 
 
+def test_texts_of_logs_and_drafts_are_escaped() -> None:
+    tells = [{"quantity": EVIL, "can": False, "lacks": [EVIL, EVIL]}]
+    of_log = {"file": EVIL, "length_s": 1.0, "says": [{"name": EVIL, "text": EVIL}], "tells": tells}
+    assert_harmless(samara.FlightLog(of_log | {"quantities": [], "phases": [], "topics": []}, EVIL))
+    number = {"name": EVIL, "unit": EVIL, "base": 1.0, "found": None, "interval": None, "error": None, "refused": EVIL}
+    of_vehicle = {"base": EVIL, "looked_at_s": 1.0, "numbers": [number], "predicted": [{"name": EVIL}]}
+    assert_harmless(samara.Identification(of_vehicle, {}, False))
+    of_flight = {"vehicle": EVIL, "length_s": 1.0, "manoeuvres": [{"name": EVIL}], "numbers": [{"name": EVIL}]}
+    assert_harmless(samara.Manoeuvre(of_flight, {}, False))
+    keys = [{"key": EVIL, "a": EVIL, "b": None}]
+    compared: dict[str, Any] = {"campaigns": [], "drops": None, "missions": {"keys": keys, "derived": []}, "logged": None}
+    assert_harmless(samara.Comparison([EVIL, EVIL], {"compare.json": json.dumps(compared)}, EVIL))
+    origin = {"keys": [EVIL], "kind": EVIL, "file": EVIL, "formula": EVIL}
+    vehicle = {"name": EVIL, "about": EVIL, "mass_kg": 1.0, "rotors": [], "origins": [origin]}
+    assert_harmless(samara.VehicleDraft(json.dumps(vehicle), [EVIL]))
+
+
 def test_margins_of_loops_are_a_table() -> None:
     page = Page(inside.loops("x500_drop")._repr_html_())
     assert page.open == [] and "table" in page.elements and "pitch rate" in page.text and "target" in page.text
