@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     )
     from ._vehicle import State, Vehicle
     from ._verbs import assess, check, design, drop, missions, plan, rare, sobol, studies, study, tune
+    from ._view import View, view
 
     __version__: str
 
@@ -83,6 +84,7 @@ __all__ = [
     "TuningStudy",
     "Vehicle",
     "VehicleDraft",
+    "View",
     "assess",
     "check",
     "compare",
@@ -100,6 +102,7 @@ __all__ = [
     "studies",
     "study",
     "tune",
+    "view",
 ]
 
 

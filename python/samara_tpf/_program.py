@@ -14,6 +14,8 @@ from .campaign import child
 
 COMMAND = (sys.executable, "-P", "-m", "samara_tpf")
 """The program of this module, whatever lies in the current folder."""
+SERVED = (sys.executable, "-P", "-m", "samara_tpf._served")
+"""The program, which ends when its input does."""
 
 
 class Answer(NamedTuple):

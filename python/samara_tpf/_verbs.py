@@ -52,6 +52,7 @@ from ._studies import (
     TuningStudy,
 )
 from ._vehicle import State, Vehicle
+from ._view import View, view
 
 
 def missions() -> list[str]:

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import tempfile
+import time
+import urllib.error
+import urllib.request
 from pathlib import Path
 from typing import Any
 
@@ -166,6 +170,9 @@ def test_a_vehicle_is_drafted_from_files_of_px4() -> None:
         (lambda: samara.new_vehicle("kite", mass_kg=1.0), "expected besides: --frame"),
         (lambda: samara.new_vehicle("kite", frame="quad-z"), "invalid value 'quad-z' for '--frame <FRAME>'"),  # type: ignore[arg-type]
         (lambda: samara.new_vehicle("a b"), "name: letters, digits"),
+        (lambda: samara.view("none", open=False), "no mission file of the name `none`"),
+        (lambda: samara.view("x500_drop", port=70_000), "port: a whole number from 1 to 65535"),
+        (lambda: samara.view(samara.mission("x500_drop") | {"sed": 1}, open=False), "did you mean `seed`"),
     ],
 )
 def test_what_is_refused_is_said_in_the_programs_words(ask: Any, words: str) -> None:
@@ -180,6 +187,24 @@ def test_files_of_the_current_folder_are_not_taken_for_modules() -> None:
     assert samara.new_vehicle("kite", mass_kg=1, frame="quad-x", arm_m=0.2, propeller_m=0.2, thrust_n=9).mass_kg == 1
 
 
+def get(url: str) -> int:
+    return int(urllib.request.urlopen(url, timeout=10).status)
+
+
+@pytest.mark.parametrize("made", ["name", "dict", "run"])
+def test_a_mission_is_looked_at_until_it_is_closed(made: str, flown: Path) -> None:
+    mission: Any = {"name": "x500_drop", "dict": samara.mission("x500_drop"), "run": flown}[made]
+    with samara.view(mission, open=False) as view:
+        page = view.url.split("#")[0]
+        assert get(page) == 200 and not view.closed and view.url in repr(view)
+        shown = Page(view._repr_html_())
+        assert shown.elements == {"p", "a"} and shown.open == [] and view.url in view._repr_html_()
+    assert view.closed and "closed" in repr(view) and Page(view._repr_html_()).text == "closed"
+    with pytest.raises(urllib.error.URLError):
+        get(page)
+    view.close()
+
+
 def test_a_vehicle_and_gains_in_a_mission_are_written_beside_it() -> None:
     mission = samara.mission("x500_drop")
     mission["vehicle"] = json.loads((VEHICLES / "x500.json").read_text(encoding="utf-8"))
@@ -187,6 +212,29 @@ def test_a_vehicle_and_gains_in_a_mission_are_written_beside_it() -> None:
     differ = samara.compare(mission, "x500_drop", base=VEHICLES).tables["keys"]["key"]
     # The text of the vehicle is the same, but for where its table lies.
     assert set(differ) <= {"vehicle", "gains", "px4_params", "vehicle.rotor.blade_element.file"}
+
+
+VIEWED = """
+import os, sys
+import samara_tpf as samara
+view = samara.view("x500_drop", open=False)
+print(view.url, flush=True)
+END
+"""
+
+
+@pytest.mark.parametrize("end", ["", "os._exit(3)", "os.kill(os.getpid(), 9)"])
+def test_a_page_ends_with_the_interpreter(end: str, tmp_path: Path) -> None:
+    script = VIEWED.replace("END", end)
+    environment = os.environ | {"TMPDIR": str(tmp_path)}
+    done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=60, env=environment)
+    page = done.stdout.split("#")[0]
+    assert page.startswith("http://127.0.0.1:"), done.stderr
+    gives_up_s = time.monotonic() + 10.0
+    with pytest.raises(urllib.error.URLError):
+        while time.monotonic() < gives_up_s:
+            get(page)
+            time.sleep(0.05)
 
 
 INTERRUPTED = """
