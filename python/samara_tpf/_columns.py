@@ -55,7 +55,8 @@ class Columns(Mapping[str, npt.NDArray[Any]]):
             if any(isinstance(cell, str) for cell in cells):
                 return np.array(["" if cell is None else cell for cell in cells])
             is_number = None in cells or any(isinstance(cell, float) for cell in cells)
-            return np.array([np.nan if cell is None else cell for cell in cells], dtype=np.float64 if is_number else None)
+            numbers = [np.nan if cell is None else cell for cell in cells]
+            return np.array(numbers, dtype=np.float64 if is_number else None)
 
         return cls({name: column([row[name] for row in rows]) for name in (rows[0] if rows else ())})
 

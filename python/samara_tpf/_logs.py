@@ -342,7 +342,8 @@ def compare(
         for side, given in (("a", a), ("b", b)):
             (Path(folder) / side).mkdir()
             sides.append(mission_on_disk(given, Path(folder) / side, base))
-        names = [str(given["name"]) if isinstance(given, Mapping) else os.fspath(given) for given in (a, b)]
+        # Documents have no place of their own: they go by their names.
+        names = [json.loads(Path(side).read_bytes())["name"] if side.startswith(folder) else side for side in sides]
         out = Path(folder) / "out"
         printed = run("compare", *options({"campaign": campaign, "out": out}), paths=sides).text
         return Comparison(names, _files(out), printed.rsplit("\npage in ", 1)[0])

@@ -341,9 +341,14 @@ class Assessment:
 
     def _repr_html_(self) -> str:
         of = f"{self.report['mission']} with the gains {self.report['gains']}"
-        campaigns = _show.table(self.table, "J_TPF of each campaign")
-        shares = _show.figure(_show.shares({name: each["j_tpf"] for name, each in self.campaigns.items()}, "J_TPF"))
-        return _show.shown(f"Assessment of {of}", self.sentence, campaigns, shares, _show.folded("all tables", self.text))
+        trials = {name: campaign["j_tpf"] for name, campaign in self.campaigns.items()}
+        return _show.shown(
+            f"Assessment of {of}",
+            self.sentence,
+            _show.table(self.table, "J_TPF of each campaign"),
+            _show.figure(_show.shares(trials, "J_TPF")),
+            _show.folded("all tables", self.text),
+        )
 
     def __repr__(self) -> str:
         return f"<Assessment: {self.sentence}>"

@@ -32,7 +32,8 @@ def table(columns: Mapping[str, Sequence[Any] | np.ndarray[Any, Any]], caption: 
     count = min(map(len, columns.values()), default=0)
     is_cut = count > 2 * ends
     rows = [*range(ends), None, *range(count - ends, count)] if is_cut else range(count)
-    sides = [_NUMBER if count and isinstance(column[0], int | float | np.number) else _WORDS for column in columns.values()]
+    is_number = [count > 0 and isinstance(column[0], int | float | np.number) for column in columns.values()]
+    sides = [_NUMBER if number else _WORDS for number in is_number]
 
     def line(row: int | None) -> str:
         cells = zip(columns.values(), sides, strict=True)

@@ -188,20 +188,21 @@ class Envelope(Study):
 
     @property
     def bound(self) -> tuple[float, float]:
-        """What a confirmed edge promises: the share of the flights there that stay below the limit, and the confidence."""
+        """What a confirmed edge promises: the share of flights there that stay below the limit, and the confidence."""
         return self.report["probability"], self.report["confidence"]
 
     def edge(self, x: str, y: str, limit: float = 1.0) -> Array:
-        """The confirmed edge of a pair of quantities, ray by ray around the nominal release, shape (rays, 2).
+        """The confirmed edge of a pair of quantities, ray by ray around the nominal release, shape (rays, 2): x and y.
 
         NaN where nothing was confirmed along a ray; no rows where the nominal release is not safe. ``KeyError``:
         the pair, or that limit, was not looked at.
         """
         for pair in self.report["pairs"]:
             for below in pair["limits"]:
-                if pair["axes"] == [x, y] and below["limit"] == limit:
+                if {*pair["axes"]} == {x, y} and below["limit"] == limit:
                     points = [edge["confirmed"] or (np.nan, np.nan) for edge in below["edges"]]
-                    return np.array(points, dtype=np.float64).reshape(-1, 2)
+                    edge = np.array(points, dtype=np.float64).reshape(-1, 2)
+                    return edge if pair["axes"] == [x, y] else edge[:, ::-1]
         raise KeyError(f"({x}, {y}) below {limit:g}: one of {self.pairs} below one of {self.limits} is expected")
 
     def _reach(self) -> list[dict[str, Any]]:
@@ -316,9 +317,9 @@ class FreeFall(Study):
     @property
     def sentence(self) -> str:
         """Releases that were missed, and falls that were found where there was none."""
-        found, report = self.report["autopilot"], self.report
-        words = f"{found['missed']} of {report['releases']} releases missed, {report['alarms']} false alarms in {report['hours']:g} h"
-        return f"{'found' if self.holds else 'NOT as it should be'}: {words}"
+        missed = f"{self.missed} of {self.report['releases']} releases missed"
+        alarms = f"{self.alarms} false alarms in {self.report['hours']:g} h"
+        return f"{'found' if self.holds else 'NOT as it should be'}: {missed}, {alarms}"
 
     @cached_property
     def table(self) -> Columns:
@@ -406,7 +407,7 @@ class TuningStudy(_Search):
 
     @property
     def history(self) -> Columns | None:
-        """The columns of the program's ``convergence.csv``, a row for each iteration; ``None``: nothing was searched."""
+        """The columns of the program's ``convergence.csv``, a row for each iteration; ``None``: none was made."""
         return self.tables.get("convergence")
 
     @property

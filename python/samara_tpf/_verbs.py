@@ -204,7 +204,15 @@ def assess(
             raise MissionError(f"replan: a list of `release` and rates is expected, found {replan!r}")
         flown = 300 if trials is None else trials
         return study(
-            "replan", mission, when=list(replan), trials=flown, seed=seed, gains=gains, params=params, threads=threads, base=base
+            "replan",
+            mission,
+            when=list(replan),
+            trials=flown,
+            seed=seed,
+            gains=gains,
+            params=params,
+            threads=threads,
+            base=base,
         )
     settings = [("bound", _text(bound)), *([] if trials is None else [("trials", _text(trials))])]
     return Assessment(_samara.assess(chosen, settings, threads=threads, controller=asked_of))
@@ -216,23 +224,41 @@ def studies() -> dict[str, dict[str, str]]:
 
 
 @overload
-def study(kind: Literal["effects"], mission: MissionLike = "titan_drop", **settings: Unpack[EffectsSettings]) -> Effects: ...
+def study(
+    kind: Literal["effects"], mission: MissionLike = "titan_drop", **settings: Unpack[EffectsSettings]
+) -> Effects: ...
 @overload
-def study(kind: Literal["envelope"], mission: MissionLike = "titan_drop", **settings: Unpack[EnvelopeSettings]) -> Envelope: ...
+def study(
+    kind: Literal["envelope"], mission: MissionLike = "titan_drop", **settings: Unpack[EnvelopeSettings]
+) -> Envelope: ...
 @overload
-def study(kind: Literal["rare"], mission: MissionLike = "titan_drop", **settings: Unpack[RareSettings]) -> RareFailures: ...
+def study(
+    kind: Literal["rare"], mission: MissionLike = "titan_drop", **settings: Unpack[RareSettings]
+) -> RareFailures: ...
 @overload
-def study(kind: Literal["sobol"], mission: MissionLike = "titan_drop", **settings: Unpack[SobolSettings]) -> Sensitivities: ...
+def study(
+    kind: Literal["sobol"], mission: MissionLike = "titan_drop", **settings: Unpack[SobolSettings]
+) -> Sensitivities: ...
 @overload
-def study(kind: Literal["replan"], mission: MissionLike = "titan_drop", **settings: Unpack[ReplanSettings]) -> Renewals: ...
+def study(
+    kind: Literal["replan"], mission: MissionLike = "titan_drop", **settings: Unpack[ReplanSettings]
+) -> Renewals: ...
 @overload
-def study(kind: Literal["free_fall", "free-fall"], mission: MissionLike = "titan_drop", **settings: Unpack[FreeFallSettings]) -> FreeFall: ...
+def study(
+    kind: Literal["free_fall", "free-fall"], mission: MissionLike = "titan_drop", **settings: Unpack[FreeFallSettings]
+) -> FreeFall: ...
 @overload
-def study(kind: Literal["design"], mission: MissionLike = "titan_drop", **settings: Unpack[DesignSettings]) -> DesignStudy: ...
+def study(
+    kind: Literal["design"], mission: MissionLike = "titan_drop", **settings: Unpack[DesignSettings]
+) -> DesignStudy: ...
 @overload
-def study(kind: Literal["tune"], mission: MissionLike = "titan_drop", **settings: Unpack[TuneSettings]) -> TuningStudy: ...
+def study(
+    kind: Literal["tune"], mission: MissionLike = "titan_drop", **settings: Unpack[TuneSettings]
+) -> TuningStudy: ...
 @overload
-def study(kind: Literal["tune_px4", "tune-px4"], mission: MissionLike = "titan_drop", **settings: Unpack[TunePx4Settings]) -> Px4TuningStudy: ...
+def study(
+    kind: Literal["tune_px4", "tune-px4"], mission: MissionLike = "titan_drop", **settings: Unpack[TunePx4Settings]
+) -> Px4TuningStudy: ...
 @overload
 def study(
     kind: str,

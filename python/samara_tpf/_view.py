@@ -91,7 +91,8 @@ class View:
         if self.closed:
             return "<p>closed</p>"
         # The page forbids to be framed: it is opened beside the notebook.
-        return f'<p><a href="{escape(self.url)}" target="_blank" rel="noopener">{escape(self.url.split("#")[0])}</a></p>'
+        shown = escape(self.url.split("#")[0])
+        return f'<p><a href="{escape(self.url)}" target="_blank" rel="noopener">{shown}</a></p>'
 
     def __repr__(self) -> str:
         return f"<View: {'closed' if self.closed else self.url}>"
@@ -106,10 +107,10 @@ def view(
 ) -> View:
     """Serves a page on which a mission is looked at, changed and flown anew at once, as ``samara view``.
 
-    ``mission`` may also be the folder of a run, whose pages and worst trials are shown; ``port``: of 127.0.0.1, any free
-    one unless given; ``open``: open the page in the browser, where there is a display. It ends with ``close()``, at the
-    end of a ``with`` or of this interpreter. What is written on the page goes beside the mission; beside a ``dict``,
-    nowhere for long.
+    ``mission`` may also be the folder of a run, whose pages and worst trials are shown; ``port``: of 127.0.0.1, any
+    free one unless given; ``open``: open the page in the browser, where there is a display. It ends with ``close()``,
+    at the end of a ``with`` or of this interpreter, and what the page wrote beside a mission given as a ``dict`` with
+    it.
 
     ``MissionError``: the mission is refused, or the port is taken.
     """

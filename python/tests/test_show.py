@@ -104,7 +104,8 @@ def test_texts_of_logs_and_drafts_are_escaped() -> None:
     of_flight = {"vehicle": EVIL, "length_s": 1.0, "manoeuvres": [{"name": EVIL}], "numbers": [{"name": EVIL}]}
     assert_harmless(samara.Manoeuvre(of_flight, {}, False))
     keys = [{"key": EVIL, "a": EVIL, "b": None}]
-    compared: dict[str, Any] = {"campaigns": [], "drops": None, "missions": {"keys": keys, "derived": []}, "logged": None}
+    missions = {"keys": keys, "derived": []}
+    compared: dict[str, Any] = {"campaigns": [], "drops": None, "missions": missions, "logged": None}
     assert_harmless(samara.Comparison([EVIL, EVIL], {"compare.json": json.dumps(compared)}, EVIL))
     origin = {"keys": [EVIL], "kind": EVIL, "file": EVIL, "formula": EVIL}
     vehicle = {"name": EVIL, "about": EVIL, "mass_kg": 1.0, "rotors": [], "origins": [origin]}

@@ -163,7 +163,54 @@ def test_reference_a_study_of_any_kind_is_the_programs(kind: str, tmp_path: Path
     assert type(found) is KINDS[kind] and len(set(KINDS.values())) == len(STUDIES)
     assert_shows(found, f"{type(found).__name__} of {mission}", found.sentence)
     assert_converts(found.table)
+    assert_is_what_its_files_say(found)
     assert all(done <= whole for _, done, whole in told)
+
+
+def assert_is_what_its_files_say(found: samara.Study) -> None:
+    """What a kind's own class gives is what the rows of its tables come to."""
+    match found:
+        case samara.Effects() | samara.Renewals():
+            drops, key = found.drops, "effects" if isinstance(found, samara.Effects) else "replan"
+            for row, campaign in enumerate(found.table["campaign"]):
+                of = drops[key] == campaign
+                assert of.sum() == found.table["trials"][row]
+                assert (drops["safe"][of] == 0).sum() == found.table["failed"][row]
+                for name in ("j_tpf", "steady_after_s", "altitude_lost_m", "peak_tilt_deg"):
+                    assert found.table[f"mean_{name}"][row] == pytest.approx(np.nanmean(drops[name][of]))
+                    assert found.table[f"max_{name}"][row] == drops[name][of].max()
+        case samara.Envelope():
+            edges, ((x, y),) = found.edges, found.pairs
+            assert found.limits == [0.7, 1.0] and found.bound == (0.99, 0.95)
+            of = (edges["pair"] == f"{x}:{y}") & (edges["limit"] == 1.0)
+            confirmed = edges.stacked("confirmed_x", "confirmed_y")[of]
+            assert np.array_equal(found.edge(x, y), confirmed, equal_nan=True) and len(confirmed) == 4
+            assert np.array_equal(found.edge(y, x), confirmed[:, ::-1], equal_nan=True)
+            with pytest.raises(KeyError, match="is expected"):
+                found.edge("pitch_deg", "wind_m_s")
+            # By itself a quantity goes as far as the rays along its axis.
+            far = found.table["high"][(found.table["axis"] == x) & (found.table["limit"] == 1.0)]
+            assert far == pytest.approx(np.nanmax(confirmed[:, 0]), rel=0.05)
+        case samara.FreeFall():
+            after_s = found.releases["autopilot_after_s"]
+            assert found.missed == np.isnan(after_s).sum() and found.alarms == found.descents["alarms"].sum()
+            assert found.table["finder"].tolist() == ["autopilot", "companion"] and len(found.rules["rule"]) > 2
+            assert found.median_s == pytest.approx(np.median(after_s), abs=0.02) and found.alarms_per_h_high > 0
+        case samara.DesignStudy():
+            assert found.better == found.holds and found.front["cost"].min() == found.history["cost"][-1]
+            assert {*found.table["air"]} == {"still_air", "unknowns", "turbulence"} and found.gains["name"] == "design"
+        case samara.TuningStudy():
+            assert found.better == found.holds and found.history is not None and found.front is not None
+            assert found.history["cost"][-1] == found.report["cost"] and found.table["name"][-1] == found.gains["name"]
+        case samara.Px4TuningStudy():
+            assert found.better == found.holds and found.table["parameters"].tolist() == ["defaults", "found"]
+            assert set(found.parameters) >= {"MC_PITCHRATE_P", "MPC_XY_VEL_P_ACC"}
+        case samara.RareFailures():
+            assert found.below == found.holds and found.table["probability"][-1] == found.probability[0]
+        case samara.Sensitivities():
+            assert {*found.table["output"]} == {"j_tpf", "steady_after_s", "altitude_lost_m"}
+        case _:
+            pytest.fail(f"{found.kind} has no class of its own")
 
 
 def test_a_study_goes_on_from_its_rows(tmp_path: Path) -> None:
