@@ -32,6 +32,12 @@ class FlightLog:
         self.report, self.text = report, text
 
     @property
+    def sentence(self) -> str:
+        """How long it is, and of how many quantities of the vehicle it may tell."""
+        file, tells = self.report["file"], self.report["tells"]
+        return f"{file}: {self.length_s:.1f} s, may tell {sum(row['can'] for row in tells)} of {len(tells)} quantities"
+
+    @property
     def length_s(self) -> float:
         """From its start to its last value [s]."""
         return float(self.report["length_s"])
@@ -68,14 +74,10 @@ class FlightLog:
             "what it may tell of the vehicle": self.tells,
         }
         shown = (_show.table(table, name, ends=12) for name, table in tables.items())
-        return _show.shown(f"Log {self.report['file']}", self._sentence(), _show.facts(self.says), *shown)
+        return _show.shown("Flight log", self.sentence, _show.facts(self.says), *shown)
 
     def __repr__(self) -> str:
-        return f"<FlightLog: {self.report['file']}, {self._sentence()}>"
-
-    def _sentence(self) -> str:
-        can = sum(row["can"] for row in self.report["tells"])
-        return f"{self.length_s:.1f} s, may tell {can} of {len(self.report['tells'])} quantities of the vehicle"
+        return f"<FlightLog: {self.sentence}>"
 
 
 class _Written:
@@ -92,11 +94,21 @@ class _Written:
         for name, text in self._files.items():
             _write(Path(folder) / name, text)
 
+    @property
+    def sentence(self) -> str:
+        """What came of it, in a sentence."""
+        raise NotImplementedError
+
+    @property
+    def page(self) -> str:
+        """The program's page."""
+        return self._file(".html") or ""
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.sentence}>"
+
     def _file(self, ending: str) -> str | None:
         return next((text for name, text in self._files.items() if name.endswith(ending)), None)
-
-    def _page(self) -> str:
-        return self._file(".html") or ""
 
 
 class Identification(_Written):
@@ -108,6 +120,13 @@ class Identification(_Written):
     def __init__(self, report: dict[str, Any], files: Mapping[str, str], found: bool) -> None:
         super().__init__(report, files)
         self.found = found
+
+    @property
+    def sentence(self) -> str:
+        """How many numbers of the vehicle were found."""
+        numbers, looked_at_s = self.report["numbers"], self.report["looked_at_s"]
+        told = sum(number["found"] is not None for number in numbers)
+        return f"{self.report['base']}: {told} of {len(numbers)} numbers found in {looked_at_s:.1f} s of flight"
 
     @cached_property
     def vehicle(self) -> dict[str, Any] | None:
@@ -144,23 +163,10 @@ class Identification(_Written):
         """How half of the flight is predicted by the vehicle of the other half, a row for each channel."""
         return Columns._of_rows(self.report["predicted"])
 
-    @property
-    def page(self) -> str:
-        """The program's page: what was found, and half of the flight as the other half predicts it."""
-        return self._page()
-
     def _repr_html_(self) -> str:
         numbers = _show.table(self.numbers, "numbers of the vehicle", ends=20)
         predicted = _show.table(self.predicted, "the half that was held out", ends=20)
-        return _show.shown(f"Identification of {self.report['base']}", self._sentence(), numbers, predicted)
-
-    def __repr__(self) -> str:
-        return f"<Identification: {self.report['base']}, {self._sentence()}>"
-
-    def _sentence(self) -> str:
-        numbers = self.report["numbers"]
-        told = sum(number["found"] is not None for number in numbers)
-        return f"{told} of {len(numbers)} numbers found in {self.report['looked_at_s']:.1f} s of flight"
+        return _show.shown("Identification", self.sentence, numbers, predicted)
 
 
 class Manoeuvre(_Written):
@@ -172,6 +178,12 @@ class Manoeuvre(_Written):
     def __init__(self, report: dict[str, Any], files: Mapping[str, str], reached: bool) -> None:
         super().__init__(report, files)
         self.reached = reached
+
+    @property
+    def sentence(self) -> str:
+        """How long it takes, and whether the wanted errors are reached."""
+        reached = "reached" if self.reached else "NOT reached"
+        return f"{self.report['vehicle']}: {self.length_s:.0f} s of flight, the wanted errors are {reached}"
 
     @property
     def length_s(self) -> float:
@@ -199,21 +211,10 @@ class Manoeuvre(_Written):
         text = self._file(".plan")
         return None if text is None else json.loads(text)
 
-    @property
-    def page(self) -> str:
-        """The program's page."""
-        return self._page()
-
     def _repr_html_(self) -> str:
         manoeuvres = _show.table(self.manoeuvres, "what to fly", ends=20)
         numbers = _show.table(self.numbers, "standard errors", ends=20)
-        return _show.shown(f"Manoeuvre for {self.report['vehicle']}", self._sentence(), manoeuvres, numbers)
-
-    def __repr__(self) -> str:
-        return f"<Manoeuvre: {self.report['vehicle']}, {self._sentence()}>"
-
-    def _sentence(self) -> str:
-        return f"{self.length_s:.0f} s, the wanted errors are {'reached' if self.reached else 'NOT reached'}"
+        return _show.shown("Manoeuvre", self.sentence, manoeuvres, numbers)
 
 
 class Comparison(_Written):
@@ -225,6 +226,12 @@ class Comparison(_Written):
     def __init__(self, names: Sequence[str], files: Mapping[str, str], text: str) -> None:
         super().__init__(json.loads(files["compare.json"]), files)
         self._names, self.text = names, text
+
+    @property
+    def sentence(self) -> str:
+        """What was compared, and how many rows of each table came of it."""
+        rows = (f"{name} {len(next(iter(table.values())))}" for name, table in self.tables.items())
+        return f"{' and '.join(self._names)}: {', '.join(rows) or 'nothing differs'}"
 
     @cached_property
     def tables(self) -> dict[str, Columns]:
@@ -249,20 +256,13 @@ class Comparison(_Written):
         return self._file(".svg")
 
     @property
-    def page(self) -> str:
-        """The program's page, ``compare.html``."""
-        return self._files["compare.html"]
+    def replay(self) -> str | None:
+        """The page of a log's drop as a ghost beside its prediction; ``None``: other things are compared."""
+        return self._files.get("drop.html")
 
     def _repr_html_(self) -> str:
         tables = (_show.table(table, name, ends=12) for name, table in self.tables.items())
-        return _show.shown("Comparison", self._sentence(), *tables, _show.figure(self.svg))
-
-    def __repr__(self) -> str:
-        return f"<Comparison: {self._sentence()}>"
-
-    def _sentence(self) -> str:
-        differ = ", ".join(f"{name} {len(next(iter(table.values())))}" for name, table in self.tables.items())
-        return f"{' and '.join(self._names)}: {differ or 'nothing differs'}"
+        return _show.shown("Comparison", self.sentence, *tables, _show.figure(self.svg))
 
 
 def log(file: str | os.PathLike[str]) -> FlightLog:

@@ -40,10 +40,9 @@ def run(verb: str, *words: str, paths: Sequence[str | os.PathLike[str]] = ()) ->
     """
     command = [*COMMAND, *verb.split(), *words, "--", *(os.fspath(path) for path in paths)]
     done = child.run(command, child.always)
-    if done.returncode in (0, 1):
-        return Answer(done.returncode == 0, done.stdout.decode())
-    said = refusal(done.stderr) or f"samara {verb}: exit code {done.returncode}"
-    raise MissionError(said) if done.returncode == 2 else RuntimeError(said)
+    if done.returncode not in (0, 1):
+        raise failure(verb, done.returncode, done.stderr)
+    return Answer(done.returncode == 0, done.stdout.decode())
 
 
 def options(values: Mapping[str, object]) -> list[str]:
@@ -55,7 +54,8 @@ def options(values: Mapping[str, object]) -> list[str]:
     return [f"--{name}={word(value)}" for name, value in values.items() if value is not None]
 
 
-def refusal(reported: bytes) -> str:
-    """What the program reported, without what stands before it and the usage behind it."""
+def failure(verb: str, code: int, reported: bytes) -> MissionError | RuntimeError:
+    """What the program reported before it ended, without what stands before it and the usage behind it."""
     text = re.sub(r"^(samara|error): ", "", reported.decode(errors="replace").strip(), flags=re.MULTILINE)
-    return text.split("\n\nUsage: ")[0].split("\n\nFor more information")[0]
+    said = text.split("\n\nUsage: ")[0].split("\n\nFor more information")[0]
+    return (MissionError if code == 2 else RuntimeError)(said or f"samara {verb}: exit code {code}")

@@ -50,6 +50,11 @@ class Plan:
         return str(self.report["status"])
 
     @property
+    def sentence(self) -> str:
+        """What was found, in a sentence, as the program prints it."""
+        return self._planned.text().strip()
+
+    @property
     def converged(self) -> bool:
         """Whether there is a plan to fly."""
         return self.status == "converged"
@@ -125,7 +130,7 @@ class Plan:
         report, found = self.report, self.converged
         return _show.shown(
             f"Plan of {report['mission']}",
-            self._planned.text().strip(),
+            self.sentence,
             _show.facts(
                 {
                     "J_TPF": report["j_tpf"],
@@ -139,7 +144,7 @@ class Plan:
         )
 
     def __repr__(self) -> str:
-        return f"<Plan: {self._planned.text().strip()}>"
+        return f"<Plan: {self.sentence}>"
 
 
 class Drop:
@@ -490,15 +495,23 @@ class Design:
         """The columns of the program's ``design_front.csv``: designs that no other beats in cost and a measure."""
         return Columns._of_csv(self._designed.front_csv)
 
+    @cached_property
+    def table(self) -> Columns:
+        """What came of fresh flights, which chose nothing: a row for each design in each air."""
+        return fresh(self.report)
+
     def _repr_html_(self) -> str:
-        fresh = self.report["fresh"]
-        rows = Columns._of_rows({"design": row["design"], "air": row["air"], **row["results"]} for row in fresh)
-        table = _show.table(rows, "fresh flights, which chose nothing")
+        table = _show.table(self.table, "fresh flights, which chose nothing")
         title = f"Design of {self.report['mission']}"
         return _show.shown(title, self.sentence, table, _show.folded("all tables", self.text))
 
     def __repr__(self) -> str:
         return f"<Design: {self.sentence}>"
+
+
+def fresh(report: Mapping[str, Any]) -> Columns:
+    """What came of the fresh flights of a search of designs."""
+    return Columns._of_rows({"design": row["design"], "air": row["air"], **row["results"]} for row in report["fresh"])
 
 
 class Check:

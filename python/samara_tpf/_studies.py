@@ -13,7 +13,7 @@ import numpy as np
 
 from . import _samara, _show
 from ._columns import Array, Columns
-from ._results import _write
+from ._results import _write, fresh
 
 # How many rows of a table's beginning and of its end are shown.
 _ENDS = 12
@@ -423,10 +423,8 @@ class DesignStudy(_Search):
 
     @cached_property
     def table(self) -> Columns:
-        """What came of fresh flights: a row for each design in each air; none of a stopped search."""
-        return Columns._of_rows(
-            {"design": row["design"], "air": row["air"], **row["results"]} for row in self.report["fresh"]
-        )
+        """What came of fresh flights, which chose nothing: a row for each design in each air."""
+        return fresh(self.report)
 
     @property
     def history(self) -> Columns:

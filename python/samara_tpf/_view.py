@@ -13,10 +13,9 @@ from types import TracebackType
 from typing import Self
 
 from ._checks import in_range
-from ._errors import MissionError
 from ._given import MissionLike
 from ._on_disk import mission_on_disk
-from ._program import SERVED, refusal
+from ._program import SERVED, failure
 
 # How long it may take to end when it is asked to [s].
 _PATIENCE_S = 5.0
@@ -43,15 +42,12 @@ class View:
             atexit.register(self.close)
             try:
                 self.url = self._address()
+                if not self.url:
+                    reported.seek(0)
+                    raise failure("view", self._process.wait(), reported.read())
             except BaseException:
                 self.close()
                 raise
-            finally:
-                reported.seek(0)
-                said = refusal(reported.read())
-        if not self.url:
-            self.close()
-            raise MissionError(said or "samara view has ended")
 
     def _address(self) -> str:
         """The address, when it is printed; nothing where it is not."""

@@ -50,7 +50,7 @@ def test_reference_a_log_is_told_as_by_the_program(flown: Path) -> None:
     assert log.quantities["rate_hz"][0] == pytest.approx(250.0) and log.topics["rows"].sum() == log.report["rows"]
     for table in (log.quantities, log.phases, log.tells, log.topics):
         assert_converts(table)
-    assert_shows(log, "Log flight.ulg", "what was flown", has_figure=False)
+    assert_shows(log, "flight.ulg: 45.0 s", "what was flown", has_figure=False)
 
 
 def test_reference_a_vehicle_is_identified_as_by_the_program(flown: Path, tmp_path: Path) -> None:
@@ -69,7 +69,7 @@ def test_reference_a_vehicle_is_identified_as_by_the_program(flown: Path, tmp_pa
     assert samara.check(known).report["vehicle_name"] == "mine"
     assert found.page == (out / "mine.html").read_text(encoding="utf-8")
     assert_converts(found.numbers)
-    assert_shows(found, "Identification of x500", "inertia_xx", has_figure=False)
+    assert_shows(found, "x500: ", "of 12 numbers found", "inertia_xx", has_figure=False)
 
 
 def test_a_vehicle_may_be_a_document(flown: Path) -> None:
@@ -83,6 +83,21 @@ def test_a_vehicle_may_be_a_document(flown: Path) -> None:
     by_name = samara.identify(short, vehicle="x500")
     assert samara.identify(short, vehicle=document, base=VEHICLES).report == by_name.report
     assert not by_name.found and by_name.vehicle is None and "20 are needed" in by_name.numbers["refused"][1]
+
+
+def test_reference_a_manoeuvre_is_the_programs(tmp_path: Path) -> None:
+    wanted = dict.fromkeys(("thrust", "torque", "inertia", "drag", "lag", "delay", "centre"), 100)
+    found = samara.manoeuvre("x500_drop", wanted=wanted, name="fly")
+    words = [word for quantity in wanted for word in ("--wanted", f"{quantity}=100")]
+    told = run("identify", "--manoeuvre", "x500_drop", *words, "--out", f"{tmp_path / 'fly'}", "--json")
+    assert found.report == json.loads(told) and found.reached
+    assert found.script == (tmp_path / "fly.py").read_text(encoding="utf-8")
+    assert found.page == (tmp_path / "fly.html").read_text(encoding="utf-8")
+    assert (found.plan is not None) == (tmp_path / "fly.plan").exists()
+    assert found.length_s == pytest.approx((found.manoeuvres["rounds"] * found.manoeuvres["round_s"]).sum(), abs=1.0)
+    assert (found.numbers["expected"] <= found.numbers["wanted"]).all()
+    assert_converts(found.numbers)
+    assert_shows(found, "x500: ", "reached", "doublets", has_figure=False)
 
 
 def test_reference_missions_are_compared_as_by_the_program(tmp_path: Path) -> None:
@@ -118,7 +133,8 @@ def test_reference_a_log_is_compared_with_its_mission(flown: Path, tmp_path: Pat
     assert compared.report == json.loads(run("compare", log, mission, "--json"))
     assert {"quantities", "channels", "by_commands"} <= set(compared.tables)
     compared.save(tmp_path)
-    assert (tmp_path / "drop.html").is_file()
+    assert compared.replay == (tmp_path / "drop.html").read_text(encoding="utf-8")
+    assert compared.page == (tmp_path / "compare.html").read_text(encoding="utf-8")
 
 
 def test_reference_a_vehicle_is_drafted_as_by_the_program(tmp_path: Path) -> None:

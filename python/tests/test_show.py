@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any, assert_type, cast
 import numpy as np
 import pytest
 import samara_tpf as samara
+from IPython.core.formatters import DisplayFormatter
 from conftest import Page
-from samara_tpf import Columns, _settings, inside
+from samara_tpf import Columns, _settings, _show, inside
 
 EVIL = "<script>alert('&')</script>"
 # Texts of these keys are of users' files; those that results are told apart by stay as they are.
@@ -64,6 +65,15 @@ def test_names_and_cells_of_a_table_are_escaped() -> None:
     assert_harmless(Columns({"word": np.array([EVIL])}))
 
 
+def test_closed_form_shares_are_steps_up_to_the_share_that_is_finite() -> None:
+    drawn = _show.shares({"a": np.array([1.0, 3.0]), "b": np.array([2.0, np.inf, 5.0, np.inf])}, "J")
+    # 420 wide from 1 to 5, 160 high; from the last step on a level line.
+    assert '<path d="M0 160H0.0V80.0H210.0V0.0H420" stroke-dasharray="none">' in drawn
+    assert '<path d="M0 160H105.0V120.0H420.0V80.0H420" stroke-dasharray="4 3">' in drawn
+    assert "at or below a J: a solid, b dashed" in Page(drawn).text and Page(drawn).open == []
+    assert _show.shares({"a": np.array([np.inf])}, "J") == ""
+
+
 @pytest.mark.parametrize(
     "fly",
     [
@@ -110,6 +120,12 @@ def test_texts_of_logs_and_drafts_are_escaped() -> None:
     origin = {"keys": [EVIL], "kind": EVIL, "file": EVIL, "formula": EVIL}
     vehicle = {"name": EVIL, "about": EVIL, "mass_kg": 1.0, "rotors": [], "origins": [origin]}
     assert_harmless(samara.VehicleDraft(json.dumps(vehicle), [EVIL]))
+
+
+def test_a_notebook_takes_the_page_and_the_line() -> None:
+    shown, _ = DisplayFormatter().format(samara.plan("titan_drop"))  # type: ignore[no-untyped-call]
+    assert set(shown) == {"text/html", "text/plain"} and "<svg" in shown["text/html"]
+    assert shown["text/plain"].startswith("<Plan: converged")
 
 
 def test_margins_of_loops_are_a_table() -> None:
