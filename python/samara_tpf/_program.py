@@ -40,7 +40,8 @@ def run(verb: str, *words: str, paths: Sequence[str | os.PathLike[str]] = ()) ->
     """
     command = [*COMMAND, *verb.split(), *words, "--", *(os.fspath(path) for path in paths)]
     done = child.run(command, child.always)
-    if done.returncode not in (0, 1):
+    # A Python that does not find this module ends with 1, too, and prints nothing.
+    if done.returncode not in (0, 1) or not done.stdout:
         raise failure(verb, done.returncode, done.stderr)
     return Answer(done.returncode == 0, done.stdout.decode())
 

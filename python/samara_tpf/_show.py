@@ -11,8 +11,8 @@ import numpy as np
 
 # Colours are the notebook's own, dark or light; what is too wide scrolls.
 _SCROLLS = "overflow-x: auto; max-width: 100%"
-_NUMBER = "text-align: right; white-space: nowrap"
-_WORDS = "text-align: left"
+_NUMBER = "text-align: right; white-space: nowrap; padding: 0.1em 0.5em"
+_WORDS = "text-align: left; padding: 0.1em 0.5em"
 
 
 def shown(heading: str, sentence: str | None, *parts: str) -> str:
