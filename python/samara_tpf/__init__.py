@@ -26,21 +26,24 @@ if TYPE_CHECKING:
     from ._errors import ControllerError, MissionError, PlanError, TuneError
     from ._given import GainsLike, MissionLike, TrajectoryLike, mission
     from ._judge import Judge
-    from ._results import (
-        Assessment,
-        Campaign,
-        Check,
-        Design,
-        Drop,
-        Plan,
+    from ._logs import Comparison, FlightLog, Identification, Manoeuvre, compare, identify, log, manoeuvre
+    from ._new import VehicleDraft, new_vehicle
+    from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Tuning
+    from ._studies import (
+        DesignStudy,
+        Effects,
+        Envelope,
+        FreeFall,
+        Px4TuningStudy,
         RareFailures,
         Renewals,
         Sensitivities,
         Study,
-        Tuning,
+        TuningStudy,
     )
     from ._vehicle import State, Vehicle
     from ._verbs import assess, check, design, drop, missions, plan, rare, sobol, studies, study, tune
+    from ._view import View, view
 
     __version__: str
 
@@ -49,17 +52,26 @@ __all__ = [
     "Campaign",
     "Check",
     "Columns",
+    "Comparison",
     "Controller",
     "ControllerError",
     "Design",
+    "DesignStudy",
     "Drop",
+    "Effects",
+    "Envelope",
+    "FlightLog",
+    "FreeFall",
     "GainsLike",
+    "Identification",
     "Judge",
+    "Manoeuvre",
     "Measurement",
     "MissionError",
     "MissionLike",
     "Plan",
     "PlanError",
+    "Px4TuningStudy",
     "RareFailures",
     "Renewals",
     "Sensitivities",
@@ -69,19 +81,28 @@ __all__ = [
     "TrajectoryLike",
     "TuneError",
     "Tuning",
+    "TuningStudy",
     "Vehicle",
+    "VehicleDraft",
+    "View",
     "assess",
     "check",
+    "compare",
     "design",
     "drop",
+    "identify",
+    "log",
+    "manoeuvre",
     "mission",
     "missions",
+    "new_vehicle",
     "plan",
     "rare",
     "sobol",
     "studies",
     "study",
     "tune",
+    "view",
 ]
 
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
+from . import _show
+
 if TYPE_CHECKING:
     import pandas
+    import polars
     import pyarrow
 
 Array = npt.NDArray[np.float64]
@@ -43,6 +46,20 @@ class Columns(Mapping[str, npt.NDArray[Any]]):
 
         return cls({name: column([row[i] for row in rows]) for i, name in enumerate(names)})
 
+    @classmethod
+    def _of_rows(cls, rows: Iterable[Mapping[str, Any]]) -> Columns:
+        """The columns of rows with the same keys: numbers, whole numbers, yes or no, or words."""
+        rows = list(rows)
+
+        def column(cells: list[Any]) -> npt.NDArray[Any]:
+            if any(isinstance(cell, str) for cell in cells):
+                return np.array(["" if cell is None else cell for cell in cells])
+            is_number = None in cells or any(isinstance(cell, float) for cell in cells)
+            numbers = [np.nan if cell is None else cell for cell in cells]
+            return np.array(numbers, dtype=np.float64 if is_number else None)
+
+        return cls({name: column([row[name] for row in rows]) for name in (rows[0] if rows else ())})
+
     def __getitem__(self, name: str) -> npt.NDArray[Any]:
         return self._arrays[name]
 
@@ -55,6 +72,10 @@ class Columns(Mapping[str, npt.NDArray[Any]]):
     def __repr__(self) -> str:
         rows = len(next(iter(self._arrays.values()), ()))
         return f"Columns of {rows} rows: {', '.join(self._arrays)}"
+
+    def _repr_html_(self) -> str:
+        rows = len(next(iter(self._arrays.values()), ()))
+        return _show.table(self._arrays, f"{type(self).__name__}: {rows} rows")
 
     def stacked(self, *names: str) -> Array:
         """The named columns side by side: an array of shape (rows, names)."""
@@ -78,3 +99,16 @@ class Columns(Mapping[str, npt.NDArray[Any]]):
             return pyarrow.array(array, mask=np.isnan(array)) if is_number else pyarrow.array(array)
 
         return pyarrow.table({name: column(array) for name, array in self._arrays.items()})
+
+    def to_polars(self) -> polars.DataFrame:
+        """A Polars data frame with these columns (``pip install 'samara-tpf[tables]'``); nulls as in Arrow."""
+        import polars
+
+        frame = polars.from_arrow(self.to_arrow())
+        assert isinstance(frame, polars.DataFrame)
+        return frame
+
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """Arrow's PyCapsule interface, by which DuckDB, pandas and others take these columns as they are."""
+        stream: object = self.to_arrow().__arrow_c_stream__(requested_schema)
+        return stream

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from . import _samara
+from . import _samara, _show
 from ._columns import Array, Columns
 from ._errors import PlanError
 from ._given import MissionLike
@@ -48,6 +48,11 @@ class Plan:
     def status(self) -> str:
         """How the solve ended: converged, iteration_limit, stopped, infeasible, stalled or diverged."""
         return str(self.report["status"])
+
+    @property
+    def sentence(self) -> str:
+        """What was found, in a sentence, as the program prints it."""
+        return self._planned.text().strip()
 
     @property
     def converged(self) -> bool:
@@ -121,11 +126,25 @@ class Plan:
         """Writes the program's ``trajectory.csv``, which ``drop(trajectory=..)`` flies."""
         _write(path, self._planned.csv())
 
-    def _repr_svg_(self) -> str | None:
-        return self.svg if self.converged else None
+    def _repr_html_(self) -> str:
+        report, found = self.report, self.converged
+        return _show.shown(
+            f"Plan of {report['mission']}",
+            self.sentence,
+            _show.facts(
+                {
+                    "J_TPF": report["j_tpf"],
+                    "ends after [s]": self.time_s[-1] if found else None,
+                    "nodes": report["nodes"],
+                    "iterations": report["iterations"],
+                    "largest defect": report["defect_max"],
+                }
+            ),
+            _show.figure(self.svg if found else None),
+        )
 
     def __repr__(self) -> str:
-        return f"<Plan: {self._planned.text().strip()}>"
+        return f"<Plan: {self.sentence}>"
 
 
 class Drop:
@@ -229,8 +248,25 @@ class Drop:
         """Writes the page that replays the drop."""
         _write(path, self.html)
 
-    def _repr_svg_(self) -> str:
-        return self.svg
+    def _repr_html_(self) -> str:
+        verdict = self.verdict
+        return _show.shown(
+            f"Drop of {verdict['mission']}",
+            self.sentence,
+            _show.facts(
+                {
+                    "safe": self.safe,
+                    "J_TPF": self.j_tpf,
+                    "decided by": verdict["decided_by"],
+                    "steady after [s]": verdict["steady_after_s"],
+                    "altitude lost [m]": verdict["altitude_lost_m"],
+                    "peak speed [m/s]": verdict["peak_speed_m_s"],
+                    "peak tilt [deg]": verdict["peak_tilt_deg"],
+                    "gains": verdict["gains"],
+                }
+            ),
+            _show.figure(self.svg),
+        )
 
     def __repr__(self) -> str:
         return f"<Drop: {self.sentence}>"
@@ -302,144 +338,25 @@ class Assessment:
         """The tables that the program prints."""
         return self._assessed.text()
 
-    def __repr__(self) -> str:
-        return f"<Assessment: {self.sentence}>"
-
-
-class Study:
-    """What came of a study of any kind, as ``study`` flies it."""
-
-    def __init__(self, studied: _samara.Studied) -> None:
-        self._studied = studied
-        self._files = dict(studied.files)
-
     @property
-    def kind(self) -> str:
-        """The kind of study."""
-        return self._studied.kind
-
-    @cached_property
-    def report(self) -> dict[str, Any]:
-        """The object of the program's ``<kind>.json``."""
-        report: dict[str, Any] = json.loads(self._studied.json)
-        return report
-
-    @property
-    def holds(self) -> bool:
-        """Whether the answer is yes: exit code 0 of ``samara study``. A study that judges nothing always holds."""
-        return self._studied.holds
-
-    @cached_property
-    def tables(self) -> dict[str, Columns]:
-        """The tables of the program's CSV files, by the files' names without their ending."""
-        return {name[:-4]: Columns._of_csv(text) for name, text in self._files.items() if name.endswith(".csv")}
-
-    @property
-    def figures(self) -> dict[str, str]:
-        """The program's drawings as SVG, by the files' names without their ending."""
-        return {name[:-4]: text for name, text in self._files.items() if name.endswith(".svg")}
-
-    @property
-    def text(self) -> str:
-        """The tables that the program prints."""
-        return self._studied.text
-
-    @property
-    def page(self) -> str:
-        """The program's page, ``<kind>.html``: the answer with its figures."""
-        return self._studied.page
-
-    def save(self, folder: str | os.PathLike[str]) -> None:
-        """Writes the program's files to a folder that is there: ``<kind>.txt``, ``.json``, ``.html``, tables, drawings."""
-        of = {"txt": self.text, "json": self._studied.json, "html": self.page}
-        files = {f"{self.kind}.{ending}": text for ending, text in of.items()} | self._files
-        for name, text in files.items():
-            _write(Path(folder) / name, text)
+    def table(self) -> Columns:
+        """A row for each campaign: trials, those that failed, P(safe) with its interval, statistics of J_TPF."""
+        keys = ("name", "trials", "unsafe_trials", "p_safe", "p_safe_low", "p_safe_high", "mean", "std", "min", "max")
+        return Columns._of_rows({key: row[key] for key in keys} for row in self.report["campaigns"])
 
     def _repr_html_(self) -> str:
-        return self.page
+        of = f"{self.report['mission']} with the gains {self.report['gains']}"
+        trials = {name: campaign["j_tpf"] for name, campaign in self.campaigns.items()}
+        return _show.shown(
+            f"Assessment of {of}",
+            self.sentence,
+            _show.table(self.table, "J_TPF of each campaign"),
+            _show.figure(_show.shares(trials, "J_TPF")),
+            _show.folded("all tables", self.text),
+        )
 
     def __repr__(self) -> str:
-        return f"<Study: {self.kind}, {', '.join(self.tables)}>"
-
-
-class Renewals(Study):
-    """The same drops along one plan and along plans that are renewed."""
-
-    @property
-    def drops(self) -> Columns:
-        """The columns of the program's ``replan.csv``, a row for each drop of each campaign."""
-        return self.tables["replan"]
-
-    def __repr__(self) -> str:
-        means = (f"{row['name']} {row['measures'][0]['mean']:.4f}" for row in self.report["campaigns"])
-        return f"<Renewals: J_TPF {', '.join(means)}>"
-
-
-class RareFailures(Study):
-    """How rare failures are, by subset simulation, and the most likely one."""
-
-    @property
-    def probability(self) -> tuple[float, float, float]:
-        """Probability that a trial fails, and the interval that holds it with 95 % confidence."""
-        return self.report["probability"], self.report["low"], self.report["high"]
-
-    @property
-    def below(self) -> bool:
-        """Whether failures are rarer than asked, by the whole interval: exit code 0 of ``samara study rare``."""
-        return self.holds
-
-    @property
-    def table(self) -> Columns:
-        """The columns of the program's ``rare.csv``: probabilities that J_TPF reaches each of many values."""
-        return self.tables["rare"]
-
-    @cached_property
-    def failure(self) -> dict[str, Any] | None:
-        """The document of the program's ``rare_failure.json``, with all coordinates; ``None``: no failure was met."""
-        text = self._files.get("rare_failure.json")
-        return None if text is None else json.loads(text)
-
-    def save_failure(self, path: str | os.PathLike[str]) -> None:
-        """Writes the program's ``rare_failure.json``, which ``samara study rare --only`` flies.
-
-        ``ValueError``: no failure was met.
-        """
-        if self.failure is None:
-            raise ValueError("no failure was met")
-        _write(path, self._files["rare_failure.json"])
-
-    @property
-    def svg(self) -> str | None:
-        """The program's figure, ``rare.svg``; ``None``: there is nothing to draw."""
-        return self.figures.get("rare")
-
-    def __repr__(self) -> str:
-        probability, low, high = self.probability
-        return f"<RareFailures: probability {probability:.3g}, 95 % interval {low:.3g} to {high:.3g}>"
-
-
-class Sensitivities(Study):
-    """What decides a drop: Sobol's indices of everything that is drawn."""
-
-    @property
-    def table(self) -> Columns:
-        """The columns of the program's ``sobol.csv``, a row for each output and quantity."""
-        return self.tables["sobol"]
-
-    @property
-    def svg(self) -> str:
-        """The program's figure, ``sobol.svg``."""
-        return self.figures["sobol"]
-
-    def __repr__(self) -> str:
-        first = {output["output"]: max(output["quantities"], key=_total) for output in self.report["outputs"]}
-        words = (f"{name} by {most['quantity']} ({most['total']:.2f})" for name, most in first.items())
-        return f"<Sensitivities: {', '.join(words)}>"
-
-
-def _total(quantity: Mapping[str, Any]) -> float:
-    return float(quantity["total"])
+        return f"<Assessment: {self.sentence}>"
 
 
 class Tuning:
@@ -501,8 +418,20 @@ class Tuning:
         """Writes the program's ``gains.json``."""
         _write(path, self._tuned.gains_json())
 
+    @property
+    def sentence(self) -> str:
+        """What was found, in a sentence."""
+        bounds = "" if self.allowed else ", the bound on tracking NOT held"
+        return f"{self.gains['name']}, J_TPF {self.j_tpf:.4f}, tracking RMS {self.rms:.4f}{bounds}"
+
+    def _repr_html_(self) -> str:
+        found = {"cost": self.cost, "evaluations": self.evaluations, "bound on the tracking RMS": self.rms_bound}
+        gains = {name: value for name, value in self.gains.items() if isinstance(value, int | float)}
+        history = _show.table(self.history, "convergence")
+        return _show.shown("Tuning", self.sentence, _show.facts({**found, **gains}), history)
+
     def __repr__(self) -> str:
-        return f"<Tuning: {self.gains['name']}, J_TPF {self.j_tpf:.4f}, tracking RMS {self.rms:.4f}>"
+        return f"<Tuning: {self.sentence}>"
 
 
 class Design:
@@ -566,8 +495,23 @@ class Design:
         """The columns of the program's ``design_front.csv``: designs that no other beats in cost and a measure."""
         return Columns._of_csv(self._designed.front_csv)
 
+    @cached_property
+    def table(self) -> Columns:
+        """What came of fresh flights, which chose nothing: a row for each design in each air."""
+        return fresh(self.report)
+
+    def _repr_html_(self) -> str:
+        table = _show.table(self.table, "fresh flights, which chose nothing")
+        title = f"Design of {self.report['mission']}"
+        return _show.shown(title, self.sentence, table, _show.folded("all tables", self.text))
+
     def __repr__(self) -> str:
         return f"<Design: {self.sentence}>"
+
+
+def fresh(report: Mapping[str, Any]) -> Columns:
+    """What came of the fresh flights of a search of designs."""
+    return Columns._of_rows({"design": row["design"], "air": row["air"], **row["results"]} for row in report["fresh"])
 
 
 class Check:
@@ -593,8 +537,18 @@ class Check:
         """Whether nothing is odd: exit code 0 of ``samara check``."""
         return self._sound
 
+    @property
+    def sentence(self) -> str:
+        """What is odd, or that nothing is."""
+        return "; ".join(self.odd) or "nothing odd"
+
     def __str__(self) -> str:
         return self._text
 
+    def _repr_html_(self) -> str:
+        odd = _show.table({"what is odd": self.odd}) if self.odd else ""
+        said = "" if self.odd else self.sentence
+        return _show.shown(f"Check of {self.report['mission']}", said, odd, _show.folded("all numbers", self._text))
+
     def __repr__(self) -> str:
-        return f"<Check: {'; '.join(self.odd) or 'nothing odd'}>"
+        return f"<Check: {self.sentence}>"

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Callable, Sequence
-from typing import Any, Literal, TypeAlias, overload
+from typing import Literal, Unpack, overload
 
 from . import _samara
+from ._checks import in_range, number, plain, positive
 from ._columns import Columns
 from ._control import Controller, Measurement, Own, Setpoint, own
 from ._errors import ControllerError, MissionError, PlanError, TuneError
@@ -23,23 +23,36 @@ from ._given import (
     trajectory_text,
 )
 from ._judge import Judge
-from ._results import (
-    Assessment,
-    Campaign,
-    Check,
-    Design,
-    Drop,
-    Plan,
+from ._logs import Comparison, FlightLog, Identification, Manoeuvre, compare, identify, log, manoeuvre
+from ._new import VehicleDraft, new_vehicle
+from ._results import Assessment, Campaign, Check, Design, Drop, Plan, Tuning
+from ._settings import (
+    Cadence,
+    DesignSettings,
+    EffectsSettings,
+    EnvelopeSettings,
+    FreeFallSettings,
+    RareSettings,
+    ReplanSettings,
+    SobolSettings,
+    TunePx4Settings,
+    TuneSettings,
+)
+from ._studies import (
+    KINDS,
+    DesignStudy,
+    Effects,
+    Envelope,
+    FreeFall,
+    Px4TuningStudy,
     RareFailures,
     Renewals,
     Sensitivities,
     Study,
-    Tuning,
+    TuningStudy,
 )
 from ._vehicle import State, Vehicle
-
-Cadence: TypeAlias = Literal["release"] | float
-"""When a plan is renewed: at the release, or from it on at a rate in Hz."""
+from ._view import View, view
 
 
 def missions() -> list[str]:
@@ -63,9 +76,9 @@ def plan(
     A solve that finds nothing is a ``Plan`` too; its ``status`` and ``diagnosis`` say why. ``MissionError``: the
     mission is refused, or the problem cannot be posed.
     """
-    _in_range("nodes", nodes, 2, 10_000)
-    _in_range("max_iterations", max_iterations, 0, 2**32 - 1)
-    _number("tolerance", tolerance, 1e-12, 1e-2)
+    in_range("nodes", nodes, 2, 10_000)
+    in_range("max_iterations", max_iterations, 0, 2**32 - 1)
+    number("tolerance", tolerance, 1e-12, 1e-2)
     return Plan(
         _samara.plan(given(mission, base=base), nodes=nodes, tolerance=tolerance, max_iterations=max_iterations)
     )
@@ -183,11 +196,19 @@ def assess(
             raise MissionError("bound: campaigns without replan are expected with it")
         if not replan or isinstance(replan, str):
             raise MissionError(f"replan: a list of `release` and rates is expected, found {replan!r}")
-        asked: dict[str, Any] = {"seed": seed, "gains": gains, "params": params, "threads": threads, "base": base}
-        asked |= {"when": list(replan), "trials": trials or 300, "controller": controller}
-        found = study("replan", mission, **asked)
-        assert isinstance(found, Renewals)
-        return found
+        flown = 300 if trials is None else trials
+        return study(
+            "replan",
+            mission,
+            when=list(replan),
+            trials=flown,
+            seed=seed,
+            gains=gains,
+            params=params,
+            threads=threads,
+            base=base,
+            controller=controller,
+        )
     settings = [("bound", _text(bound)), *([] if trials is None else [("trials", _text(trials))])]
     return Assessment(_samara.assess(chosen, settings, threads=threads, controller=asked_of))
 
@@ -197,6 +218,57 @@ def studies() -> dict[str, dict[str, str]]:
     return {name: {setting[0]: setting[2] for setting in settings} for name, _, settings in _samara.studies()}
 
 
+@overload
+def study(
+    kind: Literal["effects"], mission: MissionLike = "titan_drop", **settings: Unpack[EffectsSettings]
+) -> Effects: ...
+@overload
+def study(
+    kind: Literal["envelope"], mission: MissionLike = "titan_drop", **settings: Unpack[EnvelopeSettings]
+) -> Envelope: ...
+@overload
+def study(
+    kind: Literal["rare"], mission: MissionLike = "titan_drop", **settings: Unpack[RareSettings]
+) -> RareFailures: ...
+@overload
+def study(
+    kind: Literal["sobol"], mission: MissionLike = "titan_drop", **settings: Unpack[SobolSettings]
+) -> Sensitivities: ...
+@overload
+def study(
+    kind: Literal["replan"], mission: MissionLike = "titan_drop", **settings: Unpack[ReplanSettings]
+) -> Renewals: ...
+@overload
+def study(
+    kind: Literal["free_fall", "free-fall"], mission: MissionLike = "titan_drop", **settings: Unpack[FreeFallSettings]
+) -> FreeFall: ...
+@overload
+def study(
+    kind: Literal["design"], mission: MissionLike = "titan_drop", **settings: Unpack[DesignSettings]
+) -> DesignStudy: ...
+@overload
+def study(
+    kind: Literal["tune"], mission: MissionLike = "titan_drop", **settings: Unpack[TuneSettings]
+) -> TuningStudy: ...
+@overload
+def study(
+    kind: Literal["tune_px4", "tune-px4"], mission: MissionLike = "titan_drop", **settings: Unpack[TunePx4Settings]
+) -> Px4TuningStudy: ...
+@overload
+def study(
+    kind: str,
+    mission: MissionLike = "titan_drop",
+    *,
+    seed: int | None = None,
+    gains: GainsLike | None = None,
+    params: str | os.PathLike[str] | None = None,
+    controller: Controller | None = None,
+    base: str | os.PathLike[str] | None = None,
+    threads: int | None = None,
+    progress: Callable[[str, int, int], object] | None = None,
+    rows: str | os.PathLike[str] | None = None,
+    **settings: object,
+) -> Study: ...
 def study(
     kind: str,
     mission: MissionLike = "titan_drop",
@@ -214,7 +286,9 @@ def study(
     """Flies a study of a mission, as ``samara study`` does: ``effects``, ``envelope``, ``rare``, ``sobol``, .. .
 
     ``studies()`` has all kinds, with the ``settings`` of each, which are the program's options: ``rays=8``,
-    ``pairs=[("pitch", "wind")]``, ``when=["release", 1]``.
+    ``pairs=[("pitch", "wind")]``, ``when=["release", 1]``. What comes is of the kind's own class: ``Effects``,
+    ``Envelope``, ``FreeFall``, ``RareFailures``, ``Renewals``, ``Sensitivities``, ``DesignStudy``, ``TuningStudy``,
+    ``Px4TuningStudy``.
 
     ``progress`` is called, in this thread, with what is flown, how many jobs are done and how many there may be; what
     it raises ends the study. ``rows`` is a file that keeps what was flown: after Ctrl-C, or a process that was killed,
@@ -239,12 +313,12 @@ def study(
         progress=progress,
         controller=asked,
     )
-    return {"rare": RareFailures, "sobol": Sensitivities, "replan": Renewals}.get(kind, Study)(studied)
+    return KINDS.get(kind, Study)(studied)
 
 
 def _own_alone(controller: Controller | None, threads: int | None, **of_the_cascade: object) -> Own | None:
     """What the extension module takes for a controller of many flights."""
-    _in_range("threads", threads, 1, 256)
+    in_range("threads", threads, 1, 256)
     asked = own(controller)
     if asked is None:
         return None
@@ -287,11 +361,19 @@ def rare(
 
     ``MissionError`` and ``PlanError`` as for ``drop``.
     """
-    asked = {"seed": seed, "gains": gains, "params": params, "threads": threads, "base": base}
-    settings = {"least": least, "bound": bound, "unknowns": unknowns, "per_level": per_level}
-    found = study("rare", mission, **asked, **settings)  # type: ignore[arg-type]
-    assert isinstance(found, RareFailures)
-    return found
+    return study(
+        "rare",
+        mission,
+        least=least,
+        bound=bound,
+        unknowns=unknowns,
+        per_level=per_level,
+        seed=seed,
+        gains=gains,
+        params=params,
+        threads=threads,
+        base=base,
+    )
 
 
 def sobol(
@@ -312,11 +394,9 @@ def sobol(
 
     ``MissionError`` and ``PlanError`` as for ``drop``.
     """
-    found = study(
-        "sobol", mission, seed=seed, gains=gains, params=params, threads=threads, base=base, points=points
+    return study(
+        "sobol", mission, points=points, seed=seed, gains=gains, params=params, threads=threads, base=base
     )
-    assert isinstance(found, Sensitivities)
-    return found
 
 
 def tune(
@@ -353,10 +433,10 @@ def tune(
         ("stall", stall, 1, 100_000),
         ("threads", threads, 1, 256),
     ):
-        _in_range(key, value, least, most)
-    _positive("rms_bound", rms_bound)
-    _positive("penalty", penalty)
-    _plain("name", name)
+        in_range(key, value, least, most)
+    positive("rms_bound", rms_bound)
+    positive("penalty", penalty)
+    plain("name", name)
     asked: Asked = {
         "method": method,
         "objective": objective,
@@ -373,26 +453,6 @@ def tune(
         "threads": threads,
     }
     return Tuning(_samara.tune(given(mission, base=base, seed=seed), asked))
-
-
-def _in_range(key: str, value: int | None, least: int, most: int) -> None:
-    if value is not None and not least <= value <= most:
-        raise MissionError(f"{key}: a whole number from {least} to {most} is expected, found {value!r}")
-
-
-def _number(key: str, value: float | None, least: float, most: float) -> None:
-    if value is not None and not least <= value <= most:
-        raise MissionError(f"{key}: a number from {least:g} to {most:g} is expected, found {value!r}")
-
-
-def _positive(key: str, value: float | None) -> None:
-    if value is not None and not 0.0 < value < float("inf"):
-        raise MissionError(f"{key}: a number above 0 is expected, found {value!r}")
-
-
-def _plain(key: str, value: str) -> None:
-    if not re.fullmatch(r"[A-Za-z0-9_-]+", value):
-        raise MissionError(f"{key}: letters, digits, `_` and `-` are expected, found {value!r}")
 
 
 def design(
@@ -424,8 +484,8 @@ def design(
         ("unseen", unseen, 1, 10_000_000),
         ("threads", threads, 1, 256),
     ):
-        _in_range(key, value, least, most)
-    _plain("name", name)
+        in_range(key, value, least, most)
+    plain("name", name)
     asked: DesignAsked = {
         "budget": budget,
         "start": start,

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from . import _samara
+from . import _samara, _show
 from ._columns import Array, Columns
 from ._given import GainsLike, MissionLike, given
 
@@ -116,17 +116,14 @@ class Loops(Mapping[tuple[str, str], Loop]):
         return f"<Loops: {', '.join(self.names)} at {', '.join(self.states)}>"
 
     def _repr_html_(self) -> str:
-        names = "".join(f"<th>{state}</th>" for state in self.states)
-        row = "".join(f"<tr><th>{name}</th>{self._cells(name)}</tr>" for name in self.names)
-        return f"<table><caption>modulus of each loop, delay margin</caption><tr><th></th>{names}</tr>{row}</table>"
-
-    def _cells(self, name: str) -> str:
         def cell(loop: Loop) -> str:
             if not loop.stable:
                 return "unstable"
             return f"{loop.modulus:.2f}" if loop.delay_s is None else f"{loop.modulus:.2f}, {1e3 * loop.delay_s:.0f} ms"
 
-        return "".join(f"<td>{cell(self[name, state])}</td>" for state in self.states)
+        margins = {state: [cell(self[name, state]) for name in self.names] for state in self.states}
+        table = _show.table({"loop": self.names} | margins, "modulus of each loop, delay margin", ends=12)
+        return _show.shown("Loops", None, table)
 
 
 def loops(

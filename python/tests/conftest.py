@@ -7,7 +7,9 @@ import os
 import shutil
 import subprocess
 import sysconfig
+from html.parser import HTMLParser
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -47,6 +49,54 @@ def assert_same(table: Columns, file: Path) -> None:
         assert not np.isfinite(array[empty]).any(), name
         found = array[~empty].astype(np.float64)
         assert (found.view(np.uint64) == wanted[~empty].view(np.uint64)).all(), name
+
+
+class Page(HTMLParser):
+    """A piece of HTML, read: which elements are open, which there were, and the text."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.elements: set[str] = set()
+        self.text = ""
+        self.feed(html)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.add(tag)
+        if tag != "br":
+            self.open.append(tag)
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+    def handle_startendtag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.elements.add(tag)
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def assert_shows(result: Any, *words: str, has_figure: bool = True) -> None:
+    """A result is a line as text, and in a notebook a heading, tables and a figure, whole, with these words."""
+    assert repr(result).startswith(f"<{type(result).__name__}: ") and "\n" not in repr(result)
+    page = Page(result._repr_html_())
+    assert page.open == [] and "strong" in page.elements and page.elements & {"table", "pre"}
+    assert not page.elements & {"html", "script", "style"}
+    assert ("svg" in page.elements) == has_figure
+    for word in words:
+        assert word in page.text, word
+
+
+def assert_converts(table: Columns) -> None:
+    """Pandas, Polars and Arrow have its columns and rows, the latter two nulls where there is no number."""
+    rows = len(next(iter(table.values())))
+    frame, other, arrow = table.to_pandas(), table.to_polars(), table.to_arrow()
+    assert frame.shape == other.shape == arrow.shape == (rows, len(table))
+    assert list(frame.columns) == other.columns == arrow.column_names == list(table)
+    for name, array in table.items():
+        nulls = int(np.isnan(array).sum()) if array.dtype.kind == "f" else 0
+        assert other[name].null_count() == arrow[name].null_count == nulls
 
 
 @pytest.fixture(autouse=True)

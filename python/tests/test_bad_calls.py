@@ -65,7 +65,7 @@ CALLS: list[tuple[Callable[[], Any], type[Exception], str]] = [
     (lambda: samara.study("sobol", X500, controller=Pid(), params="x.params"), ValueError, "params: flights of the cascade"),
     (lambda: samara.study("sobol", X500, controller=Pid(), rows="x"), ValueError, "rows: flights of the cascade"),
     (lambda: samara.study("sobol", X500, controller=Pid(), threads=2), ValueError, "threads: 1 is expected with"),
-    (lambda: samara.study("sobol", X500, controller=Pid), ValueError, "controller: an object is expected, found the class"),  # type: ignore[arg-type]
+    (lambda: samara.study("sobol", X500, controller=Pid), ValueError, "controller: an object is expected, found the class"),  # type: ignore[call-overload]
     (lambda: samara.study("tune", X500, controller=Pid()), ValueError, "controller: it searches the gains of the cascade"),
     (lambda: samara.study("free_fall", X500, controller=Pid()), ValueError, "controller: it flies no controller"),
     # Controllers: what they return.

@@ -92,7 +92,7 @@ def test_what_is_expected_is_said(verb: Any, arguments: dict[str, Any], words: s
 def test_a_solve_that_finds_nothing_is_an_answer_of_plan_and_an_error_elsewhere() -> None:
     plan = samara.plan(max_iterations=1)
     assert plan.status == "iteration_limit" and not plan.converged and plan.diagnosis
-    assert plan.report["j_tpf"] is None and plan._repr_svg_() is None and "J_TPF" not in repr(plan)
+    assert plan.report["j_tpf"] is None and "<svg" not in plan._repr_html_() and "J_TPF" not in repr(plan)
     for of_the_trajectory in ("j_tpf", "table", "time_s", "thrust_n", "svg"):
         with pytest.raises(samara.PlanError, match="iteration_limit"):
             getattr(plan, of_the_trajectory)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 import samara_tpf as samara
-from conftest import assert_same, columns_of, run
+from conftest import assert_converts, assert_same, assert_shows, columns_of, run
+from samara_tpf._studies import KINDS
 
 DROPS = ["balloon_drop", "dragonfly_drop", "titan_drop", "x500_drop"]
 
@@ -31,6 +32,7 @@ def test_reference_a_plan_is_the_programs(name: str, tmp_path: Path) -> None:
     assert plan.velocity_ned_m_s.shape == plan.acceleration_ned_m_s2.shape == plan.rate_body_rad_s.shape == (rows, 3)
     assert plan.q_ned_from_body.shape == (rows, 4) and plan.thrust_n.shape[0] == rows
     assert plan.converged and plan.diagnosis is None
+    assert_shows(plan, f"Plan of {name}", "converged")
 
 
 @pytest.mark.parametrize(
@@ -53,6 +55,7 @@ def test_reference_a_drop_is_the_programs(
     assert done.svg == (tmp_path / "drop.svg").read_text(encoding="utf-8")
     assert done.html == (tmp_path / "drop.html").read_text(encoding="utf-8")
     assert done.sentence is not None and done.sentence in printed
+    assert_shows(done, f"Drop of {name}", done.sentence)
 
 
 def test_reference_a_trajectory_of_ones_own_is_flown(tmp_path: Path) -> None:
@@ -73,6 +76,9 @@ def test_reference_campaigns_are_the_programs(tmp_path: Path) -> None:
     assert text == f"{done.text}\n{done.sentence}\n"
     share = (done.j_tpf < 1.0).mean()
     assert done.p_safe[0] == share and done.p_safe[1] <= share <= done.p_safe[2]
+    assert_shows(done, "Assessment of titan_drop", done.sentence, "optimal solid, step dashed")
+    assert list(done.table["name"]) == ["optimal", "step"] and done.table["max"][0] == done.j_tpf.max()
+    assert_converts(done.table)
 
 
 @pytest.mark.parametrize(("method", "code"), [("pso-cma", 1), ("cma-es", 0)])
@@ -86,6 +92,7 @@ def test_reference_a_search_is_the_programs(method: Any, code: int, tmp_path: Pa
     assert_same(found.history, tmp_path / "convergence.csv")
     assert_same(found.front, tmp_path / "front.csv")
     assert found.cost == found.rms and found.allowed and found.rms_bound is None and found.evaluations >= 12
+    assert_shows(found, "Tuning", found.sentence, "k_pq_per_s", has_figure=False)
 
 
 def test_reference_a_design_is_the_programs(tmp_path: Path) -> None:
@@ -102,6 +109,7 @@ def test_reference_a_design_is_the_programs(tmp_path: Path) -> None:
     # The mission that was made is one: the plan of the program's file, and the numbers of its flight.
     by_file, by_dict = samara.drop(tmp_path / "design_mission.json"), samara.drop(found.mission)
     assert by_dict.j_tpf == by_file.j_tpf and found.sentence in repr(found)
+    assert_shows(found, "Design of titan_drop", found.sentence, "still_air", has_figure=False)
 
 
 def test_arrays_and_numbers_of_numpy_stand_in_a_mission() -> None:
@@ -152,7 +160,57 @@ def test_reference_a_study_of_any_kind_is_the_programs(kind: str, tmp_path: Path
         assert file.read_bytes() == (tmp_path / "program" / file.name).read_bytes(), file.name
     assert f"{kind}.json" in {file.name for file in (tmp_path / "saved").iterdir()} and found.kind == kind
     assert found.tables or kind == "tune_px4"
+    assert type(found) is KINDS[kind] and len(set(KINDS.values())) == len(STUDIES)
+    assert_shows(found, f"{type(found).__name__} of {mission}", found.sentence)
+    assert_converts(found.table)
+    assert_is_what_its_files_say(found)
     assert all(done <= whole for _, done, whole in told)
+
+
+def assert_is_what_its_files_say(found: samara.Study) -> None:
+    """What a kind's own class gives is what the rows of its tables come to."""
+    match found:
+        case samara.Effects() | samara.Renewals():
+            drops, key = found.drops, "effects" if isinstance(found, samara.Effects) else "replan"
+            for row, campaign in enumerate(found.table["campaign"]):
+                of = drops[key] == campaign
+                assert of.sum() == found.table["trials"][row]
+                assert (drops["safe"][of] == 0).sum() == found.table["failed"][row]
+                for name in ("j_tpf", "steady_after_s", "altitude_lost_m", "peak_tilt_deg"):
+                    assert found.table[f"mean_{name}"][row] == pytest.approx(np.nanmean(drops[name][of]))
+                    assert found.table[f"max_{name}"][row] == drops[name][of].max()
+        case samara.Envelope():
+            edges, ((x, y),) = found.edges, found.pairs
+            assert found.limits == [0.7, 1.0] and found.bound == (0.99, 0.95)
+            of = (edges["pair"] == f"{x}:{y}") & (edges["limit"] == 1.0)
+            confirmed = edges.stacked("confirmed_x", "confirmed_y")[of]
+            assert np.array_equal(found.edge(x, y), confirmed, equal_nan=True) and len(confirmed) == 4
+            assert np.array_equal(found.edge(y, x), confirmed[:, ::-1], equal_nan=True)
+            with pytest.raises(KeyError, match="is expected"):
+                found.edge("pitch_deg", "wind_m_s")
+            # By itself a quantity goes as far as the rays along its axis.
+            far = found.table["high"][(found.table["axis"] == x) & (found.table["limit"] == 1.0)]
+            assert far == pytest.approx(np.nanmax(confirmed[:, 0]), rel=0.05)
+        case samara.FreeFall():
+            after_s = found.releases["autopilot_after_s"]
+            assert found.missed == np.isnan(after_s).sum() and found.alarms == found.descents["alarms"].sum()
+            assert found.table["finder"].tolist() == ["autopilot", "companion"] and len(found.rules["rule"]) > 2
+            assert found.median_s == pytest.approx(np.median(after_s), abs=0.02) and found.alarms_per_h_high > 0
+        case samara.DesignStudy():
+            assert found.better == found.holds and found.front["cost"].min() == found.history["cost"][-1]
+            assert {*found.table["air"]} == {"still_air", "unknowns", "turbulence"} and found.gains["name"] == "design"
+        case samara.TuningStudy():
+            assert found.better == found.holds and found.history is not None and found.front is not None
+            assert found.history["cost"][-1] == found.report["cost"] and found.table["name"][-1] == found.gains["name"]
+        case samara.Px4TuningStudy():
+            assert found.better == found.holds and found.table["parameters"].tolist() == ["defaults", "found"]
+            assert set(found.parameters) >= {"MC_PITCHRATE_P", "MPC_XY_VEL_P_ACC"}
+        case samara.RareFailures():
+            assert found.below == found.holds and found.table["probability"][-1] == found.probability[0]
+        case samara.Sensitivities():
+            assert {*found.table["output"]} == {"j_tpf", "steady_after_s", "altitude_lost_m"}
+        case _:
+            pytest.fail(f"{found.kind} has no class of its own")
 
 
 def test_a_study_goes_on_from_its_rows(tmp_path: Path) -> None:
@@ -209,6 +267,7 @@ def test_reference_a_check_is_the_programs() -> None:
         assert checked.report == json.loads(run(*words, "--json", expected=code))
         assert str(checked) in run(*words, expected=code)
         assert checked.ok == (checked.odd == [])
+        assert_shows(checked, f"Check of {name}", *(checked.odd or ["nothing odd"]), has_figure=False)
 
 
 def test_a_dict_is_the_mission() -> None:
