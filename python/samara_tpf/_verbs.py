@@ -10,6 +10,7 @@ from typing import Literal, TypeAlias, overload
 from . import _samara
 from ._columns import Columns
 from ._control import Controller, Measurement, Setpoint, own
+from ._documents import Gains, Mission, VehicleDocument
 from ._errors import ControllerError, MissionError, PlanError, TuneError
 from ._given import (
     Asked,
@@ -414,7 +415,8 @@ def design(
         "name": name,
         "threads": threads,
     }
-    return Design(_samara.design(given(mission, base=base, seed=seed), asked), mission)
+    document = mission.document if isinstance(mission, Mission) else mission
+    return Design(_samara.design(given(mission, base=base, seed=seed), asked), document)
 
 
 def check(
