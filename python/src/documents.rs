@@ -1,6 +1,7 @@
 //! Missions, vehicles and gains as documents: the text of one, and what is wrong with one.
 
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use pyo3::prelude::*;
 use samara::config::shipped::GAINS;
@@ -21,9 +22,9 @@ pub fn document_text(py: Python<'_>, kind: &str, name: PathBuf) -> PyResult<(Pat
 }
 
 /// Reads documents after every change of theirs; what is refused raises.
-#[pyclass(module = "samara_tpf._samara")]
+#[pyclass(frozen, module = "samara_tpf._samara")]
 #[derive(Debug, Default)]
-pub struct Reader(samara::config::Reader);
+pub struct Reader(Mutex<samara::config::Reader>);
 
 #[pymethods]
 impl Reader {
@@ -36,7 +37,7 @@ impl Reader {
     /// it names, where they are given.
     #[pyo3(signature = (text, file, vehicle=None, gains=None))]
     fn mission(
-        &mut self,
+        &self,
         py: Python<'_>,
         text: &str,
         file: PathBuf,
@@ -44,20 +45,28 @@ impl Reader {
         gains: Option<&str>,
     ) -> PyResult<()> {
         let text = MissionText { mission: text, file: &file, vehicle, gains };
-        or_raised(py, self.0.mission(&text))
+        self.read(py, |reader| reader.mission(&text))
     }
 
     /// Reads a vehicle under the path `file`.
-    fn vehicle(&mut self, py: Python<'_>, text: &str, file: PathBuf) -> PyResult<()> {
-        or_raised(py, self.0.vehicle(text, &file))
+    fn vehicle(&self, py: Python<'_>, text: &str, file: PathBuf) -> PyResult<()> {
+        self.read(py, |reader| reader.vehicle(text, &file))
     }
 
     /// Reads gains under the path `file`.
     fn gains(&self, py: Python<'_>, text: &str, file: PathBuf) -> PyResult<()> {
-        or_raised(py, self.0.gains(text, &file))
+        self.read(py, |reader| reader.gains(text, &file))
     }
 }
 
-fn or_raised(py: Python<'_>, read: Result<(), ConfigError>) -> PyResult<()> {
-    read.map_err(|error| Fault::given(&error).raised(py))
+impl Reader {
+    /// Reads with the interpreter's lock held, and makes the exception, which may let it go, behind that.
+    fn read(
+        &self,
+        py: Python<'_>,
+        with: impl FnOnce(&mut samara::config::Reader) -> Result<(), ConfigError>,
+    ) -> PyResult<()> {
+        let read = with(&mut self.0.lock().unwrap_or_else(PoisonError::into_inner));
+        read.map_err(|error| Fault::given(&error).raised(py))
+    }
 }

@@ -6,7 +6,9 @@ import copy
 import json
 import os
 import pickle
+import sys
 from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Literal, assert_type
 
@@ -257,6 +259,28 @@ def test_every_verb_takes_a_mission() -> None:
     assert not vehicle.over
     climbs = inside.rotor(mission, omega_rad_s=300.0, climb_m_s=[0.0, 1.0])["thrust_n"]
     assert climbs.tolist() == inside.rotor(as_dict, omega_rad_s=300.0, climb_m_s=[0.0, 1.0])["thrust_n"].tolist()
+
+
+def test_regress_threads_edit_missions_of_their_own() -> None:
+    """Two threads at a time met in the library's reader, while one of them was told what is refused."""
+    interval = sys.getswitchinterval()
+    sys.setswitchinterval(1e-6)
+
+    def edit(name: str) -> tuple[int, int]:
+        mission, refused = Mission(name), 0
+        for seed in range(200):
+            mission.seed = seed
+            try:
+                mission.release.hang_s = -1
+            except samara.MissionError:
+                refused += 1
+        return mission.seed, refused
+
+    try:
+        with ThreadPoolExecutor(4) as threads:
+            assert set(threads.map(edit, ["x500_drop", "titan_drop"] * 2)) == {(199, 200)}
+    finally:
+        sys.setswitchinterval(interval)
 
 
 def test_types_are_known() -> None:
