@@ -8,7 +8,7 @@ The verbs of the program ``samara`` for Python, with results as NumPy arrays::
     print(drop.sentence)                     # safe: J_TPF 0.555, steady after 20.06 s
     drop.time_s, drop.velocity_ned_m_s       # arrays
 
-A mission is a name, a path or a ``dict`` as ``json.load`` gives it; ``mission(name)`` gives one to change. SI and
+A mission is a name, a path, a ``dict`` as ``json.load`` gives it, or a ``Mission``, whose keys are attributes. SI and
 radians, but degrees where a name ends in ``_deg``; vectors are NED (north, east, down) or in body axes (forward,
 right, down), as the names say. The numbers are those of the program's files, to the last bit.
 
@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ._columns import Columns
     from ._control import Controller, Measurement, Setpoint
+    from ._documents import Gains, Mission, VehicleDocument
     from ._errors import ControllerError, MissionError, PlanError, TuneError
     from ._given import GainsLike, MissionLike, TrajectoryLike, mission
     from ._judge import Judge
@@ -62,11 +63,13 @@ __all__ = [
     "Envelope",
     "FlightLog",
     "FreeFall",
+    "Gains",
     "GainsLike",
     "Identification",
     "Judge",
     "Manoeuvre",
     "Measurement",
+    "Mission",
     "MissionError",
     "MissionLike",
     "Plan",
@@ -83,6 +86,7 @@ __all__ = [
     "Tuning",
     "TuningStudy",
     "Vehicle",
+    "VehicleDocument",
     "VehicleDraft",
     "View",
     "assess",

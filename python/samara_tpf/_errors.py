@@ -10,7 +10,8 @@ class MissionError(ValueError):
 
     The text is the one that the program prints. ``file`` is the file that is at fault and ``path`` the place in
     the document (``site.gravity_m_s2``, ``rotors[2].axis_body``), where there is one; ``line`` and ``column``
-    count from 1. A mission given as a ``dict`` is read as the text ``json.dumps(mission, indent=2)``.
+    count from 1. A mission given as a ``dict`` is read as the text ``json.dumps(mission, indent=2)``; of what is set in
+    a ``Mission`` there is the path alone.
     """
 
     file: str | None

@@ -1,4 +1,4 @@
-"""The mission as it is given: a name, a path or a dictionary."""
+"""The mission as it is given: a name, a path, a dictionary or a ``Mission``."""
 
 from __future__ import annotations
 
@@ -12,24 +12,27 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _samara
+from ._document import Document
 from ._errors import MissionError
+from ._tree import beside, from_anywhere, plain
 
 if TYPE_CHECKING:
     import pandas
     import pyarrow
 
 MissionLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
-"""A mission: the name of a built-in one or of a file in ``./mission``, a path, or the document itself."""
+"""A mission: the name of a built-in one or of a file in ``./mission``, a path, or the document itself: a ``dict``, a
+``Mission``.
+"""
 
 GainsLike: TypeAlias = str | os.PathLike[str] | Mapping[str, Any]
-"""Gains: a name, a path, or the document of a gains file."""
+"""Gains: a name, a path, or the document of a gains file: a ``dict``, ``Gains``."""
 
 TrajectoryLike: TypeAlias = "str | os.PathLike[str] | Mapping[str, Any] | npt.NDArray[Any] | pandas.DataFrame | pyarrow.Table"
 """A trajectory: a path, or a table with the columns of ``trajectory.csv``: a dict of arrays, a data frame, a structured
 array, Arrow's.
 """
 
-_BUILT_IN = "built-in:"
 _BEFORE_THRUSTS = ("t_s", "q0", "q1", "q2", "q3", "vn_m_s", "ve_m_s", "vd_m_s", "p_rad_s", "q_rad_s", "r_rad_s")
 _THRUSTS = tuple(f"t{i}_n" for i in range(1, 9))
 _AFTER_THRUSTS = ("an_m_s2", "ae_m_s2", "ad_m_s2")
@@ -80,18 +83,7 @@ class DesignAsked(TypedDict):
 
 
 def _text(document: Mapping[str, Any]) -> str:
-    return json.dumps(document, indent=2, default=_plain)
-
-
-def _plain(value: Any) -> Any:
-    """What JSON has for a NumPy array or number; a mapping that is no dict becomes one."""
-    if isinstance(value, Mapping):
-        return dict(value)
-    if callable(tolist := getattr(value, "tolist", None)):
-        return tolist()
-    if isinstance(value, os.PathLike):
-        return os.fspath(value)
-    raise TypeError(f"a mission cannot hold a {type(value).__name__}: {value!r}")
+    return json.dumps(dict(document), indent=2, default=plain)
 
 
 def given(
@@ -118,7 +110,9 @@ def given(
         "seed": seed,
         "case": case,
     }
-    if isinstance(mission, Mapping):
+    if isinstance(mission, Document):
+        chosen["file"], chosen["text"], chosen["vehicle"], chosen["own_gains"] = mission._given()
+    elif isinstance(mission, Mapping):
         document = dict(mission)
         for key, place, name in (("vehicle", "vehicle", "<vehicle dict>"), ("gains", "own_gains", "<gains dict>")):
             if isinstance(document.get(key), Mapping):
@@ -187,20 +181,8 @@ def of_a_row(error: MissionError) -> MissionError:
 def mission(name: str | os.PathLike[str] = "titan_drop") -> dict[str, Any]:
     """A mission's document, to be changed and flown.
 
-    The paths of vehicle and gains are written so that they lead there from anywhere: built-in files keep their
-    ``built-in:`` paths, files of the disk become absolute.
+    Paths are written so that they lead there from anywhere: built-in files keep their ``built-in:`` paths, files of the
+    disk become absolute. :class:`Mission` is a document whose keys are attributes, checked as they are set.
     """
-    file, text = _samara.mission_text(name)
-    document: dict[str, Any] = json.loads(text)
-    for key in ("vehicle", "gains", "px4_params"):
-        if isinstance(path := document.get(key), str) and not path.startswith(_BUILT_IN):
-            document[key] = _beside(os.fspath(file), path)
-    return document
-
-
-def _beside(file: str, path: str) -> str:
-    """The path that the document ``file`` names by ``path``."""
-    if file.startswith(_BUILT_IN):
-        inside = os.path.dirname(file[len(_BUILT_IN) :])
-        return _BUILT_IN + os.path.normpath(os.path.join(inside, path)).replace(os.sep, "/")
-    return os.path.abspath(os.path.join(os.path.dirname(file), path))
+    file, text = _samara.document_text("mission", name)
+    return from_anywhere("mission", json.loads(text), lambda _, path: beside(os.fspath(file), path))

@@ -10,6 +10,7 @@ from . import _samara
 from ._checks import in_range, number, plain, positive
 from ._columns import Columns
 from ._control import Controller, Measurement, Own, Setpoint, own
+from ._documents import Gains, Mission, VehicleDocument
 from ._errors import ControllerError, MissionError, PlanError, TuneError
 from ._given import (
     Asked,
@@ -494,7 +495,8 @@ def design(
         "name": name,
         "threads": threads,
     }
-    return Design(_samara.design(given(mission, base=base, seed=seed), asked), mission)
+    document = mission.document if isinstance(mission, Mission) else mission
+    return Design(_samara.design(given(mission, base=base, seed=seed), asked), document)
 
 
 def check(

@@ -4,6 +4,7 @@
 //! | file | holds |
 //! |---|---|
 //! | `fault` | why there is no answer, as an exception of Python |
+//! | `documents` | missions, vehicles and gains as documents |
 //! | `given` | the mission as Python gives it, with its choices |
 //! | `work` | work beside the interpreter, which Ctrl-C ends |
 //! | `pool` | threads for many flights |
@@ -18,6 +19,7 @@
 use pyo3::prelude::*;
 
 mod arrays;
+mod documents;
 mod fault;
 mod flights;
 mod given;
@@ -33,6 +35,8 @@ mod work;
 /// The verbs, and what they come to.
 #[pymodule]
 mod _samara {
+    #[pymodule_export]
+    use crate::documents::{Reader, document_text};
     #[pymodule_export]
     use crate::flights::Flights;
     #[pymodule_export]
@@ -50,7 +54,7 @@ mod _samara {
     #[pymodule_export]
     use crate::verbs::judge::Judge;
     #[pymodule_export]
-    use crate::verbs::names::{check, mission_text, missions};
+    use crate::verbs::names::{check, missions};
     #[pymodule_export]
     use crate::verbs::plan::{Planned, plan};
     #[pymodule_export]

@@ -1,12 +1,16 @@
-"""The page of mission keys is the one that scripts/mission_keys makes of the schema."""
+"""What scripts make of the schemas is current: the page of mission keys, and the classes of documents in Python."""
 
 import subprocess
 import sys
 
+import pytest
 from programs import REPOSITORY
 
 
-def test_the_page_of_mission_keys_is_current():
-    made = subprocess.run([sys.executable, REPOSITORY / "scripts" / "mission_keys"], capture_output=True, check=True)
-    page = (REPOSITORY / "docs" / "mission_keys.md").read_bytes()
-    assert made.stdout == page, "docs/mission_keys.md is stale: run scripts/regenerate"
+@pytest.mark.parametrize(
+    ("script", "made"),
+    [("mission_keys", "docs/mission_keys.md"), ("python_documents", "python/samara_tpf/_documents.py")],
+)
+def test_what_is_made_of_the_schemas_is_current(script, made):
+    printed = subprocess.run([sys.executable, REPOSITORY / "scripts" / script], capture_output=True, check=True).stdout
+    assert printed == (REPOSITORY / made).read_bytes(), f"{made} is stale: run scripts/regenerate"

@@ -18,6 +18,7 @@
 //! | `params_file` | PX4 parameter files |
 //! | `px4_fit` | whether PX4 can fly a mission, and what it senses there |
 //! | `rare_failure` | the most likely way to fail that a search found |
+//! | `reader` | documents that are read after every change, to say what is wrong with it |
 //! | `vehicle_file` | `params/vehicles/*.json` |
 //! | `rotor_table` | the rotor table beside a vehicle |
 //! | `coefficient_csv` | the coefficients of a rotor's blades beside a vehicle |
@@ -57,6 +58,7 @@ mod params_file;
 mod plan_grid;
 mod px4_fit;
 mod rare_failure;
+mod reader;
 mod rotor_table;
 pub mod schema;
 mod set_keys;
@@ -90,6 +92,7 @@ pub use plan_grid::{
 };
 pub use px4_fit::{UnfitPx4, check_for_px4, check_site_for_px4, px4_receiver, px4_senses, truth_remark};
 pub use rare_failure::{RareFailureFile, load_rare_failure};
+pub use reader::Reader;
 pub use set_keys::{SettableKey, is_of_vehicle, load_mission_with, settable_keys};
 pub use source::{NamedFile, input_text};
 pub use trajectory_csv::{

@@ -9,7 +9,7 @@
 //! | [`tune`] | gains by search |
 //! | [`design`] | plan and gains by one search |
 //! | [`judge`] | what judges gains in a search |
-//! | [`names`] | which missions there are, the text of one, what its numbers amount to |
+//! | [`names`] | which missions there are, what the numbers of one amount to |
 
 pub mod assess;
 pub mod design;

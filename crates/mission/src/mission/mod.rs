@@ -27,7 +27,7 @@ use crate::overrides::{Overrides, put_all};
 use crate::shipped::{MISSIONS, is_built_in, names_in};
 use crate::source::{InputHash, Source};
 use crate::uncertain::{UncertainJson, uncertainty};
-use crate::vehicle_file::vehicle_of;
+use crate::vehicle_file::{KnownRotor, vehicle_of};
 use samara_core::design::DesignSettings;
 use samara_core::model::{RotorLimits, Vehicle};
 use samara_core::sim::{Battery, ElectricBattery, SensorSettings};
@@ -218,7 +218,7 @@ pub fn load_mission(path: &Path) -> Result<Mission, ConfigError> {
 pub(super) fn load_with(path: &Path, overrides: &Overrides) -> Result<Mission, ConfigError> {
     let mut source = Source::read(path, "mission file", None).map_err(|e| naming_the_built_in(e, path))?;
     put_all(&mut source, &overrides.mission)?;
-    mission_of(&source, None, None, overrides)
+    mission_of(&source, None, None, overrides, None)
 }
 
 /// The text of a mission file, of the disk or built in.
@@ -249,7 +249,16 @@ pub struct MissionText<'a> {
 /// # Errors
 /// [`ConfigError`] with the place in the text or in the file that is refused.
 pub fn parse_mission(text: &MissionText<'_>) -> Result<Mission, ConfigError> {
-    mission_of(&Source::of_text(text.mission, text.file), text.vehicle, text.gains, &Overrides::default())
+    read_mission(text, None)
+}
+
+/// Reads a mission of a text; where the rotor is `known`, its table is not in the hash of the inputs.
+pub(super) fn read_mission(
+    text: &MissionText<'_>,
+    known: Option<&mut KnownRotor>,
+) -> Result<Mission, ConfigError> {
+    let source = Source::of_text(text.mission, text.file);
+    mission_of(&source, text.vehicle, text.gains, &Overrides::default(), known)
 }
 
 /// The mission of a text, whose vehicle and gains are in files unless their texts are given.
@@ -258,6 +267,7 @@ fn mission_of(
     vehicle: Option<&str>,
     gains: Option<&str>,
     overrides: &Overrides,
+    known: Option<&mut KnownRotor>,
 ) -> Result<Mission, ConfigError> {
     let json: MissionJson = source.parse()?;
     let mut hash = InputHash::default();
@@ -271,7 +281,7 @@ fn mission_of(
     };
     let mut vehicle_source = named(&json.vehicle, "vehicle file", vehicle)?;
     put_all(&mut vehicle_source, &overrides.vehicle)?;
-    let mut vehicle = vehicle_of(&vehicle_source, &mut hash)?;
+    let mut vehicle = vehicle_of(&vehicle_source, &mut hash, known)?;
     vehicle.vehicle.latency_s = json.control.latency_s();
     let (target_v_ned, epoch_unix_us) =
         (Vector3::from(json.target_v_ned_m_s.get()), json.epoch_unix_us.get() as u64);

@@ -4,11 +4,12 @@
 //! cannot (relations between numbers) and builds the model. Angles are in degrees in the file and in radians
 //! inside. Rotors, body aerodynamics and motor have a file each.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nalgebra::Matrix3;
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::Value;
 
 use self::aero::{BodyAeroJson, build_aero};
 pub use self::blade_element::BladeFile;
@@ -24,7 +25,7 @@ use super::number::{Exactly, Name, Positive, Within};
 use super::source::{InputHash, Source};
 use super::uncertain::UncertainJson;
 use samara_core::model::rigid_body::MassProperties;
-use samara_core::model::{Vehicle, VehicleOptions};
+use samara_core::model::{Rotor, Vehicle, VehicleOptions};
 use samara_core::uncertain::{UncertainQuantity, Uncertainty};
 
 mod aero;
@@ -110,7 +111,7 @@ pub struct VehicleFile {
 /// # Errors
 /// [`ConfigError`] with the place in the file, when it cannot be read or is not a vehicle.
 pub fn load_vehicle(path: &Path) -> Result<VehicleFile, ConfigError> {
-    vehicle_of(&Source::read(path, "vehicle file", None)?, &mut InputHash::default())
+    vehicle_of(&Source::read(path, "vehicle file", None)?, &mut InputHash::default(), None)
 }
 
 /// The blades of a vehicle file, whether or not there is a table of their coefficients.
@@ -129,11 +130,38 @@ pub fn blade_file(path: &Path) -> Result<BladeFile, ConfigError> {
     }
 }
 
-/// The vehicle of a text, with its tables; all that is read goes into `hash`.
-pub(super) fn vehicle_of(source: &Source, hash: &mut InputHash) -> Result<VehicleFile, ConfigError> {
+/// The rotor that was read last, whose table has thousands of lines: where the keys of the next one are the
+/// same, in a vehicle of the same path, it is that one.
+#[derive(Clone, Debug, Default)]
+pub(super) struct KnownRotor(Option<(PathBuf, Value, Rotor)>);
+
+impl KnownRotor {
+    fn rotor(&mut self, source: &Source, json: &RotorModelJson) -> Result<Rotor, ConfigError> {
+        let keys = source.value("rotor").unwrap_or_default();
+        if let Some((file, known, rotor)) = &self.0
+            && (file, known) == (&source.file, &keys)
+        {
+            return Ok(rotor.clone());
+        }
+        let rotor = build_rotor(source, json, &mut InputHash::default())?;
+        self.0 = Some((source.file.clone(), keys, rotor.clone()));
+        Ok(rotor)
+    }
+}
+
+/// The vehicle of a text, with its tables; all that is read goes into `hash`, but for a rotor's table where
+/// `known` gives the rotor.
+pub(super) fn vehicle_of(
+    source: &Source,
+    hash: &mut InputHash,
+    known: Option<&mut KnownRotor>,
+) -> Result<VehicleFile, ConfigError> {
     let json: VehicleJson = source.parse()?;
     hash.absorb("vehicle", &source.text);
-    let mut rotor = build_rotor(source, &json.rotor, hash)?;
+    let mut rotor = match known {
+        Some(known) => known.rotor(source, &json.rotor)?,
+        None => build_rotor(source, &json.rotor, hash)?,
+    };
     let motor = build_motor(source, &json.motor)?;
     let mut start = None;
     if let Some(start_json) = &json.rotor_start {
