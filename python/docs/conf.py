@@ -15,8 +15,9 @@ import importlib
 import os
 import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
-from types import ModuleType
+from types import FunctionType, ModuleType
 from typing import Any, Generic, TypeVar
 
 import numpy.typing
@@ -30,6 +31,7 @@ from sphinx.util.typing import stringify_annotation
 
 PACKAGE = Path(__file__).resolve().parents[1]
 sys.path.insert(0, os.fspath(PACKAGE))
+STUB = "samara_tpf._samara"
 Scalar = TypeVar("Scalar")
 
 
@@ -52,19 +54,22 @@ class NDArray(Generic[Scalar]):
 
 ArrayLike.__module__ = NDArray.__module__ = "numpy.typing"
 vars(numpy.typing).update(ArrayLike=ArrayLike, NDArray=NDArray)
-stand_in("samara_tpf._samara", PACKAGE / "samara_tpf/_samara.pyi")
+stand_in(STUB, PACKAGE / "samara_tpf/_samara.pyi")
+importlib.import_module("samara_tpf._verbs")
 PUBLIC = [importlib.import_module(name) for name in ("samara_tpf", "samara_tpf.inside", "samara_tpf.gym")]
-# Aliases of types, which are shown by their names, too.
+# The modules of the package, and the public aliases of types in them, which are shown by their names, too.
+OWN = {name: module for name, module in sys.modules.items() if name.startswith("samara_tpf.") and name != STUB}
 ALIASES = {
-    f"{module.__name__}.{name}": getattr(module, name)
-    for module, names in zip(PUBLIC, [("MissionLike", "GainsLike", "TrajectoryLike"), (), ("Action",)], strict=True)
-    for name in names
+    f"{module.__name__}.{name}": value
+    for module in PUBLIC
+    for name, value in ((name, getattr(module, name)) for name in module.__all__)
+    if not isinstance(value, type | FunctionType | float)
 }
 for alias in ALIASES:
     of, _, name = alias.rpartition(".")
-    for own in [vars(module) for place, module in sys.modules.items() if place.startswith("samara_tpf.")]:
-        if name in own:
-            own[name] = type(name, (), {"__module__": of})
+    for module in OWN.values():
+        if name in vars(module):
+            setattr(module, name, type(name, (), {"__module__": of}))
 
 project = "samara_tpf"
 html_title = "samara for Python"
@@ -105,27 +110,37 @@ def signature(app: Sphinx, what: str, name: str, of: Any, options: Any, argument
 def docstring(app: Sphinx, what: str, name: str, of: Any, options: Any, lines: list[str]) -> None:
     """What an alias of types stands for, and what stands below it in the module that it is of."""
     if name in ALIASES:
-        module, _, alias = name.rpartition(".")
-        said = ModuleAnalyzer.for_module("samara_tpf._given" if module == "samara_tpf" else module).find_attr_docs()
-        types = re.sub(r"~[\w.]*\.", "", stringify_annotation(ALIASES[name], "smart"))
-        lines[:] = [*said["", alias], f"``{types}``", ""]
+        alias = ("", name.rpartition(".")[2])
+        for said in (ModuleAnalyzer.for_module(module).find_attr_docs() for module in OWN):
+            if alias in said:
+                types = re.sub(r"~[\w.]*\.", "", stringify_annotation(ALIASES[name], "smart"))
+                lines[:] = [*said[alias], f"``{types}``", ""]
 
 
-def reference(app: Sphinx, env: BuildEnvironment, node: Any, content: Any) -> Any:
-    """Public names in the place of those of the private modules that hold them."""
-    module, _, name = node.get("reftarget", "").rpartition(".")
-    if module.startswith("samara_tpf._") and name in PUBLIC[0].__all__:
-        python = env.get_domain("py")
-        return python.resolve_xref(env, node["refdoc"], app.builder, "obj", f"samara_tpf.{name}", node, content)
-    return None
+def titles(app: Sphinx, tree: nodes.document, page: str) -> None:
+    """What a link says under the pointer: public names in the place of the private modules that hold them."""
+    for link in tree.findall(nodes.reference):
+        if title := link.get("reftitle"):
+            link["reftitle"] = re.sub(r"^samara_tpf\._\w+\.", "samara_tpf.", title)
+
+
+def public() -> Iterator[str]:
+    """Public names, and those of the classes among them, but for what is a base's of others."""
+    for module in PUBLIC:
+        for name in module.__all__:
+            yield f"{module.__name__}.{name}"
+            if isinstance(of := getattr(module, name), type):
+                others = [base for base in of.__mro__[1:] if not base.__module__.startswith("samara_tpf.")]
+                for member in dict.fromkeys([*vars(of), *vars(of).get("__annotations__", {})]):
+                    if not member.startswith("_") and not any(hasattr(base, member) for base in others):
+                        yield f"{module.__name__}.{name}.{member}"
 
 
 def nothing_is_missing(app: Sphinx, env: BuildEnvironment) -> None:
-    """A warning for each public name that is on no page."""
-    there = env.domaindata["py"]["objects"]
-    for name in [f"{module.__name__}.{name}" for module in PUBLIC for name in module.__all__]:
-        if name not in there:
-            logging.getLogger(__name__).warning("%s is public, and on no page of python/docs", name)
+    """A warning for each public name that is on no page, as one without a docstring is."""
+    for name in public():
+        if name not in env.domaindata["py"]["objects"]:
+            logging.getLogger(__name__).warning("%s is public, and has no docstring or no page in python/docs", name)
 
 
 class Help(Directive):
@@ -141,5 +156,5 @@ def setup(app: Sphinx) -> None:
     app.add_directive("help", Help)
     app.connect("autodoc-process-signature", signature)
     app.connect("autodoc-process-docstring", docstring)
-    app.connect("missing-reference", reference)
+    app.connect("doctree-resolved", titles)
     app.connect("env-check-consistency", nothing_is_missing)
