@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import __future__
 
+import ast
 import importlib
 import os
 import re
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, Generic, TypeVar
@@ -35,13 +36,23 @@ STUB = "samara_tpf._samara"
 Scalar = TypeVar("Scalar")
 
 
-def stand_in(name: str, stub: Path) -> None:
-    """A module of what a stub declares, under the name of the module that it is of."""
+def stand_in(name: str, stub: Path) -> Callable[[], None]:
+    """A module of what a stub declares, under the name of the module that it is of.
+
+    What the stub takes from its package, for types alone, comes by a call once the package is there.
+    """
     module = ModuleType(name)
     module.__package__ = name.rpartition(".")[0]
     sys.modules[name] = module
-    flags = __future__.annotations.compiler_flag
-    exec(compile(stub.read_text(encoding="utf-8"), stub, "exec", flags, dont_inherit=True), module.__dict__)
+    tree = ast.parse(stub.read_text(encoding="utf-8"))
+    own = [node for node in tree.body if isinstance(node, ast.ImportFrom) and node.level]
+
+    def run(body: list[Any]) -> None:
+        flags = __future__.annotations.compiler_flag
+        exec(compile(ast.Module(body, []), stub, "exec", flags, dont_inherit=True), module.__dict__)
+
+    run([node for node in tree.body if node not in own])
+    return lambda: run(own)
 
 
 class ArrayLike:
@@ -54,9 +65,10 @@ class NDArray(Generic[Scalar]):
 
 ArrayLike.__module__ = NDArray.__module__ = "numpy.typing"
 vars(numpy.typing).update(ArrayLike=ArrayLike, NDArray=NDArray)
-stand_in(STUB, PACKAGE / "samara_tpf/_samara.pyi")
+types_of_stub = stand_in(STUB, PACKAGE / "samara_tpf/_samara.pyi")
 importlib.import_module("samara_tpf._verbs")
 PUBLIC = [importlib.import_module(name) for name in ("samara_tpf", "samara_tpf.inside", "samara_tpf.gym")]
+types_of_stub()
 # The modules of the package, and the public aliases of types in them, which are shown by their names, too.
 OWN = {name: module for name, module in sys.modules.items() if name.startswith("samara_tpf.") and name != STUB}
 ALIASES = {
@@ -86,6 +98,7 @@ html_copy_source = False
 html_show_copyright = False
 
 extensions = ["sphinx.ext.autodoc"]
+default_role = "literal"
 nitpicky = True
 # What is others' has no page here.
 nitpick_ignore_regex = [(".*", r"(numpy|np|npt|pandas|pyarrow|gymnasium|os|collections|typing)\b.*")]
