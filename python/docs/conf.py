@@ -16,7 +16,7 @@ import importlib
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterator
 from pathlib import Path
 from types import FunctionType, ModuleType
 from typing import Any, Generic, TypeVar
@@ -101,7 +101,7 @@ extensions = ["sphinx.ext.autodoc"]
 default_role = "literal"
 nitpicky = True
 # What is others' has no page here.
-nitpick_ignore_regex = [(".*", r"(numpy|np|npt|pandas|pyarrow|gymnasium|os|collections|typing)\b.*")]
+nitpick_ignore_regex = [(".*", r"(numpy|np|npt|pandas|polars|pyarrow|gymnasium|os|collections|typing)\b.*")]
 add_module_names = False
 toc_object_entries_show_parents = "hide"
 python_maximum_signature_line_length = 90
@@ -137,23 +137,22 @@ def titles(app: Sphinx, tree: nodes.document, page: str) -> None:
             link["reftitle"] = re.sub(r"^samara_tpf\._\w+\.", "samara_tpf.", title)
 
 
-def public() -> Iterator[str]:
-    """Public names, and those of the classes among them, but for what is a base's of others."""
-    for module in PUBLIC:
-        for name in module.__all__:
-            yield f"{module.__name__}.{name}"
-            if isinstance(of := getattr(module, name), type):
-                others = [base for base in of.__mro__[1:] if not base.__module__.startswith("samara_tpf.")]
-                for member in dict.fromkeys([*vars(of), *vars(of).get("__annotations__", {})]):
-                    if not member.startswith("_") and not any(hasattr(base, member) for base in others):
-                        yield f"{module.__name__}.{name}.{member}"
+def public(module: ModuleType, there: Container[str]) -> Iterator[str]:
+    """Public names of a module, and of its classes that are there, but for what is a base's of others."""
+    for name in module.__all__:
+        yield (whole := f"{module.__name__}.{name}")
+        if isinstance(of := getattr(module, name), type) and whole in there:
+            others = [base for base in of.__mro__[1:] if not base.__module__.startswith("samara_tpf.")]
+            for member in dict.fromkeys([*vars(of), *vars(of).get("__annotations__", {})]):
+                if not member.startswith("_") and not any(hasattr(base, member) for base in others):
+                    yield f"{whole}.{member}"
 
 
 def nothing_is_missing(app: Sphinx, env: BuildEnvironment) -> None:
     """A warning for each public name that is on no page, as one without a docstring is."""
-    for name in public():
-        if name not in env.domaindata["py"]["objects"]:
-            logging.getLogger(__name__).warning("%s is public, and has no docstring or no page in python/docs", name)
+    there = env.domaindata["py"]["objects"]
+    for name in [name for module in PUBLIC for name in public(module, there) if name not in there]:
+        logging.getLogger(__name__).warning("%s is public, and has no docstring or no page in python/docs", name)
 
 
 class Help(Directive):
