@@ -5,7 +5,7 @@ The verbs of the program ``samara`` for Python, with results as NumPy arrays::
     import samara_tpf as samara
 
     drop = samara.drop("titan_drop")
-    print(drop.sentence)                     # safe: J_TPF 0.555, steady after 20.06 s
+    print(drop.sentence)                     # safe or not, and why
     drop.time_s, drop.velocity_ned_m_s       # arrays
 
 A mission is a name, a path, a ``dict`` as ``json.load`` gives it, or a ``Mission``, whose keys are attributes. SI and

@@ -36,9 +36,12 @@ from . import _samara
 from ._errors import MissionError
 from ._given import MissionLike, given
 
+__all__ = ["PERIOD_S", "Action", "DropEnv", "DropVectorEnv"]
+
 Numbers: TypeAlias = npt.NDArray[np.float32]
 Space: TypeAlias = gymnasium.spaces.Space[Numbers]
 Action: TypeAlias = Literal["thrust", "rate", "velocity"]
+"""What an action commands: the thrust of each rotor, body rates and collective, or a velocity."""
 
 PERIOD_S = 0.004
 """Length of a step [s]."""
@@ -97,7 +100,7 @@ class _Episodes:
 
 
 class DropEnv(gymnasium.Env[Numbers, Numbers]):
-    """A flight from t = 0."""
+    """A flight from t = 0, as an environment of Gymnasium."""
 
     metadata: dict[str, Any] = {"render_modes": []}  # noqa: RUF012
 

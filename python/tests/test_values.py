@@ -95,6 +95,7 @@ def test_reference_a_search_is_the_programs(method: Any, code: int, tmp_path: Pa
     assert_shows(found, "Tuning", found.sentence, "k_pq_per_s", has_figure=False)
 
 
+@pytest.mark.slow
 def test_reference_a_design_is_the_programs(tmp_path: Path) -> None:
     words = ["--budget", "8", "--finalists", "2", "--unseen", "32", "--seed", "3", "--out", f"{tmp_path}"]
     found = samara.design("titan_drop", budget=8, finalists=2, unseen=32, seed=3, threads=2)
@@ -143,7 +144,7 @@ STUDIES: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("kind", STUDIES)
+@pytest.mark.parametrize("kind", [pytest.param(kind, marks=[pytest.mark.slow] * (kind == "envelope")) for kind in STUDIES])
 def test_reference_a_study_of_any_kind_is_the_programs(kind: str, tmp_path: Path) -> None:
     assert set(samara.studies()) == set(STUDIES)
     mission, settings = "titan_no_wire" if kind == "free_fall" else "x500_drop", STUDIES[kind]
