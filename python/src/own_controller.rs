@@ -1,6 +1,7 @@
 //! A controller that is written in Python, flown as any other.
 //!
-//! It is asked under the interpreter's lock, by one thread: one object flies all flights one after the other. Where it fails, the flight goes on without thrust until the verb sees it.
+//! It is asked under the interpreter's lock, by one thread: one object flies all flights one after the
+//! other. Where it fails, the flight goes on without thrust until the verb sees it.
 
 use std::sync::{Arc, OnceLock};
 

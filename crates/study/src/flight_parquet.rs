@@ -28,7 +28,7 @@ pub enum FlightParquetError {
     #[error("it is damaged: a whole Parquet file is expected")]
     Damaged,
     /// The library's own words.
-    #[error("{0}")]
+    #[error(transparent)]
     Parquet(#[from] ParquetError),
     /// It has no times.
     #[error("expected a column `t_s` of times, and others of: {KNOWN}")]
@@ -193,7 +193,6 @@ mod tests {
         file
     }
 
-    /// The same numbers as CSV.
     #[test]
     fn reference_a_table_is_the_flight_of_the_same_numbers_in_csv() {
         let mut text = "t_s,vn_m_s,ve_m_s,vd_m_s,armed,phase\n".to_owned();

@@ -140,7 +140,8 @@ impl Campaigns {
             );
             alone = None;
             let own = OwnController::new(own, &mission.vehicle, &mission.site.environment);
-            mission.fly_by(&name, Box::new(own.clone()));
+            mission.note_choice("controller", &name);
+            mission.control.fly_by(&name, Box::new(own.clone()));
             controller = Some(own);
         }
         let entries = own_entries(&mission).or_given()?;

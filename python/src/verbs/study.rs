@@ -115,7 +115,8 @@ fn fly(
         }
         let (name, own) =
             (own.name.clone(), OwnController::new(own, &mission.vehicle, &mission.site.environment));
-        mission.fly_by(&name, Box::new(own.clone()));
+        mission.note_choice("controller", &name);
+        mission.control.fly_by(&name, Box::new(own.clone()));
         let _ = flown.set(own);
     }
     let own = given.has_gains().then(|| given.without_choices().mission()).transpose()?;

@@ -8,7 +8,6 @@ use crate::error::ConfigError;
 use crate::params_file::{self, refuse};
 use crate::source::Source;
 use crate::trajectory_csv::{TrajectoryFile, load_trajectory};
-use samara_core::control::Controller;
 use samara_core::params::compatibility::written_for;
 use samara_core::params::{ParameterFile, import};
 use samara_core::printable::printable;
@@ -67,12 +66,6 @@ impl Mission {
         self.inputs.absorb_file("parameters", &source);
         self.inputs.type_gains("--params", path.display().to_string());
         Ok(file)
-    }
-
-    /// Lets a controller of this name fly in the cascade's place. The input hash follows the name.
-    pub fn fly_by(&mut self, name: &str, controller: Box<dyn Controller>) {
-        self.note_choice("controller", name);
-        (self.control.gains_name, self.control.own) = (name.to_owned(), Some(controller));
     }
 
     /// Lets the vehicle swing so that a release at the end of the hang brings it to t = 0 with the pitch and

@@ -107,6 +107,13 @@ impl ControlJson {
 }
 
 impl Control {
+    /// Lets a controller of this name fly in the cascade's place; [`Mission::note_choice`] is the caller's.
+    ///
+    /// [`Mission::note_choice`]: super::Mission::note_choice
+    pub fn fly_by(&mut self, name: &str, controller: Box<dyn Controller>) {
+        (self.gains_name, self.own) = (name.to_owned(), Some(controller));
+    }
+
     /// `battery`: what the motors are on.
     pub(super) fn from_json(json: &ControlJson, gains: GainsFile, battery: Option<&ElectricBattery>) -> Self {
         let duty =
