@@ -283,7 +283,7 @@ fn no_line_of_prose_is_wider_than_110_columns() {
 /// Pages that are written by hand, without the table of contents, what programs write into them and what
 /// stands in fences.
 #[test]
-fn the_pages_of_docs_have_at_most_42_325_words() {
+fn the_pages_of_docs_have_at_most_42_520_words() {
     let words = |page: &str| {
         let mut made = false;
         let counted = lines(page).filter(|(fence, line)| {
@@ -298,7 +298,7 @@ fn the_pages_of_docs_have_at_most_42_325_words() {
         path.starts_with("docs") && !made.iter().any(|page| Path::new(page) == path)
     };
     let all: usize = pages().iter().filter(|(path, _)| by_hand(path)).map(|(_, page)| words(page)).sum();
-    assert!(all <= 42_325, "{all} words");
+    assert!(all <= 42_520, "{all} words");
 }
 
 #[test]
