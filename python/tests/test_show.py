@@ -145,7 +145,7 @@ def test_settings_are_those_of_the_kinds() -> None:
         "tune": _settings.TuneSettings,
         "tune_px4": _settings.TunePx4Settings,
     }
-    common = set(_settings.Common.__annotations__)
+    common = set(_settings.Flown.__annotations__)
     assert {kind: set(of.__annotations__) - common for kind, of in types.items()} == {
         kind: set(settings) for kind, settings in samara.studies().items()
     }
