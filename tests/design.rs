@@ -13,7 +13,7 @@ fn samara(folder: &Path, words: &[&str]) -> Output {
 fn quick(folder: &Path) -> String {
     let text = fs::read_to_string("mission/x500_drop.json").unwrap();
     let mut mission: serde_json::Value = serde_json::from_str(&text).unwrap();
-    mission["design"] = serde_json::json!({ "draws": 12, "settle_s": 5, "search": { "nodes": [38], "feed_forward": [true, false] } });
+    mission["design"] = serde_json::json!({ "draws": 8, "settle_s": 5, "search": { "nodes": [38], "feed_forward": [true, false] } });
     let text = mission.to_string();
     let root = env!("CARGO_MANIFEST_DIR");
     let file = folder.join("quick.json");
@@ -22,7 +22,7 @@ fn quick(folder: &Path) -> String {
 }
 
 fn design(folder: &Path, mission: &str, more: &[&str]) -> Output {
-    let words = ["design", mission, "--unseen", "12", "--finalists", "2"];
+    let words = ["design", mission, "--unseen", "8", "--finalists", "2"];
     samara(folder, &[&words[..], more].concat())
 }
 

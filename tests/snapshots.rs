@@ -295,7 +295,7 @@ fn studies() {
     place.says(
         "assess_envelope",
         0,
-        "study envelope x500_drop --pairs pitch:pitch_rate --rays 4 --out OUT/d",
+        "study envelope tests/calm_x500.json --pairs pitch:pitch_rate --rays 4 --out OUT/d",
     );
     place.says("assess_only", 0, "assess x500_drop --only 3 --out OUT/e");
 }
@@ -304,7 +304,12 @@ fn studies() {
 fn studies_of_causes() {
     let place = Place::new();
     place.says("assess_sobol", 0, "study sobol x500_drop --points 64 --out OUT/a");
-    place.says("assess_rare", 1, "study rare x500_drop --least 1e-2 --bound 0.5 --per-level 800 --out OUT/b");
+    let calm = "tests/calm_x500.json";
+    place.says(
+        "assess_rare",
+        1,
+        &format!("study rare {calm} --least 1e-2 --bound 0.5 --per-level 800 --out OUT/b"),
+    );
     place.says("assess_effects", 0, "study effects x500_drop --trials 4 --out OUT/c");
     place.says("assess_replan", 0, "study replan x500_drop --when release --trials 4 --out OUT/d");
     place.says("assess_free_fall", 0, "study free-fall x500_no_wire --hours 1 --trials 20 --out OUT/e");
@@ -320,7 +325,8 @@ fn searches() {
     );
     place.says("tune_px4", 1, "tune x500_drop --for px4 --particles 4 --iterations 1 --unseen 4 --out OUT/c");
     place.wrote("tune_px4_params", "c/gains.params");
-    place.says("design", 1, "design x500_drop --budget 8 --finalists 1 --unseen 16 --out OUT/d");
+    let few = "--set design.draws=8 --budget 8 --finalists 1 --unseen 8";
+    place.says("design", 1, &format!("design x500_drop {few} --out OUT/d"));
     place.wrote("design_json", "d/design.json");
 }
 
