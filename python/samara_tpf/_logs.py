@@ -284,7 +284,7 @@ def identify(
 ) -> Identification:
     """Finds out from flight logs what a vehicle is, with standard errors, as ``samara identify``.
 
-    ``logs``: of one vehicle, PX4's or samara's own (``.ulg``), or tables (``.csv``) with columns as ``flight.csv``;
+    ``logs``: of one vehicle, PX4's or samara's own (``.ulg``), or tables, CSV or Parquet, as ``flight.csv``;
     ``vehicle``: as it is known, a name, a file or the document of one; ``mass_kg``: in the flight, the vehicle's unless
     given; ``gravity_m_s2``: where it was flown, Earth's unless given; ``name``: of the vehicle that is found.
 
