@@ -203,7 +203,8 @@ fn a_hexacopter_of_one_s_own_is_designed() {
         "new mission heron_drop --vehicle heron.json --planet earth --altitude 3000 --from balloon --target 0,0,0",
     );
     let said = run("design heron_drop.json --budget 4 --unseen 16 --finalists 1 --out out");
-    assert!(said.lines().last().unwrap().contains("J_TPF in turbulence"), "{said}");
+    let decided = said.lines().find(|line| line.starts_with("design is ")).unwrap();
+    assert!(decided.contains("J_TPF in turbulence"), "{said}");
     assert!(folder.path().join("out/design_mission.json").exists());
 }
 
