@@ -43,6 +43,7 @@ extern crate self as samara;
 
 #[cfg(feature = "cli")]
 #[doc(hidden)]
+#[allow(rustdoc::invalid_html_tags, reason = "help as the program prints it")]
 pub mod cli;
 #[cfg(feature = "link")]
 pub mod link;

@@ -1,9 +1,9 @@
 //! A hint behind every no: what mostly causes it, and the command that looks closer or mends it.
 //!
-//! One table, [`ALL`], has the noes of the judge, of planning, of `samara check`, of searches and of the
-//! reference autopilot. What says a no gives its [`No`], so that none can be said that has no row; what comes
-//! over the wire as text is found by its words, [`No::of_words`]. The page "My drop is not safe: what now"
-//! is [`page`].
+//! One table, that of [`No`], has the noes of the judge, of planning, of `samara check`, of searches and of
+//! the reference autopilot. What says a no gives its [`No`], so that none can be said that has no row; what
+//! comes over the wire as text is found by its words, [`No::of_words`]. The page "My drop is not safe: what
+//! now" is [`page`].
 
 /// What stands for the mission in a [`Hint`]'s command.
 const MISSION: &str = "MISSION";

@@ -43,7 +43,7 @@ impl Found {
 /// How a channel was predicted in stretches that were not used, a second at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Predicted {
-    /// Place in [`CHANNELS`].
+    /// Place in [`CHANNELS`](super::CHANNELS).
     pub channel: usize,
     /// Root mean square of what was measured less what was predicted.
     pub rms: f64,
