@@ -11,20 +11,11 @@ import re
 import subprocess
 
 import pytest
-from playwright.sync_api import sync_playwright
-from test_replay import CHROMIUM, ROOT, SAMARA, SOFT, wait
+from test_replay import CHROMIUM, ROOT, SAMARA, browser, wait, watched  # noqa: F401
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium is installed")
 
 SCREENSHOTS = os.environ.get("SAMARA_SCREENSHOTS")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=SOFT)
-        yield browser
-        browser.close()
 
 
 @contextlib.contextmanager
@@ -43,12 +34,7 @@ def opened(browser, address, **settings):
     """The page; fails on any error in it, and on a request to anywhere else."""
     settings.setdefault("viewport", {"width": 1280, "height": 800})
     page, faults = browser.new_page(**settings), []
-    page.set_default_timeout(60_000)
-    page.on("pageerror", lambda error: faults.append(str(error)))
-    own = address.split("#")[0]
-    page.on("request", lambda r: faults.append(r.url) if not r.url.startswith((own, "data:", "blob:")) else None)
-    page.goto(address)
-    wait(page, "!!window.replay && replay.drawn > 0")
+    watched(page, address, faults)
     yield page
     page.close()
     assert faults == []

@@ -52,6 +52,16 @@ def rows(drop):
     return list(csv.DictReader(line for line in lines if not line.startswith("#")))
 
 
+def watched(page, address, faults):
+    """Opens an address that is served; faults are told of any error in the page, and of a request to anywhere else."""
+    page.set_default_timeout(60_000)
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    own = address.split("#")[0]
+    page.on("request", lambda r: faults.append(r.url) if not r.url.startswith((own, "data:", "blob:")) else None)
+    page.goto(address)
+    wait(page, "!!window.replay && replay.drawn > 0")
+
+
 @pytest.fixture(scope="module")
 def browser():
     with sync_playwright() as playwright:

@@ -20,7 +20,7 @@ from functools import partial
 
 import pytest
 from playwright.sync_api import sync_playwright
-from test_replay import CHROMIUM, ROOT, SAMARA, SOFT, wait
+from test_replay import CHROMIUM, ROOT, SAMARA, SOFT, wait, watched
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium is installed")
 
@@ -71,12 +71,7 @@ def opened(browser):
         context = context or browser.new_context(**settings)
         contexts.append(context)
         page = context.new_page()
-        page.set_default_timeout(60_000)
-        page.on("pageerror", lambda error: faults.append(str(error)))
-        own = address.split("#")[0]
-        page.on("request", lambda r: faults.append(r.url) if not r.url.startswith((own, "data:", "blob:")) else None)
-        page.goto(address)
-        wait(page, "!!window.replay && replay.drawn > 0")
+        watched(page, address, faults)
         return page
 
     yield open_page

@@ -14,8 +14,6 @@ use samara_core::logged_flight::columns::{KNOWN, flight};
 
 use crate::shard::undamaged;
 
-/// The bytes that such a file begins with.
-pub const MAGIC: &[u8] = b"PAR1";
 /// Columns of a table, at most.
 const MOST_COLUMNS: usize = 1000;
 /// Numbers of a table, at most.

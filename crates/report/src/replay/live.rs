@@ -4,9 +4,9 @@
 use serde::Serialize;
 
 use super::view::{drop_data, drop_words};
-use super::{PLOT_STYLE, TOOLS, data, filled, player, seen};
+use super::{PLOT_STYLE, data, served_page};
 use crate::flight_columns::flight_columns;
-use crate::json::{VERSION, object};
+use crate::json::object;
 use crate::rows::Column;
 use crate::shown_drop::{ShownDrop, air_words};
 use nalgebra::Vector3;
@@ -24,13 +24,7 @@ const KEYS_OF_LIVE: &str = "<dt>l</dt><dd>the newest instant, and on with the fl
 /// The page, which asks the program that serves it for the flight; its style and script are asked for as
 /// `live.css` and `live.js`.
 pub fn page() -> String {
-    filled(PAGE, |name| match name {
-        "version" => VERSION.to_owned(),
-        "tools" => TOOLS.to_owned(),
-        "player" => player(true, KEYS_OF_LIVE),
-        "seen" => seen(true),
-        _ => String::new(),
-    })
+    served_page(PAGE, KEYS_OF_LIVE)
 }
 
 /// The page's script: that of a drop's page, with three.js and uPlot, and what is beyond it.

@@ -120,6 +120,17 @@ fn filled(template: &str, value: impl Fn(&str) -> String) -> String {
     page + rest
 }
 
+/// A page with the player, for the program that serves it: a template, and what keys do beyond a drop's page.
+fn served_page(template: &str, keys: &str) -> String {
+    filled(template, |name| match name {
+        "version" => VERSION.to_owned(),
+        "tools" => TOOLS.to_owned(),
+        "player" => player(true, keys),
+        "seen" => seen(true),
+        _ => String::new(),
+    })
+}
+
 /// A text's hash as a content security policy names it.
 fn policy_hash(text: &str) -> String {
     format!("'sha256-{}'", base64::encode(&Sha256::digest(text.as_bytes())))

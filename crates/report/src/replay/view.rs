@@ -1,8 +1,8 @@
 //! What `samara view` shows of a drop: the parts of the page of a drop that change with it, and the files of
 //! the page that shows them one after the other.
 
-use super::{PLOT_STYLE, TOOLS, data, filled, player, seen, words};
-use crate::json::{VERSION, object};
+use super::{PLOT_STYLE, data, served_page, words};
+use crate::json::object;
 use crate::shown_drop::ShownDrop;
 
 const PAGE: &str = include_str!("view.html");
@@ -14,13 +14,7 @@ const KEYS_OF_VIEW: &str = "<dt>ctrl z, ctrl shift z</dt><dd>undo, redo</dd>\n<d
 /// The page, which asks the program that serves it for all that it shows; its style and script are asked for
 /// as `view.css` and `view.js`.
 pub fn page() -> String {
-    filled(PAGE, |name| match name {
-        "version" => VERSION.to_owned(),
-        "tools" => TOOLS.to_owned(),
-        "player" => player(true, KEYS_OF_VIEW),
-        "seen" => seen(true),
-        _ => String::new(),
-    })
+    served_page(PAGE, KEYS_OF_VIEW)
 }
 
 /// The page's script: that of a drop's page, with three.js and uPlot, and what is beyond it.
