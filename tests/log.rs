@@ -45,6 +45,7 @@ fn a_drop_is_found_in_its_log_by_its_fall() {
     assert!((rate - 250.0).abs() < 1.0, "{rate}");
     assert_eq!(named(&whole, "tells", "quantity", "inertia of pitch over thrust")["can"], true);
     assert_eq!(named(&whole, "tells", "quantity", "mass")["can"], false);
+    of_a_table_is_said_what_it_has(&place("flown/flight.csv"));
     of_the_log_is_said_what_was_flown(&log, &place("flown/drop.json"), &place("lines.csv"));
     let mut bytes = fs::read(&log).unwrap();
     let middle = bytes.len() / 2;
@@ -60,6 +61,23 @@ fn a_drop_is_found_in_its_log_by_its_fall() {
     let said = String::from_utf8_lossy(&refused.stderr);
     assert_eq!(refused.status.code(), Some(2));
     assert!(said.contains("broken.ulg") && said.contains("it begins with no log"), "{said}");
+}
+
+/// A table of the same flight has its quantities at its own rate, and no topics; what it lacks is said.
+fn of_a_table_is_said_what_it_has(table: &str) {
+    let rows = fs::read_to_string(table).unwrap().lines().filter(|line| !line.starts_with('#')).count() - 1;
+    let said = json(&samara(&["log", table, "--json"]));
+    assert_eq!(said["rows"], rows);
+    assert_eq!((&said["topics"], &said["says"]), (&serde_json::json!([]), &serde_json::json!([])));
+    let rates = named(&said, "quantities", "name", "angular rates");
+    assert_eq!((&rates["from"], &rates["values"]), (&Value::from("p_rad_s"), &Value::from(rows)));
+    assert_eq!(named(&said, "quantities", "name", "battery")["from"], Value::Null);
+    assert_eq!(named(&said, "tells", "quantity", "inertia of pitch over thrust")["can"], true);
+    let text = String::from_utf8(samara(&["log", table, "--topics"]).stdout).unwrap();
+    assert!(
+        text.contains(&format!("{rows} rows")) && text.contains("all of it is taken for a flight"),
+        "{text}"
+    );
 }
 
 /// By hand: in still air the commands of a log make of the vehicle that flew what the log has, to what its

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::SetArgs;
-use super::log::with_log;
+use super::log::flight;
 use super::mission::open_mission;
 use super::planning::plan_mission;
 use super::results::OutputFolder;
@@ -138,7 +138,7 @@ fn side(path: &Path) -> Result<Side, Failure> {
         return Ok(Side::Run(Run::of_folder(path)?));
     }
     if is_log(path) {
-        return Ok(Side::Log(Box::new(with_log(path, LoggedFlight::of_ulog)?)));
+        return Ok(Side::Log(Box::new(flight(path)?)));
     }
     if path.extension().is_some_and(|ending| ending == "csv") {
         let campaigns = BTreeMap::from([(file_name(path), path.to_owned())]);

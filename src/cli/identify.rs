@@ -2,29 +2,24 @@
 
 use std::path::{Path, PathBuf};
 
-use anyhow::Context as _;
 use clap::Args;
 
 use super::answer::{Answer, BadInput as _, Failure};
+use super::log::flight;
 use super::mission::open_mission;
 use super::results::OutputFolder;
 use super::set::SetArgs;
 use super::system::threads;
 use super::terminal::print;
-use samara::config::bounded::bytes_at_most;
-use samara::config::{VehicleFile, identified_file, load_vehicle, read_flight_table, vehicle_path};
+use samara::config::{VehicleFile, identified_file, load_vehicle, vehicle_path};
 use samara::identify::{IdentifyError, PARAMETERS, Parameter, Settings, identify};
-use samara::logged_flight::LoggedFlight;
 use samara::manoeuvre::{Kind, Recipe, Step, Trial, USUAL, Wanted};
 use samara::model::rigid_body::MassProperties;
 use samara::report::document::Document;
 use samara::report::identified::IdentifyReport;
 use samara::report::manoeuvre::ManoeuvreReport;
 use samara::study::manoeuvre::rehearsal;
-use samara::ulog::Ulog;
 
-/// Larger logs are refused [bytes].
-const LARGEST: u64 = 1 << 30;
 /// Heaviest vehicle [kg], and strongest gravity [m/s^2].
 const HEAVIEST_KG: f64 = 100_000.0;
 const STRONGEST_M_S2: f64 = 100.0;
@@ -206,35 +201,4 @@ fn tell(args: &IdentifyArgs, json: &str, document: &Document, written: &[PathBuf
     }
     let lines: String = written.iter().map(|path| format!("{}\n", path.display())).collect();
     print(&(document.text() + "\n" + &lines))
-}
-
-/// The flight of a log or of a table.
-fn flight(path: &Path) -> Result<LoggedFlight, Failure> {
-    let shown = path.display().to_string();
-    let bytes = bytes_at_most(path, LARGEST).with_context(|| format!("cannot read {shown}")).bad_input()?;
-    if bytes.starts_with(b"PAR1") {
-        return parquet(path, bytes);
-    }
-    if Ulog::is_one(&bytes) || path.extension().is_none_or(|kind| !kind.eq_ignore_ascii_case("csv")) {
-        let log = Ulog::read(&bytes).with_context(|| shown).bad_input()?;
-        return Ok(LoggedFlight::of_ulog(&log));
-    }
-    let text = String::from_utf8(bytes).with_context(|| format!("{shown}: expected text")).bad_input()?;
-    read_flight_table(&text, path).bad_input()
-}
-
-/// The flight of a table in Parquet.
-#[cfg(feature = "shards")]
-fn parquet(path: &Path, bytes: Vec<u8>) -> Result<LoggedFlight, Failure> {
-    let shown = path.display().to_string();
-    samara::study::flight_parquet::read_flight_parquet(bytes).with_context(|| shown).bad_input()
-}
-
-/// The flight of a table in Parquet.
-#[cfg(not(feature = "shards"))]
-fn parquet(path: &Path, _: Vec<u8>) -> Result<LoggedFlight, Failure> {
-    let shown = path.display();
-    Err(Failure::input(format!(
-        "{shown}: this samara was built without the feature `shards`, which reads Parquet"
-    )))
 }

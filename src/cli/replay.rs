@@ -9,7 +9,7 @@ use clap::Args;
 use super::answer::{Answer, BadInput as _, Failure};
 use super::args::{ChoiceArgs, PageArgs, whole};
 use super::conclusion::Conclusion;
-use super::log::with_log;
+use super::log::flight;
 use super::mission::mission_with_a_drop;
 use super::narrator::Narrator;
 use super::pilot::Flown;
@@ -19,7 +19,6 @@ use samara::config::Mission;
 use samara::config::bounded::bytes_at_most;
 use samara::link::hil::SIMULATOR_COMPONENT;
 use samara::link::{Replayed, TlogReader, TlogRecord, parties, replay};
-use samara::logged_flight::LoggedFlight;
 use samara::report::FlightCsv;
 use samara::report::truth::{Truth, replay_json, replay_text};
 use samara::study::compare::replayed::ReplayedLog;
@@ -112,7 +111,7 @@ fn of_log(args: &ReplayArgs, mission: &Mission) -> Result<Answer, Failure> {
         let words = "a flight log (.ulg) is replayed without --trial and --mcap";
         return Err(Failure::input(words.to_owned()));
     }
-    let log = with_log(&args.recording, LoggedFlight::of_ulog)?;
+    let log = flight(&args.recording)?;
     let name = args.recording.file_name().unwrap_or_default().to_string_lossy();
     let replayed = ReplayedLog::new(&log, mission).with_context(|| name.to_string()).bad_input()?;
     let out = args.out.clone().unwrap_or_else(|| args.recording.with_file_name("replay"));

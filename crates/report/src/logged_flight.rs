@@ -1,4 +1,4 @@
-//! What is in a flight log: whose it is, its topics, what was flown, and what it tells of the vehicle.
+//! What is in a flight log or table: whose it is, its topics, what was flown, what it tells of the vehicle.
 
 use samara_core::logged_flight::phases::{Phase, phases};
 use samara_core::logged_flight::tells::{Tells, tells};
@@ -22,12 +22,12 @@ const SAYS: [(&str, &str); 5] = [
     ("sys_toolchain_ver", "compiler"),
 ];
 
-/// A flight log, and what was found in it.
+/// A flight log or a flight's table, and what was found in it.
 pub struct LogReport<'a> {
     /// Name of the file.
     pub name: &'a str,
-    /// The log.
-    pub log: &'a Ulog<'a>,
+    /// The log; a table is none.
+    log: Option<&'a Ulog<'a>>,
     record: LoggedFlight,
     phases: Vec<Phase>,
     tells: Vec<Tells>,
@@ -37,9 +37,8 @@ pub struct LogReport<'a> {
 type Quantity = (&'static str, Option<(&'static str, usize, f64, f64)>);
 
 impl<'a> LogReport<'a> {
-    /// Looks through a log.
-    pub fn of(name: &'a str, log: &'a Ulog<'a>) -> Self {
-        let record = LoggedFlight::of_ulog(log);
+    /// Looks through a flight, and the log that it was read from where it is no table.
+    pub fn of(name: &'a str, record: LoggedFlight, log: Option<&'a Ulog<'a>>) -> Self {
         let phases = phases(&record);
         let tells = tells(&record, &phases);
         Self { name, log, record, phases, tells }
@@ -47,7 +46,8 @@ impl<'a> LogReport<'a> {
 
     /// Facts that the log states, each with its name.
     fn says(&self) -> Vec<(&'static str, String)> {
-        let release = self.log.release().map(|[major, minor, patch, kind]| {
+        let Some(log) = self.log else { return Vec::new() };
+        let release = log.release().map(|[major, minor, patch, kind]| {
             // PX4's kinds: alpha from 64, beta from 128, candidates from 192, 255 the release itself.
             let kind = match kind {
                 255 => "",
@@ -59,7 +59,7 @@ impl<'a> LogReport<'a> {
         });
         let of = |(key, name): (&str, &'static str)| {
             let said =
-                if key == "ver_sw_release" { release.clone() } else { self.log.text(key).map(str::to_owned) };
+                if key == "ver_sw_release" { release.clone() } else { log.text(key).map(str::to_owned) };
             Some((name, printable(&said.filter(|said| !said.is_empty())?).into_owned()))
         };
         SAYS.into_iter().filter_map(of).collect()
@@ -83,25 +83,33 @@ impl<'a> LogReport<'a> {
         ]
     }
 
+    /// Rows of all topics; of a table its own, as far as they have anything.
+    fn rows(&self) -> usize {
+        let longest = || self.quantities().iter().filter_map(|(_, found)| Some(found.as_ref()?.1)).max();
+        self.log.map_or_else(|| longest().unwrap_or(0), Ulog::rows)
+    }
+
     /// How it was flown, and what cannot be read, in sentences.
     fn remarks(&self) -> Vec<String> {
         let mut remarks = Vec::new();
-        if let Some(first) = self.log.lost.first() {
+        if let Some((log, first)) = self.log.and_then(|log| Some((log, log.lost.first()?))) {
             remarks.push(format!(
                 "{} bytes in {} places are damaged and were passed over, the first from byte {} on",
-                self.log.lost_bytes(),
-                self.log.lost.len(),
+                log.lost_bytes(),
+                log.lost.len(),
                 first.start
             ));
         }
-        if !self.log.dropouts.is_empty() {
-            let lasted_ms: u64 = self.log.dropouts.iter().map(|(_, ms)| u64::from(*ms)).sum();
-            let count = self.log.dropouts.len();
+        let dropouts = self.log.map_or(&[][..], |log| &log.dropouts);
+        if !dropouts.is_empty() {
+            let lasted_ms: u64 = dropouts.iter().map(|(_, ms)| u64::from(*ms)).sum();
+            let count = dropouts.len();
             remarks.push(format!("{count} times the card was too slow: {lasted_ms} ms in all are missing"));
         }
         if self.phases.is_empty() {
-            remarks
-                .push("when it flew is not known: specific force and arming are needed for that".to_owned());
+            let words = "when it flew is not known, which takes specific force and arming: all of it is taken \
+                         for a flight";
+            remarks.push(words.to_owned());
         }
         remarks
     }
@@ -111,13 +119,14 @@ impl<'a> LogReport<'a> {
         let title = format!("Flight log {}", printable(self.name));
         let says: Vec<String> =
             self.says().into_iter().map(|(name, said)| format!("{name} {said}")).collect();
+        let of_topics = self.log.map_or(String::new(), |log| {
+            format!(" of {} topics, {} parameters", log.topics().count(), log.parameters.len())
+        });
         let lead = format!(
-            "{}: {:.1} s, {} rows of {} topics, {} parameters{}{}",
+            "{}: {:.1} s, {} rows{of_topics}{}{}",
             printable(self.name),
             self.record.end_s(),
-            self.log.rows(),
-            self.log.topics().count(),
-            self.log.parameters.len(),
+            self.rows(),
             if says.is_empty() { "" } else { "; " },
             says.join(", ")
         );
@@ -127,10 +136,11 @@ impl<'a> LogReport<'a> {
             flown.push(Passage::Table(self.phase_table()));
         }
         flown.push(Passage::Table(self.tells_table()));
-        let texts = self.log.texts.iter().filter(|text| text.level <= WARNING);
+        let texts = self.log.into_iter().flat_map(|log| log.texts.iter().map(|text| (log.start_us, text)));
         let texts: Vec<String> = texts
-            .map(|said| {
-                let t_s = (said.time_us as f64 - self.log.start_us as f64) * 1e-6;
+            .filter(|(_, said)| said.level <= WARNING)
+            .map(|(start_us, said)| {
+                let t_s = (said.time_us as f64 - start_us as f64) * 1e-6;
                 format!("  {t_s:8.3} s  {}\n", printable(&said.text))
             })
             .collect();
@@ -194,7 +204,7 @@ impl<'a> LogReport<'a> {
 
     fn topic_table(&self) -> Grid {
         let mut grid = Grid::new("Topics", ["", "instance", "rows", "columns"]);
-        for topic in self.log.topics() {
+        for topic in self.log.into_iter().flat_map(Ulog::topics) {
             let cells =
                 [topic.instance.to_string(), topic.len().to_string(), topic.columns().count().to_string()];
             grid.row(&printable(&topic.name), cells);
@@ -221,12 +231,12 @@ result_objects! {
         file: String = of.name.to_owned(),
         /// From its start to its last value [s].
         length_s: f64 = of.record.end_s(),
-        /// Rows of all topics.
-        rows: usize = of.log.rows(),
+        /// Rows of all topics, or of the table.
+        rows: usize = of.rows(),
         /// Number of parameters.
-        parameters: usize = of.log.parameters.len(),
+        parameters: usize = of.log.map_or(0, |log| log.parameters.len()),
         /// Bytes that are no messages and were passed over.
-        lost_bytes: usize = of.log.lost_bytes(),
+        lost_bytes: usize = of.log.map_or(0, Ulog::lost_bytes),
         /// Facts that the log states.
         says: Vec<LogSaysObject> = of.says().into_iter().map(LogSaysObject::of).collect(),
         /// Quantities of the flight.
@@ -236,7 +246,7 @@ result_objects! {
         /// Quantities of the vehicle, and whether the log may tell them.
         tells: Vec<LogTellsObject> = of.tells.iter().map(LogTellsObject::of).collect(),
         /// Topics that have rows.
-        topics: Vec<LogTopicObject> = of.log.topics().map(LogTopicObject::of).collect(),
+        topics: Vec<LogTopicObject> = of.log.into_iter().flat_map(Ulog::topics).map(LogTopicObject::of).collect(),
     }
 
     /// What a log says of itself.

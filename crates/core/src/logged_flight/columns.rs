@@ -1,6 +1,5 @@
 //! A flight out of columns of a table under names that are known, those of `flight.csv`: its own, a motion
-//! capture or another autopilot.
-//! or another autopilot's table.
+//! capture's or another autopilot's.
 
 use nalgebra::Vector3;
 

@@ -104,16 +104,16 @@ fn zero_if_none(x: f64) -> f64 {
     if x.is_finite() { x } else { 0.0 }
 }
 
-/// The values of a series while the vehicle was in the air under power.
+/// The values of a series while the vehicle was in the air under power; all of them where no phases are
+/// known, since what was logged is then taken for a flight.
 fn airborne<'a, const N: usize>(
     series: Option<&'a Series<N>>,
     phases: &'a [Phase],
 ) -> impl Iterator<Item = &'a [f64; N]> {
     let flown = |phase: &&Phase| matches!(phase.doing, Doing::Hovering | Doing::Manoeuvring);
-    phases
-        .iter()
-        .filter(flown)
-        .flat_map(move |phase| series.map_or(&[][..], |series| series.between(phase.from_s, phase.to_s)))
+    let whole = phases.is_empty().then_some((f64::NEG_INFINITY, f64::INFINITY));
+    let times = phases.iter().filter(flown).map(|phase| (phase.from_s, phase.to_s)).chain(whole);
+    times.flat_map(move |(from_s, to_s)| series.map_or(&[][..], |series| series.between(from_s, to_s)))
 }
 
 /// Standard deviation; NaN of nothing.
