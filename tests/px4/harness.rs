@@ -14,7 +14,7 @@ use rustix::process::{Pid, Signal, kill_process, kill_process_group};
 pub const PATIENCE: Duration = Duration::from_secs(120);
 /// Numbers of the vehicles.
 pub const INSTANCES: [u16; 2] = [7, 9];
-pub const MISSION: &str = "mission/x500_drop.json";
+pub const MISSION: &str = "tests/calm_x500.json";
 
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
