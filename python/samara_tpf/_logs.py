@@ -266,7 +266,7 @@ class Comparison(_Written):
 
 
 def log(file: str | os.PathLike[str]) -> FlightLog:
-    """What is in a flight log (``.ulg``), what was flown, and what it may tell of the vehicle, as ``samara log``.
+    """What is in a flight log (``.ulg``) or table, what was flown, what it may tell of the vehicle, as ``samara log``.
 
     ``MissionError``: it is none.
     """
@@ -279,6 +279,7 @@ def identify(
     vehicle: VehicleLike,
     mass_kg: float | None = None,
     gravity_m_s2: float | None = None,
+    density_kg_m3: float | None = None,
     name: str = "identified",
     base: str | os.PathLike[str] | None = None,
 ) -> Identification:
@@ -286,7 +287,8 @@ def identify(
 
     ``logs``: of one vehicle, PX4's or samara's own (``.ulg``), or tables, CSV or Parquet, as ``flight.csv``;
     ``vehicle``: as it is known, a name, a file or the document of one; ``mass_kg``: in the flight, the vehicle's unless
-    given; ``gravity_m_s2``: where it was flown, Earth's unless given; ``name``: of the vehicle that is found.
+    given; ``gravity_m_s2``: where it was flown, Earth's unless given; ``density_kg_m3``: of the air there, unless given
+    the log's (PX4's is by an assumed temperature); ``name``: of the vehicle that is found.
 
     ``MissionError``: something that was given is refused. Logs that tell nothing are no error: ``found`` says so.
     """
@@ -295,7 +297,8 @@ def identify(
         raise MissionError("logs: a flight log or more are expected")
     with TemporaryDirectory() as folder:
         out, known = Path(folder) / "out", vehicle_on_disk(vehicle, Path(folder), base)
-        words = options({"vehicle": known, "mass": mass_kg, "gravity": gravity_m_s2, "out": out / name})
+        given = {"mass": mass_kg, "gravity": gravity_m_s2, "density": density_kg_m3}
+        words = options({"vehicle": known, **given, "out": out / name})
         answer = run("identify", "--json", *words, paths=logs)
         return Identification(answer.report, _files(out), answer.holds)
 

@@ -23,6 +23,8 @@ use samara::study::manoeuvre::rehearsal;
 /// Heaviest vehicle [kg], and strongest gravity [m/s^2].
 const HEAVIEST_KG: f64 = 100_000.0;
 const STRONGEST_M_S2: f64 = 100.0;
+/// Densest air [kg/m^3].
+const DENSEST_KG_M3: f64 = 100.0;
 
 /// `samara identify`.
 #[derive(Args, Debug)]
@@ -44,6 +46,10 @@ pub struct IdentifyArgs {
     /// Gravity where it was flown [m/s^2].
     #[arg(long, value_name = "M_S2", default_value_t = 9.80665, conflicts_with = "manoeuvre")]
     pub gravity: f64,
+    /// Density of the air where it was flown [kg/m^3]; PX4's own log has it by the pressure and a temperature of 15
+    /// (up to v1.15 20) deg C [default: the log's, otherwise 1.225].
+    #[arg(long, value_name = "KG_M3", conflicts_with = "manoeuvre")]
+    pub density: Option<f64>,
     /// Instead, what to fly so that a log tells this mission's vehicle, and how well.
     #[arg(long, value_name = "MISSION")]
     pub manoeuvre: Option<PathBuf>,
@@ -61,9 +67,11 @@ pub struct IdentifyArgs {
 /// Finds out what logs tell of a vehicle, and writes it.
 pub fn run(args: &IdentifyArgs) -> Result<Answer, Failure> {
     let Some(vehicle) = &args.vehicle else { return manoeuvre(args) };
-    for (name, value, most) in
-        [("--mass", args.mass.unwrap_or(1.0), HEAVIEST_KG), ("--gravity", args.gravity, STRONGEST_M_S2)]
-    {
+    for (name, value, most) in [
+        ("--mass", args.mass.unwrap_or(1.0), HEAVIEST_KG),
+        ("--gravity", args.gravity, STRONGEST_M_S2),
+        ("--density", args.density.unwrap_or(1.0), DENSEST_KG_M3),
+    ] {
         if !(value > 0.0 && value <= most) {
             return Err(Failure::input(format!(
                 "{name}: expected a number above 0, up to {most}, found {value}"
@@ -74,8 +82,12 @@ pub fn run(args: &IdentifyArgs) -> Result<Answer, Failure> {
     let VehicleFile { name: base, mut vehicle, .. } = load_vehicle(&path).bad_input()?;
     let mass_kg = args.mass.unwrap_or(vehicle.mass.mass_kg);
     vehicle.mass = MassProperties::new(mass_kg, vehicle.mass.inertia_kg_m2).bad_input()?;
-    let flights = args.logs.iter().map(|log| flight(log)).collect::<Result<Vec<_>, _>>()?;
-    let settings = Settings { gravity_m_s2: args.gravity, ..Settings::default() };
+    let mut flights = args.logs.iter().map(|log| flight(log)).collect::<Result<Vec<_>, _>>()?;
+    let mut settings = Settings { gravity_m_s2: args.gravity, ..Settings::default() };
+    if let Some(density_kg_m3) = args.density {
+        settings.density_kg_m3 = density_kg_m3;
+        flights.iter_mut().for_each(|flight| flight.density_kg_m3 = None);
+    }
     let found = identify(&flights, &vehicle, &settings).map_err(|(log, error)| {
         Failure::input(format!(
             "{}: {error}",

@@ -18,6 +18,9 @@ const SETTLING_S: f64 = 0.5;
 const STILL: f64 = 0.02;
 /// So many instants from one attitude to the next that is looked at.
 const TURN_EVERY: usize = 10;
+/// Height above where it stood from which its rotors alone carry it [m]: PX4's land detector has it flying when
+/// the rotors speed up, 2 s before they lift it, and landed more than a second after it stands.
+const OFF_GROUND_M: f64 = 1.0;
 /// A throttle at which a rotor rests.
 const AT_REST: f64 = 0.05;
 /// Instants of a flight, at most: an hour at 250 Hz.
@@ -91,6 +94,7 @@ impl Course {
             return Err(IdentifyError::Rotors { moved, rotors });
         }
         let phases = phases(flight);
+        let aloft = aloft(flight);
         let doing = |t_s: f64| {
             let phase = phases.iter().find(|phase| (phase.from_s..phase.to_s).contains(&t_s));
             // A table of a flight without arming is of a flight.
@@ -114,7 +118,10 @@ impl Course {
             let half_s = 0.5 * if step_s > 0.0 { step_s.min(0.02) } else { STEP_S };
             let command = motors.at(t_s).filter(|_| is_near(motors, t_s, GAP_S));
             let spins = command.is_some_and(|row| row.iter().take(rotors).all(|u| *u > STILL && *u <= 1.1));
-            let in_air = matches!(doing(t_s), Some(Doing::Hovering | Doing::Manoeuvring));
+            let in_air = matches!(doing(t_s), Some(Doing::Hovering | Doing::Manoeuvring))
+                && aloft
+                    .as_ref()
+                    .is_none_or(|times| times.iter().any(|(from, to)| (*from..*to).contains(&t_s)));
             if !(spins && in_air && step_s < GAP_S) {
                 since_s = f64::INFINITY;
             } else if since_s.is_infinite() {
@@ -140,13 +147,18 @@ impl Course {
                 flown: t_s >= since_s + SETTLING_S,
             });
         }
+        let is_aloft = |(from_s, to_s): (f64, f64)| {
+            let times = aloft.clone().unwrap_or_else(|| vec![(f64::NEG_INFINITY, f64::INFINITY)]);
+            let within = times.into_iter().map(move |(from, to)| (from_s.max(from), to_s.min(to)));
+            within.filter(|(from, to)| from < to)
+        };
         let hovers = phases.iter().filter(|phase| phase.doing == Doing::Hovering);
         Ok(Self {
             instants,
             commands: motors.t_s.iter().copied().zip(motors.values.iter().copied()).collect(),
             has_velocity: seen.is_some(),
             rates_hz: [motors.rate_hz(), rates.rate_hz()],
-            hovers: hovers.map(|phase| (phase.from_s, phase.to_s)).collect(),
+            hovers: hovers.flat_map(|phase| is_aloft((phase.from_s, phase.to_s))).collect(),
         })
     }
 
@@ -165,6 +177,46 @@ impl Course {
         }
         stretches
     }
+}
+
+/// Times in which it was well off the ground; `None` where a log does not tell. A beginning or an end in the air
+/// is none on the ground.
+fn aloft(flight: &LoggedFlight) -> Option<Vec<(f64, f64)>> {
+    let (landed, position) = flight.landed.as_ref().zip(flight.position_ned_m.as_ref())?;
+    let ground_m = |t_s: f64| position.at(t_s).map(|[_, _, down]| *down);
+    let mut times = Vec::new();
+    let mut since = Some((f64::NEG_INFINITY, None));
+    for (t_s, [is_landed]) in landed.t_s.iter().zip(&landed.values) {
+        match (*is_landed > 0.0, since) {
+            (false, None) => since = Some((*t_s, ground_m(*t_s))),
+            (true, Some(begun)) => {
+                times.extend(off_ground(position, begun, (*t_s, ground_m(*t_s))));
+                since = None;
+            }
+            _ => {}
+        }
+    }
+    times.extend(since.and_then(|begun| off_ground(position, begun, (f64::INFINITY, None))));
+    Some(times)
+}
+
+/// The part of a flight in which it was well above the ground where it began, and above that where it ended.
+fn off_ground(
+    position: &Series<3>,
+    (from_s, stood_m): (f64, Option<f64>),
+    (to_s, stands_m): (f64, Option<f64>),
+) -> Option<(f64, f64)> {
+    let rows = || position.t_s.iter().zip(&position.values).filter(|(t, _)| (from_s..to_s).contains(*t));
+    let is_above = |down_m: f64, ground_m: f64| down_m < ground_m - OFF_GROUND_M;
+    let begin_s = match stood_m {
+        Some(ground_m) => *rows().find(|(_, [_, _, down])| is_above(*down, ground_m))?.0,
+        None => from_s,
+    };
+    let end_s = match stands_m {
+        Some(ground_m) => *rows().rfind(|(_, [_, _, down])| is_above(*down, ground_m))?.0,
+        None => to_s,
+    };
+    (begin_s < end_s).then_some((begin_s, end_s))
 }
 
 /// How many rotors a log has: columns that move and, where the first one is seen at rest, rest as well.
@@ -199,4 +251,39 @@ fn nearest<const N: usize>(series: &Series<N>, t_s: f64, within_s: f64) -> [f64;
     let candidates = [behind.saturating_sub(1), behind];
     let best = candidates.iter().min_by(|a, b| off(a).total_cmp(&off(b))).filter(|i| off(i) <= within_s);
     best.and_then(|i| series.values.get(*i)).copied().unwrap_or([f64::NAN; N])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// PX4's land detector has a vehicle flying 2 s before its rotors lift it, and landed a second after it
+    /// stands, perhaps on another level: what is flown is from the first to the last metre.
+    #[test]
+    fn closed_form_a_flight_begins_and_ends_a_metre_above_the_ground() {
+        let mut landed = Series::empty("landed");
+        [(0.0, 1.0), (10.0, 0.0), (50.0, 1.0)].into_iter().for_each(|(t_s, is)| landed.put(t_s, [is]));
+        let mut position = Series::empty("position");
+        for tenth in 0..600 {
+            let t_s = 0.1 * f64::from(tenth);
+            // Up at 1 m/s from 12 s on, held, and down to a ground that lies 3 m higher at 47 s.
+            let down_m = -(t_s - 12.0).clamp(0.0, 10.0) + (t_s - 40.0).clamp(0.0, 7.0);
+            position.put(t_s, [0.0, 0.0, down_m]);
+        }
+        let of = |landed: &Series<1>| {
+            let flight = LoggedFlight {
+                landed: Some(landed.clone()),
+                position_ned_m: Some(position.clone()),
+                ..LoggedFlight::default()
+            };
+            aloft(&flight).unwrap()
+        };
+        let [(from_s, to_s)] = of(&landed)[..] else { panic!("one flight is expected") };
+        assert!((from_s - 13.0).abs() < 0.11 && (to_s - 46.0).abs() < 0.11, "{from_s} {to_s}");
+        // A log that begins and ends in the air.
+        let mut never = Series::empty("landed");
+        never.put(0.0, [0.0]);
+        assert_eq!(of(&never), [(f64::NEG_INFINITY, f64::INFINITY)]);
+        assert!(aloft(&LoggedFlight { landed: Some(landed), ..LoggedFlight::default() }).is_none());
+    }
 }

@@ -1,5 +1,5 @@
 //! Output error: parameters by damped Gauss-Newton steps over all stretches, each stretch's own unknowns
-//! eliminated by a Schur complement, and the errors of what was found by leaving out stretches.
+//! eliminated by a Schur complement, and the errors of what was found by clusters of stretches.
 //!
 //! With the gradients of all residuals along shared unknowns `a` and a stretch's own `c`, the stretch says
 //! `[A B; B' C] [da; dc] = [ga; gc]`, and to the shared ones `(A - B C^-1 B') da = ga - B C^-1 gc`.
@@ -32,14 +32,24 @@ pub(super) const LEAST_SIGMA: [f64; MEASURED] =
 /// Standard deviations at first.
 const FIRST_SIGMA: [f64; MEASURED] = [0.5, 0.5, 0.5, 0.05, 0.05, 0.05, 0.02, 0.02, 0.02, 0.2, 0.2, 0.2];
 /// Wind of a stretch beside its flight's at first, and at least [m/s].
-const FIRST_WIND_M_S: f64 = 0.5;
+const FIRST_WIND_M_S: f64 = 0.1;
 const LEAST_WIND_M_S: f64 = 0.01;
+const MOST_WIND_M_S: f64 = 10.0;
+/// Steps towards the winds' standard deviations, at most.
+const MOST_WINDS: usize = 200;
+/// From this component on a velocity is looked at, an estimate: values within such a time say no more than
+/// one [s], also where they look as if they did. What it wanders by would be taken for wind.
+const VELOCITY: usize = 9;
+const LASTS_S: f64 = 0.2;
 /// Lags over which residuals may hang together, and most that it comes to.
 const MOST_LAGS: usize = 100;
 const MOST_TOGETHER: f64 = 100.0;
 /// Stretches of a cluster, where there are enough of them.
 const CLUSTER: usize = 3;
 const ENOUGH: usize = 45;
+
+/// Share of what is said that a cluster leaves to the others, at least: it may say all that there is.
+const LEAST_LEFT: f64 = 1e-4;
 
 /// Delays that may come out [s]: clocks of a log may be off a little the other way.
 const DELAYS_S: [f64; 2] = [-0.02, 0.2];
@@ -59,6 +69,14 @@ pub(super) struct Part<'c> {
     pub(super) stretches: Vec<(usize, usize)>,
 }
 
+impl Part<'_> {
+    /// How long its stretches last together [s].
+    fn length_s(&self) -> f64 {
+        let instants = &self.course.instants;
+        self.stretches.iter().map(|(from, to)| instants[*to].t_s - instants[*from].t_s).sum()
+    }
+}
+
 /// Residuals of a stretch, by component; NaN where nothing was measured.
 pub(super) type Residuals = Vec<[f64; MEASURED]>;
 
@@ -75,6 +93,13 @@ pub(super) struct State {
     pub(super) wind_sigma_m_s: [f64; 3],
 }
 
+/// What is seen of a stretch, along the unknowns that it shares and its own.
+struct Seen {
+    flight: usize,
+    joined: Joined,
+    gradient: SVector<f64, UNKNOWNS>,
+}
+
 /// What a stretch says of the unknowns that it shares, and how its own follow them.
 struct Said {
     flight: usize,
@@ -89,7 +114,7 @@ struct Said {
 /// What flights say of the unknowns that they share.
 pub(super) struct Told {
     pub(super) matrix: DMatrix<f64>,
-    /// By how much each cluster of stretches moves the unknowns; not at all where it cannot be left out.
+    /// By how much each cluster of stretches moves the unknowns.
     pub(super) moves: Vec<DVector<f64>>,
     /// By how much an error of what was known before moves them, for each parameter that is looked for.
     pub(super) known: Vec<DVector<f64>>,
@@ -225,15 +250,14 @@ impl<'f> Fit<'f> {
         cost + prior_cost(&state.deviations, &Parameter::ALL.map(Parameter::wide))
     }
 
-    /// What each stretch says at the present unknowns.
-    fn said(&self, state: &State) -> Vec<Said> {
+    /// What is seen of each stretch at the present unknowns.
+    fn seen(&self, state: &State) -> Vec<Seen> {
         let spins = self.spins(state);
-        let wide = Self::local_wide(state);
         let mut all = Vec::new();
         for flight in 0..self.parts.len() {
             for stretch in 0..self.parts[flight].stretches.len() {
                 let mut joined = Joined::zeros();
-                let mut gradient = SVector::<f64, UNKNOWNS>::zeros();
+                let mut gradient = SVector::zeros();
                 self.look::<Steep>(
                     state,
                     &spins,
@@ -246,45 +270,48 @@ impl<'f> Fit<'f> {
                     |model| model.value,
                 );
                 joined.fill_upper_triangle_with_lower_triangle();
-                let local = &state.locals[flight][stretch];
-                for (i, (value, wide)) in local.iter().zip(&wide).enumerate() {
-                    let per = 1.0 / (wide * wide);
-                    joined[(SHARED + i, SHARED + i)] += per;
-                    gradient[SHARED + i] -= per * value;
-                }
-                all.extend(eliminated(flight, &joined, &gradient));
+                all.push(Seen { flight, joined, gradient });
             }
         }
         all
+    }
+
+    /// What each stretch says, with what was known before of its own unknowns.
+    fn said(state: &State, seen: &[Seen]) -> Vec<Said> {
+        let wide = Self::local_wide(state);
+        let of = |(Seen { flight, joined, gradient }, local): (&Seen, &[f64; LOCAL])| {
+            let (mut joined, mut gradient) = (*joined, *gradient);
+            for (i, (value, wide)) in local.iter().zip(&wide).enumerate() {
+                let per = 1.0 / (wide * wide);
+                joined[(SHARED + i, SHARED + i)] += per;
+                gradient[SHARED + i] -= per * value;
+            }
+            eliminated(*flight, &joined, &gradient)
+        };
+        seen.iter().zip(state.locals.iter().flatten()).filter_map(of).collect()
     }
 
     /// The sum of what is said, with what was known before: matrix and gradient of all shared unknowns.
     fn sum(&self, state: &State, said: &[Said]) -> (DMatrix<f64>, DVector<f64>) {
         let n = PARAMETERS + FLIGHT * self.parts.len();
         let (mut matrix, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
-        for one in said {
-            for i in 0..SHARED {
-                gradient[place(one.flight, i)] += one.gradient[i];
-                for j in 0..SHARED {
-                    matrix[(place(one.flight, i), place(one.flight, j))] += one.matrix[(i, j)];
-                }
-            }
-        }
+        said.iter().for_each(|one| one.add_to(&mut matrix, &mut gradient));
         let known = Parameter::ALL.map(Parameter::wide).into_iter().zip(state.deviations);
         let flights = state.flights.iter().flat_map(|flight| FLIGHT_WIDE.into_iter().zip(*flight));
         for (i, (wide, value)) in known.chain(flights).enumerate() {
             matrix[(i, i)] += 1.0 / (wide * wide);
             gradient[i] -= value / (wide * wide);
         }
-        self.without_held(&mut matrix, &mut gradient);
+        self.without_held(&mut matrix, &mut gradient, 1.0);
         (matrix, gradient)
     }
 
-    fn without_held(&self, matrix: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
+    /// Leaves out what is held, with so much in its place.
+    fn without_held(&self, matrix: &mut DMatrix<f64>, gradient: &mut DVector<f64>, alone: f64) {
         for i in (0..PARAMETERS).filter(|i| !self.free[*i]) {
             matrix.row_mut(i).fill(0.0);
             matrix.column_mut(i).fill(0.0);
-            matrix[(i, i)] = 1.0;
+            matrix[(i, i)] = alone;
             gradient[i] = 0.0;
         }
     }
@@ -310,7 +337,7 @@ impl<'f> Fit<'f> {
         let mut damping = 1e-4;
         let mut cost = self.cost(&self.state);
         for _ in 0..steps {
-            let said = self.said(&self.state);
+            let said = Self::said(&self.state, &self.seen(&self.state));
             if said.len() != self.state.locals.iter().flatten().count() {
                 return;
             }
@@ -395,6 +422,7 @@ impl<'f> Fit<'f> {
     /// Looks how large residuals are, how they hang together, and how the wind differs.
     fn measure(&mut self) {
         let residuals = self.residuals();
+        let looked_at_s: f64 = self.parts.iter().map(Part::length_s).sum();
         for component in 0..MEASURED {
             let series = || {
                 residuals.iter().map(move |rows| {
@@ -408,69 +436,119 @@ impl<'f> Fit<'f> {
             sizes.sort_by(f64::total_cmp);
             let sigma = 1.4826 * sizes[sizes.len() / 2];
             self.state.sigma[component] = sigma.max(LEAST_SIGMA[component]);
-            self.state.together[component] = together(series());
+            let least = if component < VELOCITY { 1.0 } else { LASTS_S * sizes.len() as f64 / looked_at_s };
+            self.state.together[component] = together(series()).max(least);
         }
-        let said = self.said(&self.state);
-        let winds: Vec<_> = self.state.locals.iter().flatten().zip(&said).collect();
-        for axis in 0..3 {
-            let prior = self.state.wind_sigma_m_s[axis] * self.state.wind_sigma_m_s[axis];
-            let (mut squares, mut told) = (0.0, 0.0);
-            for (local, one) in &winds {
-                let place = LOCAL_WIND + axis;
-                squares += local[place] * local[place];
-                told += (1.0 - one.own_inverse[(place, place)] / prior).max(0.0);
+        self.measure_winds();
+    }
+
+    /// Looks how far the winds of stretches are off that of their flight: the standard deviations under which
+    /// what is seen is likeliest, by MacKay's fixed point (Neural Computation 4, 1992, p. 415), each time with
+    /// all unknowns where they would have them. Drag and wind move together, so that the steps are small.
+    fn measure_winds(&mut self) {
+        let seen = self.seen(&self.state);
+        for _ in 0..MOST_WINDS {
+            let said = Self::said(&self.state, &seen);
+            let (matrix, gradient) = self.sum(&self.state, &said);
+            let step = matrix.cholesky().map(|root| root.solve(&gradient));
+            let Some(step) = step.filter(|_| said.len() == seen.len()) else { return };
+            let next = self.moved(&said, &step);
+            let before = self.state.wind_sigma_m_s;
+            for (axis, sigma) in self.state.wind_sigma_m_s.iter_mut().enumerate() {
+                let (place, prior) = (LOCAL_WIND + axis, *sigma * *sigma);
+                let squares: f64 =
+                    next.locals.iter().flatten().map(|local| local[place] * local[place]).sum();
+                let told = said.iter().map(|one| (1.0 - one.own_inverse[(place, place)] / prior).max(0.0));
+                let told: f64 = told.sum();
+                if told > 1e-3 {
+                    *sigma = (squares / told).sqrt().clamp(LEAST_WIND_M_S, MOST_WIND_M_S);
+                }
             }
-            if told > 1e-3 {
-                let sigma = (squares / told).sqrt();
-                let before = self.state.wind_sigma_m_s[axis];
-                self.state.wind_sigma_m_s[axis] = sigma.clamp(0.2 * before, 5.0 * before).max(LEAST_WIND_M_S);
+            let moved = |(before, after): (&f64, &f64)| (after / before - 1.0).abs();
+            if before.iter().zip(&self.state.wind_sigma_m_s).map(moved).fold(0.0, f64::max) < 0.003 {
+                break;
             }
         }
     }
 
-    /// Covariance of the parameters, by clusters of stretches each left out in turn, and their number. What
+    /// Covariance of the parameters, by what clusters of stretches say each by itself, and their number. What
     /// was known before is one more of them: where no stretch says anything, it is all there is.
     pub(super) fn covariance(&self) -> (DMatrix<f64>, usize) {
-        let Told { moves, known, .. } = self.told();
+        let Told { matrix, moves, known } = self.told();
         let n = moves.len();
         let sum = |moves: &[DVector<f64>]| {
             let outer =
                 |moved: &DVector<f64>| moved.rows(0, PARAMETERS) * moved.rows(0, PARAMETERS).transpose();
             moves.iter().map(outer).fold(DMatrix::zeros(PARAMETERS, PARAMETERS), |sum, one| sum + one)
         };
-        (sum(&moves) * ((n as f64 - 1.0) / n as f64) + sum(&known), n)
+        (no_sharper(sum(&moves) + sum(&known), matrix), n)
     }
 
-    /// What is said of all shared unknowns, and by how much each cluster of stretches moves them.
+    /// What is said of all shared unknowns, and by how much each cluster of stretches moves them: by Bell and
+    /// McCaffrey's bias-reduced linearisation (Survey Methodology 28, 2002, p. 169), since a manoeuvre that
+    /// alone tells a number takes a large part of it, and leaves little of its own error over.
     pub(super) fn told(&self) -> Told {
-        let said = self.said(&self.state);
+        let said = Self::said(&self.state, &self.seen(&self.state));
         let (matrix, _) = self.sum(&self.state, &said);
+        let n = matrix.nrows();
+        let Some(root) = matrix.clone().cholesky().map(|root| root.unpack()) else {
+            return Told { matrix, moves: Vec::new(), known: Vec::new() };
+        };
+        // In coordinates in which all that is said is a unit matrix.
+        let inner =
+            |x: &DMatrix<f64>| root.solve_lower_triangular(x).unwrap_or_else(|| DMatrix::zeros(n, x.ncols()));
+        let outer = |x: &DVector<f64>| root.tr_solve_lower_triangular(x).unwrap_or_else(|| DVector::zeros(n));
         let size = if said.len() >= ENOUGH { CLUSTER } else { 1 };
         let clusters = said.chunk_by(|a, b| a.flight == b.flight).flat_map(|flight| flight.chunks(size));
         let moved = |cluster: &[Said]| {
-            let mut without = matrix.clone();
-            let mut gradient = DVector::zeros(matrix.nrows());
-            for one in cluster {
-                for i in 0..SHARED {
-                    gradient[place(one.flight, i)] += one.gradient[i];
-                    for j in 0..SHARED {
-                        without[(place(one.flight, i), place(one.flight, j))] -= one.matrix[(i, j)];
-                    }
-                }
+            let (mut own, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
+            cluster.iter().for_each(|one| one.add_to(&mut own, &mut gradient));
+            self.without_held(&mut own, &mut gradient, 0.0);
+            let part = inner(&inner(&own).transpose()).symmetric_eigen();
+            let gradient = inner(&DMatrix::from_column_slice(n, 1, gradient.as_slice()));
+            let mut along = part.eigenvectors.tr_mul(&gradient);
+            for (x, share) in along.iter_mut().zip(&part.eigenvalues) {
+                *x /= (1.0 - share).max(LEAST_LEFT).sqrt();
             }
-            self.without_held(&mut without, &mut gradient);
-            without.cholesky().map_or_else(|| DVector::zeros(matrix.nrows()), |root| root.solve(&gradient))
+            outer(&(part.eigenvectors * along).column(0).into_owned())
         };
         let moves = clusters.map(moved).collect();
-        let root = matrix.clone().cholesky();
-        let known = (0..PARAMETERS).filter(|i| self.free[*i]).filter_map(|i| {
-            let mut gradient = DVector::zeros(matrix.nrows());
+        let known = (0..PARAMETERS).filter(|i| self.free[*i]).map(|i| {
+            let mut gradient = DMatrix::zeros(n, 1);
             gradient[i] = 1.0 / Parameter::ALL[i].wide();
-            root.as_ref().map(|root| root.solve(&gradient))
+            outer(&inner(&gradient).column(0).into_owned())
         });
         let known = known.collect();
         Told { matrix, moves, known }
     }
+}
+
+impl Said {
+    /// Adds it to what is said of all shared unknowns.
+    fn add_to(&self, matrix: &mut DMatrix<f64>, gradient: &mut DVector<f64>) {
+        for i in 0..SHARED {
+            gradient[place(self.flight, i)] += self.gradient[i];
+            for j in 0..SHARED {
+                matrix[(place(self.flight, i), place(self.flight, j))] += self.matrix[(i, j)];
+            }
+        }
+    }
+}
+
+/// A covariance with errors that are no smaller than those of what was said, of which [`LEAST_SIGMA`] is a
+/// part: what moved less than any sensor shows is not known, though all stretches agree on it, since what
+/// models leave out is the same in all of them.
+pub(super) fn no_sharper(mut covariance: DMatrix<f64>, said: DMatrix<f64>) -> DMatrix<f64> {
+    let Some(root) = said.cholesky() else { return covariance };
+    let inverse = root.inverse();
+    for i in 0..covariance.nrows() {
+        let wider = (inverse[(i, i)] / covariance[(i, i)]).sqrt();
+        if wider > 1.0 && wider.is_finite() {
+            covariance.row_mut(i).scale_mut(wider);
+            covariance.column_mut(i).scale_mut(wider);
+        }
+    }
+    covariance
 }
 
 /// Place of a shared unknown of a flight among all of them.

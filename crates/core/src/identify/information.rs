@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 
 use super::asked::{IdentifyError, Settings};
 use super::course::Course;
-use super::fit::{Fit, Part, Told};
+use super::fit::{Fit, Part, Told, no_sharper};
 use super::parameter::{PARAMETERS, Parameter};
 use super::{FEWEST, LONG_S};
 use crate::logged_flight::LoggedFlight;
@@ -65,7 +65,7 @@ impl Information {
     pub fn errors(&self) -> [f64; PARAMETERS] {
         let Some(root) = self.sharp.clone().cholesky() else { return [f64::INFINITY; PARAMETERS] };
         let inverse = root.inverse();
-        let covariance = &inverse * &self.scatter * &inverse;
+        let covariance = no_sharper(&inverse * &self.scatter * &inverse, self.sharp.clone());
         std::array::from_fn(|i| if self.is_of[i] { covariance[(i, i)].sqrt() } else { f64::NAN })
     }
 }

@@ -52,6 +52,10 @@ const FIRST_DELAY_S: f64 = 0.008;
 /// Fewer stretches than this many tell no more than hovers do: there is nothing to be held out, and errors
 /// by leaving some out mean nothing.
 const FEWEST: usize = 20;
+/// So often a vehicle is fitted anew from what was found, at most, and how far what stays may move, as a share of
+/// the largest error with which it is told: weights and gusts of one that was far off may leave it off.
+const AGAIN: usize = 3;
+const STAYS: f64 = 0.05;
 /// So often what cannot be told is held, and the rest fitted again.
 const REFITS: usize = 3;
 
@@ -100,7 +104,18 @@ pub fn identify(
     let mut fit = Fit::new(vehicle, &long, [0.0; PARAMETERS]).from(&near.state);
     refused.iter().for_each(|(parameter, _)| fit.hold(*parameter));
     fit.run(2, 5);
-    let mut steps = near.steps + fit.steps;
+    let mut steps = near.steps;
+    for _ in 0..AGAIN {
+        let before = fit.state.deviations;
+        steps += fit.steps;
+        fit = Fit::new(vehicle, &long, before);
+        refused.iter().for_each(|(parameter, _)| fit.hold(*parameter));
+        fit.run(2, 5);
+        let moved = |p: &Parameter| (fit.state.deviations[*p as usize] - before[*p as usize]).abs();
+        if Parameter::ALL.iter().all(|p| moved(p) <= STAYS * p.largest_error()) {
+            break;
+        }
+    }
     // What is held out: the second half of every four stretches.
     let (used, unused) = (parts(LONG_S, |i| i % 4 < 2), parts(LONG_S, |i| i % 4 >= 2));
     let (mut covariance, mut clusters) = fit.covariance();

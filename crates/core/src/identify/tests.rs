@@ -65,10 +65,10 @@ fn closed_form_a_flight_tells_the_vehicle_that_flew_it() {
         load.force_body.x
     };
     assert!((forward(&after) / forward(&truth) - 1.0).abs() < 0.2);
-    // The rates of the half that was not used are predicted to their noise.
+    // The rates of the half that was not used are predicted to their noise, which is 2 % of what yaw did.
     let rates = found.predicted.iter().filter(|one| (3..6).contains(&one.channel));
     for one in rates {
-        assert!(one.over_noise < 1.1 && one.r_squared > 0.98, "{one:?}");
+        assert!(one.over_noise < 1.1 && one.r_squared > 0.97, "{one:?}");
     }
 }
 

@@ -17,7 +17,8 @@ use crate::model::{
 use crate::sim::SensorSettings;
 use crate::sim::sensors::Triad;
 
-pub const DELAY_S: f64 = 0.006;
+/// Whole steps, since the plant flies a part of one as a mean over it.
+pub const DELAY_S: f64 = 0.004;
 /// Gains for a vehicle of 2 kg that turns quickly.
 const GAINS: Gains = Gains {
     k_pq: 18.0,

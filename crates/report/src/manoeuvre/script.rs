@@ -36,7 +36,8 @@ impl ManoeuvreReport<'_> {
             .replace("    # @STEPS@\n", &steps)
             .replace(
                 "@TILT_DEG@",
-                &format!("{:.0}", (ROOM * most(|s| s.tilt_rad)).min(self.bounds.tilt_rad) * DEG_PER_RAD),
+                // Not less: on its way back to its place PX4 tilts as far as MPC_TILTMAX_AIR allows.
+                &format!("{:.0}", self.bounds.tilt_rad * DEG_PER_RAD),
             )
             .replace("@AWAY_M@", &format!("{:.0}", ROOM * most(|s| s.away_m) + ROOM_M))
             .replace(
