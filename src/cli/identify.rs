@@ -46,8 +46,8 @@ pub struct IdentifyArgs {
     /// Gravity where it was flown [m/s^2].
     #[arg(long, value_name = "M_S2", default_value_t = 9.80665, conflicts_with = "manoeuvre")]
     pub gravity: f64,
-    /// Density of the air where it was flown [kg/m^3]; PX4's own log has it by the pressure and a temperature of 15
-    /// (up to v1.15 20) deg C [default: the log's, otherwise 1.225].
+    /// Density of the air where it was flown [kg/m^3]; PX4's log has it by the pressure and a temperature of
+    /// 15 deg C, before v1.16 of 20 [default: the log's, otherwise 1.225].
     #[arg(long, value_name = "KG_M3", conflicts_with = "manoeuvre")]
     pub density: Option<f64>,
     /// Instead, what to fly so that a log tells this mission's vehicle, and how well.

@@ -18,8 +18,8 @@ const SETTLING_S: f64 = 0.5;
 const STILL: f64 = 0.02;
 /// So many instants from one attitude to the next that is looked at.
 const TURN_EVERY: usize = 10;
-/// Height above where it stood from which its rotors alone carry it [m]: PX4's land detector has it flying when
-/// the rotors speed up, 2 s before they lift it, and landed more than a second after it stands.
+/// Height beside where it stood from which its rotors alone carry it [m]: PX4's land detector has it flying
+/// when the rotors speed up, 2 s before they lift it, and landed more than a second after it stands.
 const OFF_GROUND_M: f64 = 1.0;
 /// A throttle at which a rotor rests.
 const AT_REST: f64 = 0.05;
@@ -179,8 +179,8 @@ impl Course {
     }
 }
 
-/// Times in which it was well off the ground; `None` where a log does not tell. A beginning or an end in the air
-/// is none on the ground.
+/// Times in which it was well off the ground; `None` where a log does not tell. A beginning or an end in the
+/// air is none on the ground.
 fn aloft(flight: &LoggedFlight) -> Option<Vec<(f64, f64)>> {
     let (landed, position) = flight.landed.as_ref().zip(flight.position_ned_m.as_ref())?;
     let ground_m = |t_s: f64| position.at(t_s).map(|[_, _, down]| *down);
@@ -200,20 +200,21 @@ fn aloft(flight: &LoggedFlight) -> Option<Vec<(f64, f64)>> {
     Some(times)
 }
 
-/// The part of a flight in which it was well above the ground where it began, and above that where it ended.
+/// The part of a flight from where it was well away from the height at which it stood, or hung under its
+/// canopy, to where it was so from that of its end.
 fn off_ground(
     position: &Series<3>,
     (from_s, stood_m): (f64, Option<f64>),
     (to_s, stands_m): (f64, Option<f64>),
 ) -> Option<(f64, f64)> {
     let rows = || position.t_s.iter().zip(&position.values).filter(|(t, _)| (from_s..to_s).contains(*t));
-    let is_above = |down_m: f64, ground_m: f64| down_m < ground_m - OFF_GROUND_M;
+    let is_away = |down_m: f64, from_m: f64| (down_m - from_m).abs() > OFF_GROUND_M;
     let begin_s = match stood_m {
-        Some(ground_m) => *rows().find(|(_, [_, _, down])| is_above(*down, ground_m))?.0,
+        Some(ground_m) => *rows().find(|(_, [_, _, down])| is_away(*down, ground_m))?.0,
         None => from_s,
     };
     let end_s = match stands_m {
-        Some(ground_m) => *rows().rfind(|(_, [_, _, down])| is_above(*down, ground_m))?.0,
+        Some(ground_m) => *rows().rfind(|(_, [_, _, down])| is_away(*down, ground_m))?.0,
         None => to_s,
     };
     (begin_s < end_s).then_some((begin_s, end_s))

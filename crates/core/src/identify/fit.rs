@@ -35,6 +35,8 @@ const FIRST_SIGMA: [f64; MEASURED] = [0.5, 0.5, 0.5, 0.05, 0.05, 0.05, 0.02, 0.0
 const FIRST_WIND_M_S: f64 = 0.1;
 const LEAST_WIND_M_S: f64 = 0.01;
 const MOST_WIND_M_S: f64 = 10.0;
+/// Air is calm unless more stretches than so many have a wind of their own.
+const CALM: f64 = 3.0;
 /// Steps towards the winds' standard deviations, at most.
 const MOST_WINDS: usize = 200;
 /// From this component on a velocity is looked at, an estimate: values within such a time say no more than
@@ -50,6 +52,9 @@ const ENOUGH: usize = 45;
 
 /// Share of what is said that a cluster leaves to the others, at least: it may say all that there is.
 const LEAST_LEFT: f64 = 1e-4;
+
+/// Degrees of freedom of an error, at least.
+const LEAST_FREEDOM: f64 = 3.0;
 
 /// Delays that may come out [s]: clocks of a log may be off a little the other way.
 const DELAYS_S: [f64; 2] = [-0.02, 0.2];
@@ -114,8 +119,8 @@ struct Said {
 /// What flights say of the unknowns that they share.
 pub(super) struct Told {
     pub(super) matrix: DMatrix<f64>,
-    /// By how much each cluster of stretches moves the unknowns.
-    pub(super) moves: Vec<DVector<f64>>,
+    /// By how much each cluster of stretches moves the unknowns, and the variance that it adds to each.
+    pub(super) moves: Vec<(DVector<f64>, DVector<f64>)>,
     /// By how much an error of what was known before moves them, for each parameter that is looked for.
     pub(super) known: Vec<DVector<f64>>,
 }
@@ -443,8 +448,8 @@ impl<'f> Fit<'f> {
     }
 
     /// Looks how far the winds of stretches are off that of their flight: the standard deviations under which
-    /// what is seen is likeliest, by MacKay's fixed point (Neural Computation 4, 1992, p. 415), each time with
-    /// all unknowns where they would have them. Drag and wind move together, so that the steps are small.
+    /// what is seen is likeliest, by MacKay's fixed point (Neural Computation 4, 1992, p. 415), each time
+    /// with all unknowns where they would have them. Drag and wind move together: the steps are small.
     fn measure_winds(&mut self) {
         let seen = self.seen(&self.state);
         for _ in 0..MOST_WINDS {
@@ -459,10 +464,7 @@ impl<'f> Fit<'f> {
                 let squares: f64 =
                     next.locals.iter().flatten().map(|local| local[place] * local[place]).sum();
                 let told = said.iter().map(|one| (1.0 - one.own_inverse[(place, place)] / prior).max(0.0));
-                let told: f64 = told.sum();
-                if told > 1e-3 {
-                    *sigma = (squares / told).sqrt().clamp(LEAST_WIND_M_S, MOST_WIND_M_S);
-                }
+                *sigma = (squares / (told.sum::<f64>() + CALM)).sqrt().clamp(LEAST_WIND_M_S, MOST_WIND_M_S);
             }
             let moved = |(before, after): (&f64, &f64)| (after / before - 1.0).abs();
             if before.iter().zip(&self.state.wind_sigma_m_s).map(moved).fold(0.0, f64::max) < 0.003 {
@@ -471,17 +473,22 @@ impl<'f> Fit<'f> {
         }
     }
 
-    /// Covariance of the parameters, by what clusters of stretches say each by itself, and their number. What
-    /// was known before is one more of them: where no stretch says anything, it is all there is.
-    pub(super) fn covariance(&self) -> (DMatrix<f64>, usize) {
+    /// Covariance of the parameters, by what clusters of stretches say each by itself, and its degrees of
+    /// freedom: as many as clusters that say as much as each other (Satterthwaite), less one. What was known
+    /// before is one more of them: where no stretch says anything, it is all there is.
+    pub(super) fn covariance(&self) -> (DMatrix<f64>, [f64; PARAMETERS]) {
         let Told { matrix, moves, known } = self.told();
-        let n = moves.len();
-        let sum = |moves: &[DVector<f64>]| {
-            let outer =
-                |moved: &DVector<f64>| moved.rows(0, PARAMETERS) * moved.rows(0, PARAMETERS).transpose();
-            moves.iter().map(outer).fold(DMatrix::zeros(PARAMETERS, PARAMETERS), |sum, one| sum + one)
+        let mut covariance = DMatrix::zeros(PARAMETERS, PARAMETERS);
+        for moved in moves.iter().map(|(moved, _)| moved).chain(&known) {
+            let moved = moved.rows(0, PARAMETERS);
+            covariance += moved * moved.transpose();
+        }
+        let freedom = |i: usize| {
+            let (sum, squares) =
+                moves.iter().fold((0.0, 0.0), |(sum, squares), (_, v)| (sum + v[i], squares + v[i] * v[i]));
+            if squares > 0.0 { (sum * sum / squares - 1.0).max(LEAST_FREEDOM) } else { LEAST_FREEDOM }
         };
-        (no_sharper(sum(&moves) + sum(&known), matrix), n)
+        (no_sharper(covariance, matrix), std::array::from_fn(freedom))
     }
 
     /// What is said of all shared unknowns, and by how much each cluster of stretches moves them: by Bell and
@@ -497,7 +504,9 @@ impl<'f> Fit<'f> {
         // In coordinates in which all that is said is a unit matrix.
         let inner =
             |x: &DMatrix<f64>| root.solve_lower_triangular(x).unwrap_or_else(|| DMatrix::zeros(n, x.ncols()));
-        let outer = |x: &DVector<f64>| root.tr_solve_lower_triangular(x).unwrap_or_else(|| DVector::zeros(n));
+        let outer = |x: &DMatrix<f64>| {
+            root.tr_solve_lower_triangular(x).unwrap_or_else(|| DMatrix::zeros(n, x.ncols()))
+        };
         let size = if said.len() >= ENOUGH { CLUSTER } else { 1 };
         let clusters = said.chunk_by(|a, b| a.flight == b.flight).flat_map(|flight| flight.chunks(size));
         let moved = |cluster: &[Said]| {
@@ -510,13 +519,15 @@ impl<'f> Fit<'f> {
             for (x, share) in along.iter_mut().zip(&part.eigenvalues) {
                 *x /= (1.0 - share).max(LEAST_LEFT).sqrt();
             }
-            outer(&(part.eigenvectors * along).column(0).into_owned())
+            let back = outer(&part.eigenvectors);
+            let variance = back.map(|x| x * x) * &part.eigenvalues;
+            ((back * along).column(0).into_owned(), variance)
         };
         let moves = clusters.map(moved).collect();
         let known = (0..PARAMETERS).filter(|i| self.free[*i]).map(|i| {
             let mut gradient = DMatrix::zeros(n, 1);
             gradient[i] = 1.0 / Parameter::ALL[i].wide();
-            outer(&inner(&gradient).column(0).into_owned())
+            outer(&inner(&gradient)).column(0).into_owned()
         });
         let known = known.collect();
         Told { matrix, moves, known }

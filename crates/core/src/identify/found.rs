@@ -141,8 +141,8 @@ impl Identified {
 
 /// Half of an interval of 95 % over the standard error, of Student's distribution with so many degrees of
 /// freedom (Cornish and Fisher's expansion).
-pub(super) fn reach(freedom: usize) -> f64 {
-    let (z, n) = (WITHIN_95, freedom.max(1) as f64);
+pub(super) fn reach(freedom: f64) -> f64 {
+    let (z, n) = (WITHIN_95, freedom.max(1.0));
     let z3 = z * z * z;
     z + (z3 + z) / (4.0 * n) + (5.0 * z3 * z * z + 16.0 * z3 + 3.0 * z) / (96.0 * n * n)
 }

@@ -55,7 +55,7 @@ pub(super) fn identify(courses: &[Course], vehicle: &Vehicle, settings: &Setting
         parameter: Parameter::Thrust,
         deviation: crate::math::ln(mean),
         error,
-        reach: reach(pieces.len() - 1),
+        reach: reach(pieces.len() as f64 - 1.0),
     });
     told.covariance = DMatrix::from_element(1, 1, error * error);
     (told.looked_at_s, told.stretches) = (n * PIECE_S, pieces.len());

@@ -42,7 +42,7 @@ impl Information {
         fit.run(2, 3);
         let Told { matrix: sharp, moves, known } = fit.told();
         let mut scatter = DMatrix::zeros(sharp.nrows(), sharp.nrows());
-        for moved in moves.iter().chain(&known) {
+        for moved in moves.iter().map(|(moved, _)| moved).chain(&known) {
             let pushed = &sharp * moved;
             scatter += &pushed * pushed.transpose();
         }

@@ -52,8 +52,8 @@ const FIRST_DELAY_S: f64 = 0.008;
 /// Fewer stretches than this many tell no more than hovers do: there is nothing to be held out, and errors
 /// by leaving some out mean nothing.
 const FEWEST: usize = 20;
-/// So often a vehicle is fitted anew from what was found, at most, and how far what stays may move, as a share of
-/// the largest error with which it is told: weights and gusts of one that was far off may leave it off.
+/// So often a vehicle is fitted anew from what was found, at most, and how far what stays may move, as a
+/// share of the largest error with which it is told: weights and gusts of one far off may leave it off.
 const AGAIN: usize = 3;
 const STAYS: f64 = 0.05;
 /// So often what cannot be told is held, and the rest fitted again.
@@ -118,7 +118,7 @@ pub fn identify(
     }
     // What is held out: the second half of every four stretches.
     let (used, unused) = (parts(LONG_S, |i| i % 4 < 2), parts(LONG_S, |i| i % 4 >= 2));
-    let (mut covariance, mut clusters) = fit.covariance();
+    let (mut covariance, mut freedom) = fit.covariance();
     let mut half = Fit::new(vehicle, &used, [0.0; PARAMETERS]).from(&fit.state);
     let mut rest = Fit::new(vehicle, &unused, [0.0; PARAMETERS]);
     for refit in 0..=REFITS {
@@ -135,31 +135,30 @@ pub fn identify(
             refused.push((parameter, why));
         }
         fit.run(0, 5);
-        (covariance, clusters) = fit.covariance();
+        (covariance, freedom) = fit.covariance();
     }
     steps += fit.steps + half.steps;
-    Ok(told(&fit, (&rest, &unused), (covariance, clusters), refused, (stretches, steps), vehicle))
+    Ok(told(&fit, (&rest, &unused), (covariance, freedom), refused, (stretches, steps), vehicle))
 }
 
 /// The result of a fit.
 fn told(
     fit: &Fit<'_>,
     (rest, unused): (&Fit<'_>, &[Part<'_>]),
-    (covariance, clusters): (DMatrix<f64>, usize),
+    (covariance, freedom): (DMatrix<f64>, [f64; PARAMETERS]),
     mut refused: Vec<(Parameter, String)>,
     (stretches, steps): (usize, usize),
     vehicle: &Vehicle,
 ) -> Identified {
     let free: Vec<Parameter> =
         Parameter::ALL.into_iter().filter(|parameter| fit.is_free(*parameter)).collect();
-    let reach = reach(clusters.saturating_sub(1));
     let found = free.iter().map(|parameter| {
         let i = *parameter as usize;
         Found {
             parameter: *parameter,
             deviation: fit.state.deviations[i],
             error: covariance[(i, i)].sqrt(),
-            reach,
+            reach: reach(freedom[i]),
         }
     });
     for parameter in Parameter::ALL {

@@ -88,8 +88,8 @@ pub enum Kind {
 const UNITS_S: [f64; 4] = [0.18, 0.18, 0.4, 0.2];
 /// Parts of a doublet, and sign of each.
 const DOUBLET: [(f64, f64); 4] = [(3.0, 1.0), (2.0, -1.0), (1.0, 1.0), (1.0, -1.0)];
-/// Hover before a doublet or a sweep [s]: PX4's control of the position is slower than ours, and what is left of
-/// a velocity is flown through the whole doublet of yaw.
+/// Hover before a doublet or a sweep [s]: PX4's control of the position is slower than ours, and what is left
+/// of a velocity is flown through the whole doublet of yaw.
 const BETWEEN_S: f64 = 3.0;
 /// A sweep: length [s], frequencies [Hz], step in which it is asked for [s].
 const SWEEP_S: f64 = 6.0;
