@@ -4,7 +4,7 @@ use samara_core::logged_flight::phases::{Phase, phases};
 use samara_core::logged_flight::tells::{Tells, tells};
 use samara_core::logged_flight::{LoggedFlight, Series};
 use samara_core::printable::printable;
-use samara_core::ulog::Ulog;
+use samara_core::ulog::{Topic, Ulog};
 
 use crate::document::{Document, Grid, Passage, Section};
 use crate::json::{VERSION, finite, result_objects, text};
@@ -81,6 +81,10 @@ impl<'a> LogReport<'a> {
             ("armed", of(r.armed.as_ref())),
             ("landed", of(r.landed.as_ref())),
         ]
+    }
+
+    fn topics(&self) -> impl Iterator<Item = &'a Topic> {
+        self.log.into_iter().flat_map(Ulog::topics)
     }
 
     /// Rows of all topics; of a table its own, as far as they have anything.
@@ -204,7 +208,7 @@ impl<'a> LogReport<'a> {
 
     fn topic_table(&self) -> Grid {
         let mut grid = Grid::new("Topics", ["", "instance", "rows", "columns"]);
-        for topic in self.log.into_iter().flat_map(Ulog::topics) {
+        for topic in self.topics() {
             let cells =
                 [topic.instance.to_string(), topic.len().to_string(), topic.columns().count().to_string()];
             grid.row(&printable(&topic.name), cells);
@@ -246,7 +250,7 @@ result_objects! {
         /// Quantities of the vehicle, and whether the log may tell them.
         tells: Vec<LogTellsObject> = of.tells.iter().map(LogTellsObject::of).collect(),
         /// Topics that have rows.
-        topics: Vec<LogTopicObject> = of.log.into_iter().flat_map(Ulog::topics).map(LogTopicObject::of).collect(),
+        topics: Vec<LogTopicObject> = of.topics().map(LogTopicObject::of).collect(),
     }
 
     /// What a log says of itself.
@@ -293,7 +297,7 @@ result_objects! {
     }
 
     /// A topic.
-    LogTopicObject(topic: &samara_core::ulog::Topic) {
+    LogTopicObject(topic: &Topic) {
         /// Name of the message.
         name: String = topic.name.clone(),
         /// Number of the instance.

@@ -546,14 +546,15 @@ impl Said {
     }
 }
 
-/// A covariance with errors that are no smaller than those of what was said, of which [`LEAST_SIGMA`] is a
-/// part: what moved less than any sensor shows is not known, though all stretches agree on it, since what
-/// models leave out is the same in all of them.
+/// A covariance with errors that are no smaller than half of those of what was said, of which [`LEAST_SIGMA`]
+/// is a part: what moved less than any sensor shows is not known, though all stretches agree on it, since
+/// what models leave out is the same in all of them. Half, since residuals that hang together
+/// ([`State::together`]) may do so where nothing is told by them.
 pub(super) fn no_sharper(mut covariance: DMatrix<f64>, said: DMatrix<f64>) -> DMatrix<f64> {
     let Some(root) = said.cholesky() else { return covariance };
     let inverse = root.inverse();
     for i in 0..covariance.nrows() {
-        let wider = (inverse[(i, i)] / covariance[(i, i)]).sqrt();
+        let wider = 0.5 * (inverse[(i, i)] / covariance[(i, i)]).sqrt();
         if wider > 1.0 && wider.is_finite() {
             covariance.row_mut(i).scale_mut(wider);
             covariance.column_mut(i).scale_mut(wider);
