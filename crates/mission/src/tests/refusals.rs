@@ -217,16 +217,14 @@ fn an_electric_battery_is_read_and_refused() {
 /// strict.
 #[test]
 fn sensors_are_read_and_refused() {
-    let with = |mission: &str, sensors: &str| {
-        spoil(
-            load_mission,
-            mission,
-            mission,
-            "\"seed\": 1,",
-            &format!("\"seed\": 1, \"sensors\": {sensors},"),
-        )
+    let ground = "mission/x500_ground.json";
+    let text = std::fs::read_to_string(shipped(ground)).unwrap();
+    let (_, behind) = text.split_once("\"sensors\": {").unwrap();
+    let own = format!("\"sensors\": {{{}\n  }}", behind.split_once("\n  }").unwrap().0);
+    let with = |mission: &str, from: &str, sensors: &str| {
+        spoil(load_mission, mission, mission, from, &format!("\"sensors\": {sensors}"))
     };
-    let x500 = |sensors: &str| with("mission/x500_ground.json", sensors);
+    let x500 = |sensors: &str| with(ground, &own, sensors);
     let ideal = SensorSettings::default();
     assert_eq!(load_mission(&shipped(TITAN)).unwrap().sensors, ideal);
     assert_eq!(x500("{}").loaded.unwrap().sensors, ideal);
@@ -248,7 +246,7 @@ fn sensors_are_read_and_refused() {
         (field.norm() - 0.48).abs() < 0.01 && (math::atan2(field.y, field.x) - 0.06).abs() < 0.01,
         "{field:?}"
     );
-    with(TITAN, magnetometer).refused_at(
+    with(TITAN, "\"seed\": 1", &format!("{magnetometer}, \"seed\": 1")).refused_at(
         ("\"world_magnetic_model\"", 0),
         "sensors.magnetometer.field",
         "Earth's",
