@@ -164,6 +164,7 @@ fn what_is_no_log_of_the_vehicle_is_refused() {
     refused("t_s,q0\n1,2\n", &[], "the log has no commands to the rotors");
     refused("t_s,q0\n1,2\n", &["--mass", "-1"], "--mass: expected a number above 0");
     refused("t_s,q0\n1,2\n", &["--gravity", "nan"], "--gravity: expected a number above 0");
+    refused("t_s,q0\n1,2\n", &["--density", "0"], "--density: expected a number above 0");
     let rotors: String = (0..300)
         .map(|i| format!("{}.{:03},0.{i:03},0.5,0.{i:03},0,0,0,0,0,0\n", i / 250, 4 * (i % 250)))
         .collect();

@@ -119,9 +119,7 @@ impl Course {
             let command = motors.at(t_s).filter(|_| is_near(motors, t_s, GAP_S));
             let spins = command.is_some_and(|row| row.iter().take(rotors).all(|u| *u > STILL && *u <= 1.1));
             let in_air = matches!(doing(t_s), Some(Doing::Hovering | Doing::Manoeuvring))
-                && aloft
-                    .as_ref()
-                    .is_none_or(|times| times.iter().any(|(from, to)| (*from..*to).contains(&t_s)));
+                && aloft.iter().any(|(from_s, to_s)| (*from_s..*to_s).contains(&t_s));
             if !(spins && in_air && step_s < GAP_S) {
                 since_s = f64::INFINITY;
             } else if since_s.is_infinite() {
@@ -147,18 +145,17 @@ impl Course {
                 flown: t_s >= since_s + SETTLING_S,
             });
         }
-        let is_aloft = |(from_s, to_s): (f64, f64)| {
-            let times = aloft.clone().unwrap_or_else(|| vec![(f64::NEG_INFINITY, f64::INFINITY)]);
-            let within = times.into_iter().map(move |(from, to)| (from_s.max(from), to_s.min(to)));
-            within.filter(|(from, to)| from < to)
-        };
         let hovers = phases.iter().filter(|phase| phase.doing == Doing::Hovering);
+        let hovers = hovers.flat_map(|phase| {
+            let within = aloft.iter().map(|(from_s, to_s)| (from_s.max(phase.from_s), to_s.min(phase.to_s)));
+            within.filter(|(from_s, to_s)| from_s < to_s)
+        });
         Ok(Self {
             instants,
             commands: motors.t_s.iter().copied().zip(motors.values.iter().copied()).collect(),
             has_velocity: seen.is_some(),
             rates_hz: [motors.rate_hz(), rates.rate_hz()],
-            hovers: hovers.flat_map(|phase| is_aloft((phase.from_s, phase.to_s))).collect(),
+            hovers: hovers.collect(),
         })
     }
 
@@ -179,10 +176,12 @@ impl Course {
     }
 }
 
-/// Times in which it was well off the ground; `None` where a log does not tell. A beginning or an end in the
-/// air is none on the ground.
-fn aloft(flight: &LoggedFlight) -> Option<Vec<(f64, f64)>> {
-    let (landed, position) = flight.landed.as_ref().zip(flight.position_ned_m.as_ref())?;
+/// Times in which it was well off the ground [s]; all of it where a log does not tell. A beginning or an end
+/// in the air is none on the ground.
+fn aloft(flight: &LoggedFlight) -> Vec<(f64, f64)> {
+    let Some((landed, position)) = flight.landed.as_ref().zip(flight.position_ned_m.as_ref()) else {
+        return vec![(f64::NEG_INFINITY, f64::INFINITY)];
+    };
     let ground_m = |t_s: f64| position.at(t_s).map(|[_, _, down]| *down);
     let mut times = Vec::new();
     let mut since = Some((f64::NEG_INFINITY, None));
@@ -197,7 +196,7 @@ fn aloft(flight: &LoggedFlight) -> Option<Vec<(f64, f64)>> {
         }
     }
     times.extend(since.and_then(|begun| off_ground(position, begun, (f64::INFINITY, None))));
-    Some(times)
+    times
 }
 
 /// The part of a flight from where it was well away from the height at which it stood, or hung under its
@@ -277,7 +276,7 @@ mod tests {
                 position_ned_m: Some(position.clone()),
                 ..LoggedFlight::default()
             };
-            aloft(&flight).unwrap()
+            aloft(&flight)
         };
         let [(from_s, to_s)] = of(&landed)[..] else { panic!("one flight is expected") };
         assert!((from_s - 13.0).abs() < 0.11 && (to_s - 46.0).abs() < 0.11, "{from_s} {to_s}");
@@ -285,6 +284,7 @@ mod tests {
         let mut never = Series::empty("landed");
         never.put(0.0, [0.0]);
         assert_eq!(of(&never), [(f64::NEG_INFINITY, f64::INFINITY)]);
-        assert!(aloft(&LoggedFlight { landed: Some(landed), ..LoggedFlight::default() }).is_none());
+        let untold = LoggedFlight { landed: Some(landed), ..LoggedFlight::default() };
+        assert_eq!(aloft(&untold), [(f64::NEG_INFINITY, f64::INFINITY)]);
     }
 }

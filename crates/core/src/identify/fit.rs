@@ -37,8 +37,9 @@ const LEAST_WIND_M_S: f64 = 0.01;
 const MOST_WIND_M_S: f64 = 10.0;
 /// Air is calm unless more stretches than so many have a wind of their own.
 const CALM: f64 = 3.0;
-/// Steps towards the winds' standard deviations, at most.
+/// Steps towards the winds' standard deviations, at most, and the share by which they move when they stay.
 const MOST_WINDS: usize = 200;
+const WINDS_STAY: f64 = 0.003;
 /// From this component on a velocity is looked at, an estimate: values within such a time say no more than
 /// one [s], also where they look as if they did. What it wanders by would be taken for wind.
 const VELOCITY: usize = 9;
@@ -49,10 +50,8 @@ const MOST_TOGETHER: f64 = 100.0;
 /// Stretches of a cluster, where there are enough of them.
 const CLUSTER: usize = 3;
 const ENOUGH: usize = 45;
-
 /// Share of what is said that a cluster leaves to the others, at least: it may say all that there is.
 const LEAST_LEFT: f64 = 1e-4;
-
 /// Degrees of freedom of an error, at least.
 const LEAST_FREEDOM: f64 = 3.0;
 
@@ -467,7 +466,7 @@ impl<'f> Fit<'f> {
                 *sigma = (squares / (told.sum::<f64>() + CALM)).sqrt().clamp(LEAST_WIND_M_S, MOST_WIND_M_S);
             }
             let moved = |(before, after): (&f64, &f64)| (after / before - 1.0).abs();
-            if before.iter().zip(&self.state.wind_sigma_m_s).map(moved).fold(0.0, f64::max) < 0.003 {
+            if before.iter().zip(&self.state.wind_sigma_m_s).map(moved).fold(0.0, f64::max) < WINDS_STAY {
                 break;
             }
         }
@@ -549,9 +548,12 @@ impl Said {
 /// A covariance with errors that are no smaller than half of those of what was said, of which [`LEAST_SIGMA`]
 /// is a part: what moved less than any sensor shows is not known, though all stretches agree on it, since
 /// what models leave out is the same in all of them. Half, since residuals that hang together
-/// ([`State::together`]) may do so where nothing is told by them.
+/// ([`State::together`]) may do so where nothing is told by them. Without end where what was said has none.
 pub(super) fn no_sharper(mut covariance: DMatrix<f64>, said: DMatrix<f64>) -> DMatrix<f64> {
-    let Some(root) = said.cholesky() else { return covariance };
+    let Some(root) = said.cholesky() else {
+        let n = covariance.nrows();
+        return DMatrix::from_diagonal_element(n, n, f64::INFINITY);
+    };
     let inverse = root.inverse();
     for i in 0..covariance.nrows() {
         let wider = 0.5 * (inverse[(i, i)] / covariance[(i, i)]).sqrt();
