@@ -1,6 +1,6 @@
 //! Accelerometer and gyroscope: three axes with the same errors,
 //!
-//! `y = quantise(clip(x + b_0 + K W(t) + N / sqrt(dt) n))`,
+//! `y = clip(quantise(x + b_0 + K W(t) + N / sqrt(dt) n))`,
 //!
 //! with the turn-on bias `b_0`, drawn once per axis, the bias's random walk `W` (variance 1 per second) and a
 //! white normal `n`. `N` is the noise density of Allan's deviation `sigma(tau) = N / sqrt(tau)`, `K` the
@@ -11,6 +11,11 @@ use nalgebra::Vector3;
 use super::noise::Walk;
 use crate::random::{Purpose, Stream};
 use crate::units::US_PER_S;
+
+/// A reading lies so much beyond its whole step: PX4's simulation cuts what it gets to whole steps of 16 bits
+/// (SimulatorMavlink.cpp: `sensors.xacc / ACCEL_FIFO_SCALE` becomes an integer), and of what lies on them to
+/// within a rounding error about every second one would lose a step, 0.005 m/s^2 and 0.001 rad/s.
+const BEYOND: f64 = 1.0 + 1e-6;
 
 /// Errors of a triad of sensors, in the unit u of what they measure (m/s^2, rad/s). All zero: the truth to
 /// the bit.
@@ -67,11 +72,11 @@ impl TriadSensor {
         if triad.noise_density > 0.0 {
             reading += self.white.normals() * self.deviation;
         }
+        if triad.resolution > 0.0 {
+            reading = reading.map(|x| (x / triad.resolution).round() * triad.resolution * BEYOND);
+        }
         if let Some(range) = triad.range {
             reading = reading.map(|x| x.clamp(-range, range));
-        }
-        if triad.resolution > 0.0 {
-            reading = reading.map(|x| (x / triad.resolution).round() * triad.resolution);
         }
         reading
     }
@@ -143,7 +148,8 @@ mod tests {
         let triad =
             Triad { noise_density: 0.5, resolution: step, range: Some(16.0 * 9.80665), ..Triad::default() };
         for x in readings(&triad, Vector3::new(0.0, 200.0, -9.8), 500) {
-            assert!(x.iter().all(|x| ((x / step) - (x / step).round()).abs() < 1e-9), "{x:?}");
+            let steps = x / step;
+            assert!(steps.iter().all(|n| (n - n.round()).abs() < 1.1e-6 * n.abs() + 1e-9), "{x:?}");
             assert!((x.y - 16.0 * 9.80665).abs() < 1e-9 && x.y > 150.0);
         }
         // Half a step either way, no more.
@@ -151,6 +157,21 @@ mod tests {
         let truth = Vector3::new(0.1234, -5.4321, 3.0);
         let off = readings(&fine, truth, 1)[0] - truth;
         assert!(off.amax() <= step / 2.0 && off.amax() > 0.0);
+    }
+
+    /// PX4's own lines, of v1.12 to v1.18: what was measured comes out, whatever single precision does to it.
+    #[test]
+    fn closed_form_px4_cuts_no_step_off() {
+        let force_step = 9.80665f32 / 2048.0;
+        let rate_step = (2000.0f32 / 32768.0).to_radians();
+        for (resolution, px4_step) in [(0.004788403, force_step), (0.001065264, rate_step)] {
+            let triad = Triad { resolution, ..Triad::default() };
+            let mut sensor = TriadSensor::new(triad, 3, ERRORS, DT_US);
+            for steps in -32_700..32_700 {
+                let x = sensor.read(Vector3::repeat(f64::from(steps) * resolution), 0).x;
+                assert_eq!((x as f32 / px4_step) as i16, steps as i16, "{x}");
+            }
+        }
     }
 
     /// To the bit: also a zero's sign.
