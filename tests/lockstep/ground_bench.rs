@@ -58,19 +58,21 @@ pub struct Wire {
 }
 
 fn wire(sim: DropSimulation, battery: Option<Battery>) -> Wire {
-    wire_on(sim, battery, (MISSION.sensors, None))
+    wire_on(sim, battery, (MISSION.sensors, 1), None)
 }
 
-/// On the truth, or on the estimator with these sensors.
+/// On the truth, or on the estimator with these sensors, whose errors are drawn by a seed.
 fn wire_on(
     sim: DropSimulation,
     battery: Option<Battery>,
-    (sensors, estimator): (SensorSettings, Option<EstimatorSettings>),
+    (sensors, seed): (SensorSettings, u64),
+    estimator: Option<EstimatorSettings>,
 ) -> Wire {
     let m = &*MISSION;
     let config = HilConfig {
         run: DropRunConfig { duration_us: 600_000_000, battery, ..DropRunConfig::default() },
         sensors,
+        seed,
         allow_faults: true,
         ..HilConfig::default()
     };
@@ -130,11 +132,11 @@ impl Wire {
 
     /// Standing, on the estimator.
     pub fn on_ground_on_estimator() -> Self {
-        Self::sensing(MISSION.sensors)
+        Self::sensing(MISSION.sensors, 1)
     }
 
-    /// Standing, on the estimator with these sensors.
-    pub fn sensing(sensors: SensorSettings) -> Self {
+    /// Standing, on the estimator with these sensors, whose errors are drawn by a seed.
+    pub fn sensing(sensors: SensorSettings, seed: u64) -> Self {
         let m = &*MISSION;
         let site = &m.site.environment;
         let estimator = EstimatorSettings {
@@ -142,7 +144,7 @@ impl Wire {
             ..EstimatorSettings::at_site(site.gravity_m_s2, sensors.magnetometer.field_at(site))
         };
         let sim = DropSimulation::standing(m.vehicle.clone(), site.clone(), GROUND);
-        wire_on(sim, None, (sensors, Some(estimator)))
+        wire_on(sim, None, (sensors, seed), Some(estimator))
     }
 
     /// Under its canopy, `height_m` above the ground and sinking.
