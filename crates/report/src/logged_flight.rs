@@ -197,7 +197,10 @@ impl<'a> LogReport<'a> {
         let mut grid = Grid::new("What it may tell of the vehicle", ["", "", "why not"]);
         for tells in &self.tells {
             let can = if tells.lacks.is_empty() { "yes" } else { "no" };
-            grid.row(tells.quantity, [can.to_owned(), tells.lacks.first().cloned().unwrap_or_default()]);
+            grid.row(
+                tells.quantity.words(),
+                [can.to_owned(), tells.lacks.first().cloned().unwrap_or_default()],
+            );
             for lack in tells.lacks.iter().skip(1) {
                 grid.row("", [String::new(), lack.clone()]);
             }
@@ -289,7 +292,7 @@ result_objects! {
     /// What the log may tell of a quantity.
     LogTellsObject(tells: &Tells) {
         /// The quantity.
-        quantity: String = tells.quantity.to_owned(),
+        quantity: String = tells.quantity.words().to_owned(),
         /// Whether it may.
         can: bool = tells.lacks.is_empty(),
         /// Why not, each reason by itself.

@@ -24,6 +24,10 @@ const LOCAL_WIDE: [f64; LOCAL_WIND] = [0.1, 0.1, 0.1, 0.5, 0.5, 0.5, 0.3, 0.3, 0
 const SHARED: usize = PARAMETERS + FLIGHT;
 const UNKNOWNS: usize = SHARED + LOCAL;
 
+/// A stretch whose course hangs on its beginning by more than this [1/s, s, m/s per rad and the like] tells
+/// nothing: what noise there was has grown as much. So it is in flow from the side on a body that has no side
+/// area, whose drag turns about itself ([`crate::model::BodyAero`]).
+const MOST_GROWTH: f64 = 100.0;
 /// Residuals further out than this many standard deviations count less.
 const OUTLYING: f64 = 3.0;
 /// Least standard deviations of residuals [m/s^2, rad/s, rad, m/s].
@@ -97,9 +101,10 @@ pub(super) struct State {
     pub(super) wind_sigma_m_s: [f64; 3],
 }
 
-/// What is seen of a stretch, along the unknowns that it shares and its own.
+/// What is seen of a stretch, along the unknowns that it shares and its own; nothing of one that is lost.
 struct Seen {
     flight: usize,
+    is_lost: bool,
     joined: Joined,
     gradient: SVector<f64, UNKNOWNS>,
 }
@@ -122,6 +127,8 @@ pub(super) struct Told {
     pub(super) moves: Vec<(DVector<f64>, DVector<f64>)>,
     /// By how much an error of what was known before moves them, for each parameter that is looked for.
     pub(super) known: Vec<DVector<f64>>,
+    /// By how much an error of each parameter that is held at what was known moves them.
+    held: Vec<DVector<f64>>,
 }
 
 /// A fit of a vehicle to flights.
@@ -130,6 +137,8 @@ pub(super) struct Fit<'f> {
     parts: &'f [Part<'f>],
     /// Parameters that are looked for.
     free: [bool; PARAMETERS],
+    /// Whether a stretch is left out, by flight and stretch: [`MOST_GROWTH`].
+    lost: Vec<Vec<bool>>,
     pub(super) state: State,
     pub(super) steps: usize,
 }
@@ -146,7 +155,8 @@ impl<'f> Fit<'f> {
             wind_sigma_m_s: [FIRST_WIND_M_S; 3],
         };
         let free = Parameter::ALL.map(|parameter| parameter.is_of(vehicle));
-        Self { vehicle, parts, free, state, steps: 0 }
+        let lost = parts.iter().map(|part| vec![false; part.stretches.len()]).collect();
+        Self { vehicle, parts, free, lost, state, steps: 0 }
     }
 
     /// Goes on from another fit, of the same flights in other stretches.
@@ -173,11 +183,17 @@ impl<'f> Fit<'f> {
         self.free[parameter as usize]
     }
 
+    /// Gravity where the flights were [m/s^2].
+    pub(super) fn gravity_m_s2(&self) -> f64 {
+        self.parts.first().map_or(f64::NAN, |part| part.gravity_m_s2)
+    }
+
     fn spins(&self, state: &State) -> Vec<Vec<[Spin; 2]>> {
         self.parts.iter().map(|part| spins(self.vehicle, part.course, &state.deviations)).collect()
     }
 
-    /// Flies a stretch, and gives each residual with its component and what the model said of it.
+    /// Flies a stretch that is not lost, and gives each residual with its component and what the model said
+    /// of it.
     fn look<S: Flown>(
         &self,
         state: &State,
@@ -187,6 +203,9 @@ impl<'f> Fit<'f> {
         mut row: impl FnMut(),
         value: impl Fn(&S) -> f64,
     ) {
+        if self.lost[flight][stretch] {
+            return;
+        }
         let part = &self.parts[flight];
         let (from, to) = part.stretches[stretch];
         let of_flight = &state.flights[flight];
@@ -262,6 +281,7 @@ impl<'f> Fit<'f> {
             for stretch in 0..self.parts[flight].stretches.len() {
                 let mut joined = Joined::zeros();
                 let mut gradient = SVector::zeros();
+                let mut growth: f64 = 0.0;
                 self.look::<Steep>(
                     state,
                     &spins,
@@ -269,12 +289,18 @@ impl<'f> Fit<'f> {
                     |component, residual, model| {
                         let weight = Self::weighed(state, component, residual).0;
                         add(&mut joined, &mut gradient, component, weight, residual, &model.slope);
+                        let by_beginning = &model.slope[PARAMETERS..PARAMETERS + LOCAL_WIND];
+                        growth = by_beginning.iter().fold(growth, |most, slope| most.max(slope.abs()));
                     },
                     || (),
                     |model| model.value,
                 );
+                let is_lost = self.lost[flight][stretch] || !(growth <= MOST_GROWTH);
+                if is_lost {
+                    (joined, gradient) = (Joined::zeros(), SVector::zeros());
+                }
                 joined.fill_upper_triangle_with_lower_triangle();
-                all.push(Seen { flight, joined, gradient });
+                all.push(Seen { flight, is_lost, joined, gradient });
             }
         }
         all
@@ -283,7 +309,7 @@ impl<'f> Fit<'f> {
     /// What each stretch says, with what was known before of its own unknowns.
     fn said(state: &State, seen: &[Seen]) -> Vec<Said> {
         let wide = Self::local_wide(state);
-        let of = |(Seen { flight, joined, gradient }, local): (&Seen, &[f64; LOCAL])| {
+        let of = |(Seen { flight, joined, gradient, .. }, local): (&Seen, &[f64; LOCAL])| {
             let (mut joined, mut gradient) = (*joined, *gradient);
             for (i, (value, wide)) in local.iter().zip(&wide).enumerate() {
                 let per = 1.0 / (wide * wide);
@@ -295,8 +321,15 @@ impl<'f> Fit<'f> {
         seen.iter().zip(state.locals.iter().flatten()).filter_map(of).collect()
     }
 
-    /// The sum of what is said, with what was known before: matrix and gradient of all shared unknowns.
+    /// The sum of what is said, with what was known before: matrix and gradient of all shared unknowns, but
+    /// for what is held.
     fn sum(&self, state: &State, said: &[Said]) -> (DMatrix<f64>, DVector<f64>) {
+        let (mut matrix, mut gradient) = self.whole_sum(state, said);
+        self.without_held(&mut matrix, &mut gradient, 1.0);
+        (matrix, gradient)
+    }
+
+    fn whole_sum(&self, state: &State, said: &[Said]) -> (DMatrix<f64>, DVector<f64>) {
         let n = PARAMETERS + FLIGHT * self.parts.len();
         let (mut matrix, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
         said.iter().for_each(|one| one.add_to(&mut matrix, &mut gradient));
@@ -306,7 +339,6 @@ impl<'f> Fit<'f> {
             matrix[(i, i)] += 1.0 / (wide * wide);
             gradient[i] -= value / (wide * wide);
         }
-        self.without_held(&mut matrix, &mut gradient, 1.0);
         (matrix, gradient)
     }
 
@@ -337,11 +369,30 @@ impl<'f> Fit<'f> {
         self.free = free;
     }
 
+    /// Leaves out what is lost from now on; whether there is any that was not before.
+    fn loses(&mut self, seen: &[Seen]) -> bool {
+        let mut any = false;
+        for (lost, seen) in self.lost.iter_mut().flatten().zip(seen) {
+            any |= seen.is_lost && !*lost;
+            *lost = seen.is_lost;
+        }
+        any
+    }
+
+    /// How many stretches are left out.
+    pub(super) fn lost(&self) -> usize {
+        self.lost.iter().flatten().filter(|lost| **lost).count()
+    }
+
     fn descend(&mut self, steps: usize, enough: f64) {
         let mut damping = 1e-4;
         let mut cost = self.cost(&self.state);
         for _ in 0..steps {
-            let said = Self::said(&self.state, &self.seen(&self.state));
+            let seen = self.seen(&self.state);
+            if self.loses(&seen) {
+                cost = self.cost(&self.state);
+            }
+            let said = Self::said(&self.state, &seen);
             if said.len() != self.state.locals.iter().flatten().count() {
                 return;
             }
@@ -474,11 +525,12 @@ impl<'f> Fit<'f> {
 
     /// Covariance of the parameters, by what clusters of stretches say each by itself, and its degrees of
     /// freedom: as many as clusters that say as much as each other (Satterthwaite), less one. What was known
-    /// before is one more of them: where no stretch says anything, it is all there is.
+    /// before is one more of them: where no stretch says anything, it is all there is. So is what is held: a
+    /// number that follows it is known as badly.
     pub(super) fn covariance(&self) -> (DMatrix<f64>, [f64; PARAMETERS]) {
-        let Told { matrix, moves, known } = self.told();
+        let Told { matrix, moves, known, held } = self.told();
         let mut covariance = DMatrix::zeros(PARAMETERS, PARAMETERS);
-        for moved in moves.iter().map(|(moved, _)| moved).chain(&known) {
+        for moved in moves.iter().map(|(moved, _)| moved).chain(&known).chain(&held) {
             let moved = moved.rows(0, PARAMETERS);
             covariance += moved * moved.transpose();
         }
@@ -495,10 +547,12 @@ impl<'f> Fit<'f> {
     /// alone tells a number takes a large part of it, and leaves little of its own error over.
     pub(super) fn told(&self) -> Told {
         let said = Self::said(&self.state, &self.seen(&self.state));
-        let (matrix, _) = self.sum(&self.state, &said);
+        let (whole, _) = self.whole_sum(&self.state, &said);
+        let mut matrix = whole.clone();
         let n = matrix.nrows();
+        self.without_held(&mut matrix, &mut DVector::zeros(n), 1.0);
         let Some(root) = matrix.clone().cholesky().map(|root| root.unpack()) else {
-            return Told { matrix, moves: Vec::new(), known: Vec::new() };
+            return Told { matrix, moves: Vec::new(), known: Vec::new(), held: Vec::new() };
         };
         // In coordinates in which all that is said is a unit matrix.
         let inner =
@@ -529,7 +583,15 @@ impl<'f> Fit<'f> {
             outer(&inner(&gradient)).column(0).into_owned()
         });
         let known = known.collect();
-        Told { matrix, moves, known }
+        let is_held = |i: &usize| !self.free[*i] && Parameter::ALL[*i].is_of(self.vehicle);
+        let held = (0..PARAMETERS).filter(is_held).map(|i| {
+            let mut gradient =
+                DMatrix::from_column_slice(n, 1, (whole.column(i) * -Parameter::ALL[i].wide()).as_slice());
+            (0..PARAMETERS).filter(|j| !self.free[*j]).for_each(|j| gradient[j] = 0.0);
+            outer(&inner(&gradient)).column(0).into_owned()
+        });
+        let held = held.collect();
+        Told { matrix, moves, known, held }
     }
 }
 

@@ -40,7 +40,7 @@ impl Information {
         deviations[Parameter::Delay as usize] = delay_s;
         let mut fit = Fit::new(vehicle, &parts, deviations);
         fit.run(2, 3);
-        let Told { matrix: sharp, moves, known } = fit.told();
+        let Told { matrix: sharp, moves, known, .. } = fit.told();
         let mut scatter = DMatrix::zeros(sharp.nrows(), sharp.nrows());
         for moved in moves.iter().map(|(moved, _)| moved).chain(&known) {
             let pushed = &sharp * moved;

@@ -82,7 +82,7 @@ pub fn identify(
         courses.iter().map(part).collect()
     };
     let (short, long) = (parts(SHORT_S, |i| i % 2 == 0), parts(LONG_S, |_| true));
-    let stretches = long.iter().map(|part| part.stretches.len()).sum();
+    let stretches: usize = long.iter().map(|part| part.stretches.len()).sum();
     if stretches == 0 && courses.iter().all(|course| course.hovers.is_empty()) {
         return Err((0, IdentifyError::NotFlown));
     }
@@ -93,13 +93,14 @@ pub fn identify(
     let mut begin = [0.0; PARAMETERS];
     begin[Parameter::Delay as usize] = FIRST_DELAY_S;
     let mut near = Fit::new(vehicle, &short, begin);
-    let mut refused: Vec<(Parameter, String)> = Vec::new();
+    let mut refused = refusal::unmoved(flights);
     if courses.iter().any(|course| !course.has_velocity) {
-        for parameter in [Parameter::DragAlong, Parameter::DragAcross] {
-            near.hold(parameter);
-            refused.push((parameter, "a log has no attitude and velocity".to_owned()));
-        }
+        refused.retain(|(one, _)| !matches!(one, Parameter::DragAlong | Parameter::DragAcross));
+        let why = || "a log has no attitude and velocity".to_owned();
+        refused.extend([Parameter::DragAlong, Parameter::DragAcross].map(|one| (one, why())));
     }
+    refused.retain(|(one, _)| one.is_of(vehicle));
+    refused.iter().for_each(|(parameter, _)| near.hold(*parameter));
     near.run(1, 6);
     let mut fit = Fit::new(vehicle, &long, [0.0; PARAMETERS]).from(&near.state);
     refused.iter().for_each(|(parameter, _)| fit.hold(*parameter));
@@ -138,6 +139,7 @@ pub fn identify(
         (covariance, freedom) = fit.covariance();
     }
     steps += fit.steps + half.steps;
+    let stretches = stretches - fit.lost();
     Ok(told(&fit, (&rest, &unused), (covariance, freedom), refused, (stretches, steps), vehicle))
 }
 
@@ -197,7 +199,8 @@ fn predicted(rest: &Fit<'_>, unused: &[Part<'_>]) -> Vec<Predicted> {
         };
         let errors = residuals.iter().map(column);
         let (mut square, mut count, mut moved, mut noise, mut noises) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for (errors, seen) in errors.clone().zip(measured.iter().map(column)) {
+        let seen = measured.iter().map(column);
+        for (errors, seen) in errors.clone().zip(seen).filter(|(errors, _)| !errors.is_empty()) {
             let mean = seen.iter().sum::<f64>() / seen.len().max(1) as f64;
             square += errors.iter().map(|x| x * x).sum::<f64>();
             count += errors.len() as f64;

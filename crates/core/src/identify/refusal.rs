@@ -6,6 +6,9 @@ use super::course::{CHANNELS, Course};
 use super::fit::Fit;
 use super::found::Predicted;
 use super::parameter::Parameter;
+use crate::logged_flight::LoggedFlight;
+use crate::logged_flight::phases::phases;
+use crate::logged_flight::tells::{Quantity, tells};
 
 /// Lag and delay of rotors part at this rate [Hz].
 const LEAST_HZ: f64 = 100.0;
@@ -13,8 +16,10 @@ const LEAST_HZ: f64 = 100.0;
 const NEARLY: f64 = 0.9;
 /// Share of what rates and forces did that is to be predicted.
 const LEAST_PREDICTED: f64 = 0.5;
-/// Forces that were predicted worse than by their mean were predicted wrongly.
+/// Forces that were predicted worse than by their mean were predicted wrongly; that of the thrust, which
+/// hovers tell whatever gusts do, where it is off by more than this share of the weight, too.
 const WRONG: f64 = -0.1;
+const WRONG_OF_WEIGHT: f64 = 0.03;
 /// A velocity that is so far off within a second [m/s], and so many times its noise, is of another vehicle.
 const DRIFT_M_S: f64 = 0.15;
 const DRIFT_OVER_NOISE: f64 = 5.0;
@@ -33,6 +38,25 @@ pub(super) fn too_slow(course: &Course) -> Option<String> {
     Some(format!("{what} were logged at {hz:.0} Hz, and the rotors' lag shows at {LEAST_HZ:.0} Hz or more"))
 }
 
+/// Parameters that none of the flights can tell by what was flown, with the reason: too little moved.
+pub(super) fn unmoved(flights: &[LoggedFlight]) -> Vec<(Parameter, String)> {
+    let told: Vec<_> = flights.iter().map(|flight| tells(flight, &phases(flight))).collect();
+    let lack = |parameter: &Parameter| {
+        let quantity = match parameter {
+            Parameter::Torque | Parameter::InertiaZ => Quantity::InertiaZ,
+            Parameter::InertiaX => Quantity::InertiaX,
+            Parameter::InertiaY => Quantity::InertiaY,
+            Parameter::DragAlong | Parameter::DragAcross => Quantity::Drag,
+            Parameter::LagUp | Parameter::LagDown | Parameter::Delay => Quantity::Lag,
+            Parameter::Thrust | Parameter::CentreX | Parameter::CentreY => return None,
+        };
+        let rows = told.iter().flatten().filter(|row| row.quantity == quantity);
+        let lacks: Option<Vec<&String>> = rows.map(|row| row.lacks.first()).collect();
+        Some((*parameter, (*lacks?.first()?).clone()))
+    };
+    Parameter::ALL.iter().filter_map(lack).collect()
+}
+
 /// Parameters that are looked for and not told, with the reason: `all`, or the worse half of them.
 pub(super) fn untold(
     fit: &Fit<'_>,
@@ -45,7 +69,7 @@ pub(super) fn untold(
     let is_unsure = |parameter: Parameter| !(error(parameter) <= parameter.largest_error());
     let mut untold = Vec::new();
     for parameter in free() {
-        let why = misfit(parameter, predicted);
+        let why = misfit(parameter, predicted, fit.gravity_m_s2());
         let why = why.or_else(|| is_unsure(parameter).then(|| unsure(fit, covariance, parameter)));
         untold.extend(why.map(|why| (parameter, why)));
     }
@@ -59,7 +83,7 @@ pub(super) fn untold(
 }
 
 /// Why what a parameter moves was not predicted, if it was not.
-fn misfit(parameter: Parameter, predicted: &[Predicted]) -> Option<String> {
+fn misfit(parameter: Parameter, predicted: &[Predicted], gravity_m_s2: f64) -> Option<String> {
     let (channels, least): (&[usize], f64) = match parameter {
         Parameter::InertiaX | Parameter::CentreY => (&[3], LEAST_PREDICTED),
         Parameter::InertiaY | Parameter::CentreX => (&[4], LEAST_PREDICTED),
@@ -71,9 +95,18 @@ fn misfit(parameter: Parameter, predicted: &[Predicted]) -> Option<String> {
         Parameter::Thrust => (&[2], WRONG),
     };
     let of = |channel: &usize| predicted.iter().find(|one| one.channel == *channel);
-    let bad = channels.iter().filter_map(of).find(|one| one.r_squared < least);
+    let least_m_s2 = if parameter == Parameter::Thrust { WRONG_OF_WEIGHT * gravity_m_s2 } else { 0.0 };
+    let is_bad = |one: &&Predicted| one.r_squared < least && one.rms > least_m_s2;
+    let bad = channels.iter().filter_map(of).find(is_bad);
     if let Some(one) = bad {
-        let (name, _) = CHANNELS[one.channel];
+        let (name, unit) = CHANNELS[one.channel];
+        if least == WRONG {
+            return Some(format!(
+                "the {name} was predicted worse than by its mean where it was not used, {:.2} {unit} off: gusts, \
+                 or another vehicle",
+                one.rms
+            ));
+        }
         let share = 100.0 * one.r_squared.max(0.0);
         return Some(format!(
             "{share:.0} % of what the {name} did where it was not used was predicted, and {:.0} % are needed: it \

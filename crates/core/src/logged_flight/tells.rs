@@ -14,16 +14,58 @@ const FORCE_HZ: f64 = 20.0;
 const HOVER_S: f64 = 5.0;
 /// Drag takes such a speed [m/s].
 const DRAG_M_S: f64 = 3.0;
-/// Rates about an axis that move less show no torque [rad/s], as a standard deviation.
-const TURNED_RAD_S: f64 = 0.1;
+/// Rates about an axis that move less within such a time show no torque [rad/s, s], as a standard deviation:
+/// ten times the noise of usual gyroscopes. The lag of rotors takes more.
+const TURNED_RAD_S: f64 = 0.01;
+const TURNED_FOR_LAG_RAD_S: f64 = 0.05;
+const TURNED_WITHIN_S: f64 = 1.0;
+/// A day: no flight is as long, and a file with such times is looked through no further.
+const MOST_SECONDS: f64 = 86_400.0;
 /// Thrust that moves by less shows no curve, as a share of its mean.
 const THRUST_SHARE: f64 = 0.1;
+
+/// What a log may tell of a vehicle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Throttle at the hover.
+    HoverThrottle,
+    /// Thrust over mass by throttle.
+    ThrustCurve,
+    /// Lag of the rotors and delay of commands.
+    Lag,
+    /// Moment of inertia of roll.
+    InertiaX,
+    /// Moment of inertia of pitch.
+    InertiaY,
+    /// Moment of inertia of yaw, and the rotors' torque.
+    InertiaZ,
+    /// Drag in still air.
+    Drag,
+    /// Mass, which no log tells.
+    Mass,
+}
+
+impl Quantity {
+    /// The quantity for a reader.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::HoverThrottle => "throttle at the hover (thrust over mass)",
+            Self::ThrustCurve => "curve of the thrust over mass",
+            Self::Lag => "lag of the rotors, delay of commands",
+            Self::InertiaX => "inertia of roll over thrust",
+            Self::InertiaY => "inertia of pitch over thrust",
+            Self::InertiaZ => "inertia of yaw and torque over thrust",
+            Self::Drag => "drag over mass, in still air",
+            Self::Mass => "mass",
+        }
+    }
+}
 
 /// What a log tells of a quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tells {
     /// The quantity.
-    pub quantity: &'static str,
+    pub quantity: Quantity,
     /// Why not, each reason by itself; none where it can.
     pub lacks: Vec<String>,
 }
@@ -46,17 +88,25 @@ pub fn tells(record: &LoggedFlight, phases: &[Phase]) -> Vec<Tells> {
             .fold(0.0, f64::max);
         (speed < DRAG_M_S).then(|| format!("it flew up to {speed:.1} m/s, and {DRAG_M_S} m/s are needed"))
     };
-    let turned = |axis: usize, name: &str| {
-        let deviation = deviation(
-            airborne(record.rates_body_rad_s.as_ref(), phases).filter_map(|w| w.get(axis).copied()),
-        );
-        (!(deviation >= TURNED_RAD_S)).then(|| {
+    let turned = |axis: usize| {
+        let rates = record.rates_body_rad_s.as_ref();
+        let within = |(from_s, to_s): (f64, f64)| {
+            let rates = rates.map_or(&[][..], |rates| rates.between(from_s, to_s));
+            beyond_noise(rates.iter().filter_map(|w| w.get(axis).copied()))
+        };
+        seconds(phases, record.end_s()).map(within).fold(f64::NAN, f64::max)
+    };
+    let turned = [0, 1, 2].map(turned);
+    let still = |name: &str, deviation: f64, least: f64| {
+        (!(deviation >= least)).then(|| {
             format!(
-                "rates of {name} moved by {:.3} rad/s, and {TURNED_RAD_S} rad/s are needed",
+                "rates of {name} moved by {:.3} rad/s within a second, and {least} rad/s are needed",
                 zero_if_none(deviation)
             )
         })
     };
+    let still_about = |axis: usize, name: &str| still(name, turned[axis], TURNED_RAD_S);
+    let still_for_lag = || still("roll and pitch", turned[0].max(turned[1]), TURNED_FOR_LAG_RAD_S);
     let pushed = || {
         let force: Vec<f64> =
             airborne(record.force_body_m_s2.as_ref(), phases).map(|[.., down]| -down).collect();
@@ -75,15 +125,15 @@ pub fn tells(record: &LoggedFlight, phases: &[Phase]) -> Vec<Tells> {
         lacks: lacks.into_iter().flatten().collect(),
     };
     vec![
-        row("throttle at the hover (thrust over mass)", vec![motors(1.0), force(1.0), hover()]),
-        row("curve of the thrust over mass", vec![motors(LAG_HZ), force(FORCE_HZ), pushed()]),
-        row("lag of the rotors, delay of commands", vec![motors(LAG_HZ), rates(LAG_HZ), turned(0, "roll")]),
-        row("inertia of roll over thrust", vec![motors(LAG_HZ), rates(LAG_HZ), turned(0, "roll")]),
-        row("inertia of pitch over thrust", vec![motors(LAG_HZ), rates(LAG_HZ), turned(1, "pitch")]),
-        row("inertia of yaw and torque over thrust", vec![motors(LAG_HZ), rates(LAG_HZ), turned(2, "yaw")]),
-        row("drag over mass, in still air", vec![force(FORCE_HZ), velocity(), speed()]),
+        row(Quantity::HoverThrottle, vec![motors(1.0), force(1.0), hover()]),
+        row(Quantity::ThrustCurve, vec![motors(LAG_HZ), force(FORCE_HZ), pushed()]),
+        row(Quantity::Lag, vec![motors(LAG_HZ), rates(LAG_HZ), still_for_lag()]),
+        row(Quantity::InertiaX, vec![motors(LAG_HZ), rates(LAG_HZ), still_about(0, "roll")]),
+        row(Quantity::InertiaY, vec![motors(LAG_HZ), rates(LAG_HZ), still_about(1, "pitch")]),
+        row(Quantity::InertiaZ, vec![motors(LAG_HZ), rates(LAG_HZ), still_about(2, "yaw")]),
+        row(Quantity::Drag, vec![force(FORCE_HZ), velocity(), speed()]),
         row(
-            "mass",
+            Quantity::Mass,
             vec![Some(
                 "no flight tells it: thrust and inertia are seen over mass alone, so weigh it".to_owned(),
             )],
@@ -114,6 +164,32 @@ fn airborne<'a, const N: usize>(
     let whole = phases.is_empty().then_some((f64::NEG_INFINITY, f64::INFINITY));
     let times = phases.iter().filter(flown).map(|phase| (phase.from_s, phase.to_s)).chain(whole);
     times.flat_map(move |(from_s, to_s)| series.map_or(&[][..], |series| series.between(from_s, to_s)))
+}
+
+/// The seconds while it was in the air under power, or all of them up to the end [s] where no phases are
+/// known.
+fn seconds(phases: &[Phase], end_s: f64) -> impl Iterator<Item = (f64, f64)> {
+    let flown = phases.iter().filter(|phase| matches!(phase.doing, Doing::Hovering | Doing::Manoeuvring));
+    let times = flown.map(move |phase| (phase.from_s, phase.to_s.min(end_s)));
+    let whole = phases.is_empty().then_some((0.0, end_s));
+    times.chain(whole).flat_map(|(from_s, to_s)| {
+        let count = ((to_s - from_s) / TURNED_WITHIN_S).ceil().clamp(0.0, MOST_SECONDS) as usize;
+        (0..count).map(move |i| {
+            let from_s = from_s + i as f64 * TURNED_WITHIN_S;
+            (from_s, to_s.min(from_s + TURNED_WITHIN_S))
+        })
+    })
+}
+
+/// Standard deviation beyond that of noise, which bends a series of values between neighbours; none where it
+/// is no larger. NaN of nothing.
+fn beyond_noise(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let whole = deviation(values.clone());
+    let neighbours = values.clone().zip(values.clone().skip(1)).zip(values.skip(2));
+    let bends = neighbours.map(|((a, b), c)| a - 2.0 * b + c);
+    let noise = (deviation(bends) / 6.0_f64.sqrt()).max(0.0);
+    let squared = whole * whole - noise * noise;
+    if squared < noise * noise { 0.0 } else { squared.sqrt() }
 }
 
 /// Standard deviation; NaN of nothing.

@@ -50,7 +50,7 @@ fn closed_form_phases_are_what_was_flown() {
 fn closed_form_a_log_tells_what_was_flown_at_its_rates() {
     let told = |record: &LoggedFlight| -> Vec<(&'static str, Vec<String>)> {
         let phases: Vec<Phase> = phases(record);
-        tells(record, &phases).into_iter().map(|tells| (tells.quantity, tells.lacks)).collect()
+        tells(record, &phases).into_iter().map(|tells| (tells.quantity.words(), tells.lacks)).collect()
     };
     let quick = told(&flight(250.0));
     let untold: Vec<&str> =
