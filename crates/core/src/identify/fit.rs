@@ -329,6 +329,7 @@ impl<'f> Fit<'f> {
         (matrix, gradient)
     }
 
+    /// That sum with what is held in it.
     fn whole_sum(&self, state: &State, said: &[Said]) -> (DMatrix<f64>, DVector<f64>) {
         let n = PARAMETERS + FLIGHT * self.parts.len();
         let (mut matrix, mut gradient) = (DMatrix::zeros(n, n), DVector::zeros(n));
@@ -585,9 +586,10 @@ impl<'f> Fit<'f> {
         let known = known.collect();
         let is_held = |i: &usize| !self.free[*i] && Parameter::ALL[*i].is_of(self.vehicle);
         let held = (0..PARAMETERS).filter(is_held).map(|i| {
-            let mut gradient =
-                DMatrix::from_column_slice(n, 1, (whole.column(i) * -Parameter::ALL[i].wide()).as_slice());
-            (0..PARAMETERS).filter(|j| !self.free[*j]).for_each(|j| gradient[j] = 0.0);
+            let is_free = |j: usize| j >= PARAMETERS || self.free[j];
+            let wide = Parameter::ALL[i].wide();
+            let gradient =
+                DMatrix::from_fn(n, 1, |j, _| if is_free(j) { -wide * whole[(j, i)] } else { 0.0 });
             outer(&inner(&gradient)).column(0).into_owned()
         });
         let held = held.collect();

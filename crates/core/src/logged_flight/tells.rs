@@ -154,25 +154,27 @@ fn zero_if_none(x: f64) -> f64 {
     if x.is_finite() { x } else { 0.0 }
 }
 
-/// The values of a series while the vehicle was in the air under power; all of them where no phases are
-/// known, since what was logged is then taken for a flight.
+/// Times while the vehicle was in the air under power [s]; all of it where no phases are known, since what
+/// was logged is then taken for a flight.
+fn in_air(phases: &[Phase]) -> impl Iterator<Item = (f64, f64)> {
+    let flown = |phase: &&Phase| matches!(phase.doing, Doing::Hovering | Doing::Manoeuvring);
+    let whole = phases.is_empty().then_some((f64::NEG_INFINITY, f64::INFINITY));
+    phases.iter().filter(flown).map(|phase| (phase.from_s, phase.to_s)).chain(whole)
+}
+
+/// The values of a series of those times.
 fn airborne<'a, const N: usize>(
     series: Option<&'a Series<N>>,
     phases: &'a [Phase],
 ) -> impl Iterator<Item = &'a [f64; N]> {
-    let flown = |phase: &&Phase| matches!(phase.doing, Doing::Hovering | Doing::Manoeuvring);
-    let whole = phases.is_empty().then_some((f64::NEG_INFINITY, f64::INFINITY));
-    let times = phases.iter().filter(flown).map(|phase| (phase.from_s, phase.to_s)).chain(whole);
-    times.flat_map(move |(from_s, to_s)| series.map_or(&[][..], |series| series.between(from_s, to_s)))
+    in_air(phases)
+        .flat_map(move |(from_s, to_s)| series.map_or(&[][..], |series| series.between(from_s, to_s)))
 }
 
-/// The seconds while it was in the air under power, or all of them up to the end [s] where no phases are
-/// known.
+/// Those times in seconds, each by its beginning and end [s], up to the end of the log [s].
 fn seconds(phases: &[Phase], end_s: f64) -> impl Iterator<Item = (f64, f64)> {
-    let flown = phases.iter().filter(|phase| matches!(phase.doing, Doing::Hovering | Doing::Manoeuvring));
-    let times = flown.map(move |phase| (phase.from_s, phase.to_s.min(end_s)));
-    let whole = phases.is_empty().then_some((0.0, end_s));
-    times.chain(whole).flat_map(|(from_s, to_s)| {
+    in_air(phases).flat_map(move |(from_s, to_s)| {
+        let (from_s, to_s) = (from_s.max(0.0), to_s.min(end_s));
         let count = ((to_s - from_s) / TURNED_WITHIN_S).ceil().clamp(0.0, MOST_SECONDS) as usize;
         (0..count).map(move |i| {
             let from_s = from_s + i as f64 * TURNED_WITHIN_S;
