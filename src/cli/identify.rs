@@ -135,7 +135,7 @@ fn manoeuvre(args: &IdentifyArgs) -> Result<Answer, Failure> {
     let told = |failed: IdentifyError| Failure::input(format!("what was flown says nothing: {failed}"));
     let trials = threads.each(&Kind::ALL, |kind| rehearsal.trial(*kind, &bounds, mission.seed));
     let trials: Vec<Trial> = trials.into_iter().collect::<Result<_, _>>().map_err(told)?;
-    let seeds = [1, 2].map(|more| mission.seed.wrapping_add(more));
+    let seeds = [1, 2, 3, 4].map(|more| mission.seed.wrapping_add(more));
     let fly = |steps: &[Step]| -> Result<[f64; PARAMETERS], IdentifyError> {
         let each = threads.each(&seeds, |seed| rehearsal.expected(steps, *seed));
         let each: Vec<[f64; PARAMETERS]> = each.into_iter().collect::<Result<_, _>>()?;

@@ -131,7 +131,7 @@ impl Rehearsal {
         })
     }
 
-    /// Standard errors to be expected of steps that are flown, as the root mean square over seeds.
+    /// Standard errors to be expected of steps that are flown once; a seed draws noise and turbulence.
     ///
     /// # Errors
     /// [`IdentifyError`] where a log says nothing.
