@@ -248,8 +248,9 @@ fn closed_form_a_crazyflie_s_log_is_a_table() {
     assert!((rates.values[0][2] - std::f64::consts::PI).abs() < 1e-12 && (rates.t_s[1] - 0.001).abs() < 1e-9);
 }
 
-/// Real flights in the folder SAMARA_FLIGHTS: the Crazyflie's at 1 kHz tells inertia over thrust and lags;
-/// PX4's at its usual rates the thrust of hovers at most, and nothing else.
+/// Real flights in the folder SAMARA_FLIGHTS. The Crazyflie's at 1 kHz tells nothing by a second's flight: of
+/// what pitch did within 0.05 s, commands explain a half, whatever the lag, and the rest is the air of the
+/// room; over a second nothing is left. PX4's at its usual rates tell the thrust of hovers at most.
 #[test]
 fn reference_real_flights_tell_what_they_can() {
     let Some(flights) = std::env::var_os("SAMARA_FLIGHTS") else {
@@ -262,15 +263,12 @@ fn reference_real_flights_tell_what_they_can() {
     fs::write(folder.path().join("crazyflie.csv"), crazyflie(&bytes)).unwrap();
     let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/crazyflie.json");
     let vehicle = data.to_str().unwrap();
-    let told = json(&samara(folder.path(), &["identify", "crazyflie.csv", "--vehicle", vehicle, "--json"]));
+    let told = samara(folder.path(), &["identify", "crazyflie.csv", "--vehicle", vehicle, "--json"]);
+    assert_eq!(told.status.code(), Some(1), "{}", String::from_utf8_lossy(&told.stderr));
+    let told: Value = serde_json::from_slice(&told.stdout).unwrap();
     println!("{told:#}");
-    let number =
-        |name: &str| told["numbers"].as_array().unwrap().iter().find(|n| n["name"] == name).unwrap().clone();
-    for name in ["inertia_xx", "inertia_yy", "thrust", "lag_up"] {
-        assert!(number(name)["found"].is_number(), "{}", number(name));
-    }
-    for name in ["mass", "drag_along", "drag_across"] {
-        assert!(name == "mass" || number(name)["refused"].is_string());
+    for number in told["numbers"].as_array().unwrap() {
+        assert!(number["name"] == "mass" || number["refused"].as_str().unwrap().len() > 20, "{number}");
     }
     for log in ["aut_esc_status.ulg", "aut_quadrotor_local.ulg"] {
         let path = flights.join(log);

@@ -74,6 +74,27 @@ fn closed_form_a_flight_tells_the_vehicle_that_flew_it() {
     }
 }
 
+/// From a vehicle of which inertia, lag and thrust are several times what they were thought to be the same
+/// comes out: no other start is needed.
+#[test]
+fn closed_form_a_vehicle_that_is_far_off_is_found_as_well() {
+    let truth = vehicle();
+    let mut base = truth.clone();
+    let (inertia, lag, thrust) = (5.0, 2.5, 0.7);
+    base.mass = MassProperties::new(truth.mass.mass_kg, truth.mass.inertia_kg_m2 / inertia).unwrap();
+    base.motor = base.motor.with_lag(lag);
+    base.rotor = base.rotor.scaled([thrust, 1.0]);
+    let flown = Flown { length_s: 38.0, ..Flown::manoeuvre(5) };
+    let found = identified(&base, thinned(fly(&truth, &flown), [1, 2, 2]));
+    assert!(found.refused.is_empty(), "{:?}", found.refused);
+    let [j, lag, thrust] = [inertia, 1.0 / lag, 1.0 / thrust].map(crate::math::ln);
+    let offs = [thrust, 0.0, j, j, j, 0.0, 0.0, lag, lag, DELAY_S, 0.0, 0.0];
+    for (one, (off, bar)) in found.found.iter().zip(offs.into_iter().zip(BARS)) {
+        let error = (one.deviation - off).abs();
+        assert!(error < 2.0 * bar && error < 4.5 * one.error + 0.3 * bar, "{one:?} {off}");
+    }
+}
+
 /// By hand: of what says 4 an error is 1/2, and no covariance stays below half of that; what cannot be solved
 /// leaves no error an end.
 #[test]
