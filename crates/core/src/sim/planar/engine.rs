@@ -276,8 +276,8 @@ struct Body<const G: usize> {
     /// Thrust that a rotor of each group of the ideal plant gives per thrust commanded: that of the air's
     /// density and of other rotors' wakes.
     thrust_ratio: [Lanes; G],
-    /// Inverse factors on the motors' time constants, where there are any.
-    per_lag: Option<Lanes>,
+    /// Inverse factors on the motors' time constants.
+    per_lag: Lanes,
 }
 
 impl<const G: usize> Body<G> {
@@ -294,10 +294,7 @@ impl<const G: usize> Body<G> {
             thrust_ratio: std::array::from_fn(|group| {
                 flights.map(|f| model.rotors.thrust_share(group) * f.variation.density * f.variation.thrust)
             }),
-            per_lag: flights
-                .iter()
-                .any(|f| f.variation.motor_lag != 1.0)
-                .then(|| flights.map(|f| 1.0 / f.variation.motor_lag)),
+            per_lag: flights.map(|f| 1.0 / f.variation.motor_lag),
         }
     }
 
@@ -518,10 +515,8 @@ fn step_actuator<const G: usize>(
                 |group| {
                     speed_rate[group] =
                         model.rotors.acceleration(&omega_c[group], &speed[group], &torque[group]);
-                    if let Some(per_lag) = &body.per_lag {
-                        for i in 0..LANES {
-                            speed_rate[group][i] *= per_lag[i];
-                        }
+                    for i in 0..LANES {
+                        speed_rate[group][i] *= body.per_lag[i];
                     }
                 },
             );
