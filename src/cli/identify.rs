@@ -12,7 +12,7 @@ use super::set::SetArgs;
 use super::system::threads;
 use super::terminal::print;
 use samara::config::{VehicleFile, identified_file, load_vehicle, vehicle_path};
-use samara::identify::{IdentifyError, PARAMETERS, Parameter, Settings, identify};
+use samara::identify::{IdentifyError, Parameter, Settings, identify};
 use samara::manoeuvre::{Kind, Recipe, Step, Trial, USUAL, Wanted};
 use samara::model::rigid_body::MassProperties;
 use samara::report::document::Document;
@@ -136,11 +136,8 @@ fn manoeuvre(args: &IdentifyArgs) -> Result<Answer, Failure> {
     let trials = threads.each(&Kind::ALL, |kind| rehearsal.trial(*kind, &bounds, mission.seed));
     let trials: Vec<Trial> = trials.into_iter().collect::<Result<_, _>>().map_err(told)?;
     let seeds = [1, 2, 3, 4].map(|more| mission.seed.wrapping_add(more));
-    let fly = |steps: &[Step]| -> Result<[f64; PARAMETERS], IdentifyError> {
-        let each = threads.each(&seeds, |seed| rehearsal.expected(steps, *seed));
-        let each: Vec<[f64; PARAMETERS]> = each.into_iter().collect::<Result<_, _>>()?;
-        let mean = |i: usize| each.iter().map(|one| one[i] * one[i]).sum::<f64>() / each.len() as f64;
-        Ok(std::array::from_fn(|i| mean(i).sqrt()))
+    let fly = |steps: &[Step]| -> Result<Vec<_>, IdentifyError> {
+        threads.each(&seeds, |seed| rehearsal.expected(steps, *seed)).into_iter().collect()
     };
     let (recipe, expected) = Recipe::flown(&trials, &wanted, &bounds, fly).map_err(told)?;
     let report = ManoeuvreReport {

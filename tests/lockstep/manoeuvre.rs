@@ -5,7 +5,7 @@ use mavlink::dialects::common::*;
 use nalgebra::Vector3;
 use samara::control::{Airframe, Cascade, ControlLimits, PositionGains};
 use samara::frames::quaternion_from_euler;
-use samara::identify::{Identified, IdentifyError, PARAMETERS, Parameter, identify};
+use samara::identify::{Identified, Parameter, identify};
 use samara::link::{FlightLog, LogEntry};
 use samara::logged_flight::LoggedFlight;
 use samara::manoeuvre::{Ask, Bounds, Kind, Recipe, Rehearsal, Step, Trial, USUAL};
@@ -114,11 +114,7 @@ fn closed_form_the_reference_autopilot_keeps_what_was_promised() {
     let flies = rehearsal();
     let trials: Vec<Trial> = Kind::ALL.iter().map(|kind| flies.trial(*kind, &BOUNDS, 1).unwrap()).collect();
     // Of as many rehearsals as the program has.
-    let fly = |steps: &[Step]| -> Result<[f64; PARAMETERS], IdentifyError> {
-        let each = (2..6).map(|seed| flies.expected(steps, seed)).collect::<Result<Vec<_>, _>>()?;
-        let mean = |i: usize| each.iter().map(|one| one[i] * one[i]).sum::<f64>() / each.len() as f64;
-        Ok(std::array::from_fn(|i| mean(i).sqrt()))
-    };
+    let fly = |steps: &[Step]| (2..6).map(|seed| flies.expected(steps, seed)).collect::<Result<Vec<_>, _>>();
     let (recipe, expected) = Recipe::flown(&trials, &USUAL, &BOUNDS, fly).unwrap();
     println!("{recipe:?}");
     let steps = recipe.steps(&trials);

@@ -142,8 +142,9 @@ impl Rehearsal {
 }
 
 impl Recipe {
-    /// The recipe for wanted errors, and what is to be expected of it when it is flown as a whole, by `fly`.
-    /// What single trials promised too well of a number is made up for by more of what tells that one.
+    /// The recipe for wanted errors, and what is to be expected of it when it is flown as a whole, as the root
+    /// mean square over the rehearsals whose standard errors `fly` gives: one alone scatters by half. What
+    /// single trials promised too well of a number is made up for by more of what tells that one.
     ///
     /// # Errors
     /// Those of `fly`.
@@ -151,10 +152,15 @@ impl Recipe {
         trials: &[Trial],
         wanted: &Wanted,
         bounds: &Bounds,
-        mut fly: impl FnMut(&[Step]) -> Result<[f64; PARAMETERS], E>,
+        mut fly: impl FnMut(&[Step]) -> Result<Vec<[f64; PARAMETERS]>, E>,
     ) -> Result<(Self, [f64; PARAMETERS]), E> {
+        let mut fly = |recipe: &Self| -> Result<[f64; PARAMETERS], E> {
+            let each = fly(&recipe.steps(trials))?;
+            let mean = |i: usize| each.iter().map(|one| one[i] * one[i]).sum::<f64>() / each.len() as f64;
+            Ok(std::array::from_fn(|i| mean(i).sqrt()))
+        };
         let (mut goal, mut recipe) = (*wanted, Self::of(trials, wanted, bounds));
-        let mut expected = fly(&recipe.steps(trials))?;
+        let mut expected = fly(&recipe)?;
         for _ in 0..REVISED {
             let added = recipe.errors(trials);
             for parameter in missed(&expected, wanted) {
@@ -165,7 +171,7 @@ impl Recipe {
             if revised == recipe {
                 break;
             }
-            expected = fly(&revised.steps(trials))?;
+            expected = fly(&revised)?;
             recipe = revised;
         }
         Ok((recipe, expected))

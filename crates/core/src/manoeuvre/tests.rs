@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::identify::tests::test_flight::{SIZES, rehearsal, vehicle};
-use crate::identify::{IdentifyError, PARAMETERS, Parameter, identify};
+use crate::identify::{PARAMETERS, Parameter, identify};
 
 const BOUNDS: Bounds =
     Bounds { tilt_rad: 0.7, speed_m_s: 15.0, below_m: 10.0, energy_j: f64::INFINITY, length_s: 200.0 };
@@ -43,11 +43,8 @@ fn closed_form_promised_errors_come_out() {
         let flies = rehearsal(&truth, turbulence_m_s);
         let trials: Vec<Trial> =
             Kind::ALL.iter().map(|kind| flies.trial(*kind, &BOUNDS, 900).unwrap()).collect();
-        // As the program has them: the root mean square of several flights.
-        let fly = |steps: &[Step]| -> Result<[f64; PARAMETERS], IdentifyError> {
-            let each = [901, 902, 903].map(|seed| flies.expected(steps, seed));
-            let [a, b, c] = each.map(Result::unwrap);
-            Ok(std::array::from_fn(|i| ((a[i] * a[i] + b[i] * b[i] + c[i] * c[i]) / 3.0).sqrt()))
+        let fly = |steps: &[Step]| {
+            (901..904).map(|seed| flies.expected(steps, seed)).collect::<Result<Vec<_>, _>>()
         };
         let (recipe, expected) = Recipe::flown(&trials, &USUAL, &BOUNDS, fly).unwrap();
         println!("{recipe:?}\nexpected {expected:.5?}");
