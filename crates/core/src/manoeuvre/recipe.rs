@@ -142,9 +142,9 @@ impl Rehearsal {
 }
 
 impl Recipe {
-    /// The recipe for wanted errors, and what is to be expected of it when it is flown as a whole, as the root
-    /// mean square over the rehearsals whose standard errors `fly` gives: one alone scatters by half. What
-    /// single trials promised too well of a number is made up for by more of what tells that one.
+    /// The recipe for wanted errors, and what is to be expected of it when it is flown as a whole: the root
+    /// mean square over the rehearsals whose standard errors `fly` gives, since one alone scatters by half.
+    /// What single trials promised too well of a number is made up for by more of what tells that one.
     ///
     /// # Errors
     /// Those of `fly`.
