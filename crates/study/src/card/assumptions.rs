@@ -4,14 +4,17 @@
 use std::collections::BTreeMap;
 
 use super::finding::Finding;
-use super::manifest::Kind;
+use super::manifest::{Kind, RunManifest};
+use super::sections::version_of;
 use super::{Card, first};
 use crate::checking::checked;
 use crate::checking::odd;
 use samara_core::assess::outcome::QUANTITIES;
+use samara_core::control::px4::Law;
+use samara_core::control::px4::versions::Version;
 use samara_core::model::Interference;
 use samara_core::units::DEG_PER_RAD;
-use samara_mission::{Effect, Mission, OriginKind};
+use samara_mission::{Effect, Mission, OriginKind, truth_remark};
 use samara_report::columns::short;
 
 /// What is assumed, a sentence each, which names at most so many pieces of evidence.
@@ -29,13 +32,15 @@ pub fn assumed(card: &Card<'_>, most: usize) -> Vec<String> {
     });
     let on_the_truth: Vec<String> = card
         .standing()
-        .filter(|(_, evidence, _, found)| match found {
-            Finding::Drop(drop) => flies_on_the_truth(drop.autopilot.as_deref()),
+        .filter(|(_, evidence, run, found)| match found {
+            Finding::Drop(drop) => flies_on_the_truth(drop.autopilot.as_deref(), run, mission),
             Finding::Campaign(_) => {
-                let by = evidence.run.as_ref().and_then(|run| run.circumstances.get("autopilot"));
-                evidence.kind == Kind::Campaign || flies_on_the_truth(by.map(String::as_str))
+                let by = run.circumstances.get("autopilot").map(String::as_str);
+                evidence.kind == Kind::Campaign || flies_on_the_truth(by, run, mission)
             }
-            Finding::Cases(cases) => cases.iter().any(|case| flies_on_the_truth(Some(&case.autopilot))),
+            Finding::Cases(cases) => {
+                cases.iter().any(|case| flies_on_the_truth(Some(&case.autopilot), run, mission))
+            }
             Finding::Envelope(_) | Finding::Rare(_) => true,
             Finding::Plan(_) | Finding::Tune(_) | Finding::Design(_) => false,
         })
@@ -90,9 +95,17 @@ fn measured(mission: &Mission) -> String {
     by_file.iter().map(|(file, keys)| format!("; measured in {file}: {}", keys.join(", "))).collect()
 }
 
-/// Whether an autopilot of this name has the simulator's state for a measurement.
-fn flies_on_the_truth(autopilot: Option<&str>) -> bool {
-    matches!(autopilot, Some("reference" | "px4-model"))
+/// Whether an autopilot of this name had the simulator's state for a measurement in a run: the model of PX4
+/// flies on PX4's estimate where that is modelled.
+fn flies_on_the_truth(autopilot: Option<&str>, run: &RunManifest, mission: &Mission) -> bool {
+    match autopilot {
+        Some("reference") => true,
+        Some("px4-model") => {
+            let law = version_of(run).and_then(|version| Version::law_of(version).ok());
+            truth_remark(mission, &law.unwrap_or(Law::V1_12)).is_some()
+        }
+        _ => false,
+    }
 }
 
 /// What a safe flight is: every limit that the judge goes by.

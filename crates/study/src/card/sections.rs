@@ -289,7 +289,7 @@ pub fn autopilot(card: &Card<'_>) -> Vec<Line> {
 }
 
 /// The version of PX4 that flew a run, or of the law that the model of it has.
-fn version_of(run: &RunManifest) -> Option<&str> {
+pub fn version_of(run: &RunManifest) -> Option<&str> {
     let reported = run.circumstances.get("autopilot_version").map(String::as_str);
     let asked = || run.choices.get("autopilot").and_then(|autopilot| autopilot.split_once("px4-model="));
     reported.or_else(|| asked().map(|(_, version)| version))
