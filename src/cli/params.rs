@@ -311,7 +311,7 @@ fn ways(mission: &Mission, file: &ParameterFile) -> Vec<Way> {
         check_for_px4(mission)?;
         exported(mission, Some(file), mixes).map(drop_value)
     };
-    let laws = [Law::V1_12, Law::V1_14, Law::V1_16].map(|law| way(law.since.to_owned(), model(&law)));
+    let laws = Law::ALL.iter().map(|law| way(law.since.to_owned(), model(law)));
     let versions = Metadata::versions().map(|version| way(version.to_string(), real(version)));
     let mut all = vec![way("samara's own autopilot".to_owned(), own())];
     all.extend(together("px4-model", laws));

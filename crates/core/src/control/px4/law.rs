@@ -119,6 +119,9 @@ impl Law {
     pub const V1_18: Self =
         Self { since: "v1.18", follows_a_reference: true, rounding: Rounding::Exact, ..Self::V1_16 };
 
+    /// All that the model has, the oldest first.
+    pub const ALL: [Self; 4] = [Self::V1_12, Self::V1_14, Self::V1_16, Self::V1_18];
+
     /// Whether the law reads a parameter of the model's.
     pub fn reads(&self, name: &str) -> bool {
         match name {

@@ -283,6 +283,9 @@ mod tests {
         for text in ["", "1", "1.13", "1.11", "1.30", "one", "1.16.0.0", "1.16x"] {
             assert_eq!(Version::law_of(text), Err(NotModelled), "{text}");
         }
+        let mut laws: Vec<Law> = VERSIONS.iter().filter_map(|version| version.law).collect();
+        laws.dedup();
+        assert_eq!(laws, Law::ALL);
         let words = "a version of PX4 is expected whose law the model has: v1.12, v1.14, v1.16, v1.17, v1.18";
         assert_eq!(NotModelled.to_string(), words);
     }
