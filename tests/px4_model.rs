@@ -7,6 +7,8 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use samara::control::px4::Law;
+
 const X500: &str = "mission/x500_drop.json";
 /// One release to be tuned for.
 const QUICK: &str = "tests/data/one_release.json";
@@ -105,6 +107,8 @@ fn gains_for_px4_are_written_and_the_same_whatever_the_threads() {
     let (result, params) = tune("one", "1");
     assert_eq!((&result, &params), (&tune("two", "3").0, &tune("three", "2").1));
     assert_eq!(result["evaluations"], 10);
+    let newest = Law::ALL[Law::ALL.len() - 1].since;
+    assert!(params.contains(&format!("found on the model of PX4 {newest}'s ")), "{params}");
     assert!(params.contains("# For: px4\n") && params.contains("\tMC_PITCHRATE_P\t"), "{params}");
     let pitch_p = result["gains"]["MC_PITCH_P"].as_f64().unwrap();
     assert!((2.0..=12.0).contains(&pitch_p), "{result}");

@@ -40,7 +40,7 @@ fn json(output: &Output) -> serde_json::Value {
     serde_json::from_slice(&output.stdout).unwrap()
 }
 
-/// A search for PX4's parameters, four candidates an iteration.
+/// A search for PX4's parameters, four candidates an iteration, in a version that flies without an estimator.
 fn tune_for_px4(out: &Path, more: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_samara"));
     let quick = [
@@ -48,6 +48,8 @@ fn tune_for_px4(out: &Path, more: &[&str]) -> Command {
         "tests/data/one_release.json",
         "--for",
         "px4",
+        "--px4-version",
+        "v1.12",
         "--particles",
         "4",
         "--unseen",

@@ -47,8 +47,8 @@ const PORTION: u64 = 4;
 settings! {
     /// How PX4's parameters are searched, and tried.
     pub TunePx4Asked {
-        /// The version of PX4 whose law is flown.
-        px4_version("VERSION"): Modelled = "v1.12", modelled, rare;
+        /// The version of PX4 whose law is flown: the newest, if not given.
+        px4_version("VERSION"): Modelled = "v1.18", modelled, rare;
         /// Candidates of an iteration [default: 16].
         particles("N"): Maybe<usize> = "default", maybe(whole(4..=10_000));
         /// Most iterations.

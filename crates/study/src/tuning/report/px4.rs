@@ -113,12 +113,13 @@ impl Px4Gains {
 /// What is said of the gains, beside PX4's defaults.
 pub fn document(mission: &Mission, gains: &Px4Gains) -> Document {
     let done = format!(
-        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4's {} with {:.1} ms of latency{}",
+        "samara tune: {}, gains {} for {}: {} candidates judged by {} drops on the model of PX4 {}'s {} with {:.1} ms of latency{}",
         mission.name,
         gains.name,
         gains.purpose.name(),
         gains.evaluations,
         gains.drops,
+        gains.law.since,
         gains.modelled(),
         1e3 * gains.latency_s,
         if gains.stopped { ", stopped" } else { "" }
