@@ -20,8 +20,9 @@ use samara::tune::unknowns;
 use samara::uncertain::{Distribution, JointNormal, UncertainQuantity, Uncertainty};
 use samara::units::RAD_PER_DEG;
 
-/// Share of 1e7 plain trials with a J_TPF of 0.50265 and more (docs/rare_events.md, "How well it covers").
-const PLAIN: f64 = 1.309e-4;
+/// Share of 1e6 plain trials of `titan_paper` in turbulence with a J_TPF of 0.864 and more
+/// (docs/rare_events.md, "How well it covers").
+const PLAIN: f64 = 3.00e-4;
 
 fn planned(name: &str) -> (Mission, SafetyStudy, StudyEntry) {
     let mission = Mission::shipped(name).unwrap();
@@ -178,11 +179,14 @@ fn reference_j_tpf_of_normal_coordinates_is_distributed_as_in_plain_trials() {
     assert!(distance < critical, "{distance}, not below {critical}");
 }
 
-/// The probability that J_TPF reaches 0.50265 in turbulence of 0.5 m/s, from its plain campaign.
+/// The probability that J_TPF reaches 0.864 in turbulence of 0.5 m/s, from its plain campaign; the mission is
+/// the paper's, whose plan and gains stay. No plain campaign tells the most likely failure: it fails when
+/// it is flown again, and local searches from nine seeds of ten end within a fifth of the nearest.
 #[test]
 #[ignore = "three million flights: scripts/test --all"]
 fn reference_flights_the_interval_covers_in_ninety_of_a_hundred_seeds() {
-    let mut mission = Mission::shipped("x500_drop").unwrap();
+    const BOUND: f64 = 0.864;
+    let mut mission = Mission::shipped("titan_paper").unwrap();
     mission.site.wind.turbulence = Some(Turbulence {
         sigma_m_s: [0.5; 3],
         scale: TurbulenceScale::Fixed([100.0; 3]),
@@ -194,9 +198,9 @@ fn reference_flights_the_interval_covers_in_ninety_of_a_hundred_seeds() {
         mission.solve(&SolverOptions::default(), &mut |_| std::ops::ControlFlow::Continue(())).unwrap();
     let [along_plan, _] = own_entries(&mission).unwrap();
     let space = TrialSpace::new(mission.safety_study(&plan.trajectory), along_plan, mission.releases());
-    let (mut covered, mut near, mut flights, mut found_by_seed) = (0, 0, 0, Vec::new());
+    let (mut covered, mut flights, mut found_by_seed, mut distances) = (0, 0, Vec::new(), Vec::new());
     for seed in 0..100 {
-        let search = RareSearch { bound: 0.50265, least: 1e-6, per_level: PER_LEVEL, seed };
+        let search = RareSearch { bound: BOUND, least: 1e-6, per_level: PER_LEVEL, seed };
         let score = |points: &[Vec<f64>]| {
             let (first, second) = points.split_at(points.len() / 2);
             let outcomes = std::thread::scope(|scope| {
@@ -208,17 +212,25 @@ fn reference_flights_the_interval_covers_in_ninety_of_a_hundred_seeds() {
         };
         let found = search.run(space.dimensions(), &space.spans(), score).unwrap();
         let estimate = found.estimate();
-        let distance = found.nearest.as_ref().unwrap().distance;
-        println!("{seed}: {estimate:?}, {} flights, nearest {distance:.3}", found.scored);
+        let nearest = found.nearest.as_ref().unwrap();
+        println!("{seed}: {estimate:?}, {} flights, nearest {:.3}", found.scored, nearest.distance);
+        let again = space.fly(std::slice::from_ref(&nearest.point))[0].j_tpf;
+        assert!(again >= BOUND, "{seed}: flown again it has {again}");
         covered += usize::from(estimate.low <= PLAIN && PLAIN <= estimate.high);
-        near += usize::from(distance < 4.0);
         flights = flights.max(found.scored);
         found_by_seed.push(estimate.probability);
+        distances.push(nearest.distance);
     }
     let mean = found_by_seed.iter().sum::<f64>() / 100.0;
     let variance = found_by_seed.iter().map(|p| (p / mean - 1.0).powi(2)).sum::<f64>() / 99.0;
     let variation = variance.sqrt();
-    println!("covered {covered}, mean {mean:e}, variation {variation}, {flights} flights, {near} near");
+    distances.sort_by(f64::total_cmp);
+    let (least, most) = (distances[0], distances[99]);
+    let near = distances.iter().filter(|distance| **distance <= 1.2 * least).count();
+    println!(
+        "covered {covered}, mean {mean:e}, variation {variation}, {flights} flights, {near} near of \
+         {least:.3} to {most:.3}"
+    );
     assert!(covered >= 90 && flights <= 50_000 && near >= 90, "{covered}, {flights}, {near}");
     assert!(variation <= 0.3, "{variation}");
 }
