@@ -25,7 +25,11 @@ const RUNS: [(&str, &str, &str); 12] = [
     ("free_fall", "study free-fall x500_no_wire --hours 1 --trials 20", "1"),
     ("design", "study design tests/data/one_release.json --budget 3 --unseen 4 --finalists 1", "1"),
     ("tune", "study tune tests/data/one_release.json --particles 4 --iterations 1 --unseen 4", "1"),
-    ("tune_px4", "study tune-px4 tests/data/one_release.json --particles 4 --iterations 1 --unseen 4", "1"),
+    (
+        "tune_px4",
+        "study tune-px4 tests/data/one_release.json --px4-version v1.12 --particles 4 --iterations 1 --unseen 4",
+        "1",
+    ),
 ];
 
 /// Most cells that are refused.

@@ -310,3 +310,14 @@ impl Study for TunedPx4<'_> {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_newest_law_is_flown_where_no_version_is_named() {
+        let usual = TunePx4Asked::of(&Values::usual(TunePx4Asked::TABLE)).unwrap();
+        assert_eq!(Some(&usual.px4_version.0), Law::ALL.last());
+    }
+}
