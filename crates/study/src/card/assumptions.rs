@@ -96,7 +96,7 @@ fn measured(mission: &Mission) -> String {
 }
 
 /// Whether an autopilot of this name had the simulator's state for a measurement in a run: the model of PX4
-/// flies on PX4's estimate where that is modelled.
+/// flies on PX4's estimate where that is modelled. Results that name no version are v1.12's.
 fn flies_on_the_truth(autopilot: Option<&str>, run: &RunManifest, mission: &Mission) -> bool {
     match autopilot {
         Some("reference") => true,
